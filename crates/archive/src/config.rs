@@ -15,6 +15,18 @@
 //! password-file = "postgres.password"
 //! ca-file = "our-ca.pem"        # trusted in addition to the certificates of the system
 //!
+//! [https]                       # for stations without NATS; with it, [nats] may be absent
+//! listen = "0.0.0.0:8443"       # beyond loopback with [https.tls] only
+//!
+//! [https.tls]
+//! certificate = "archive.pem"
+//! key = "archive.key"
+//!
+//! [[station]]                   # each station that sends over HTTPS
+//! plant = "hall"
+//! name = "hall-1"
+//! token-file = "hall-1.token"   # the same text as in the file of that name at the station
+//!
 //! [[plant]]
 //! name = "hall"
 //! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
@@ -22,10 +34,16 @@
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
-use profivac_station::config::gateways::archive::{Nats, NatsToml};
+use profivac_station::config::gateways::archive::{Nats, NatsToml, is_name};
+use profivac_station::config::{Secret, TlsFiles, secret_of_file};
 use serde::Deserialize;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+use toml::Spanned;
+
+/// The shortest token: 16 random characters cannot be guessed.
+const SHORTEST_TOKEN: usize = 16;
 
 /// How long samples are kept, unless the file says otherwise.
 const SAMPLES_DAYS: u32 = 730;
@@ -45,12 +63,36 @@ pub struct Config {
     pub replicas: usize,
     /// The most octets of the stream: when it is full, batches stay at their stations.
     pub stream_octets: i64,
-    /// The servers of NATS.
-    pub nats: Nats,
+    /// The servers of NATS, if stations send there.
+    pub nats: Option<Nats>,
+    /// Where stations send without NATS.
+    pub https: Option<Https>,
     /// The database.
     pub database: Database,
     /// Plants, with the roles that may read them.
     pub plants: Vec<(String, Vec<String>)>,
+}
+
+/// Where the archive takes batches over HTTPS.
+#[derive(Clone, Debug)]
+pub struct Https {
+    /// The address to listen on. With port 0 the system chooses a port.
+    pub listen: SocketAddr,
+    /// Certificate and key; absent on loopback only.
+    pub tls: Option<TlsFiles>,
+    /// The stations that may send.
+    pub stations: Vec<Sender>,
+}
+
+/// A station that sends over HTTPS.
+#[derive(Clone, Debug)]
+pub struct Sender {
+    /// Its plant.
+    pub plant: String,
+    /// Its name in the archive.
+    pub name: String,
+    /// Its token.
+    pub token: Secret,
 }
 
 /// The reason why a file is no file of an archive.
@@ -95,10 +137,24 @@ pub enum ConfigError {
     },
 }
 
-/// A number in `[archive]` that is out of range.
+/// A number in `[archive]` that is out of range, or a table that does not fit the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ValueProblem {
+    /// Neither `[nats]` nor `[https]`.
+    #[error("expected [nats], [https] or both, found neither: no batch would come")]
+    NoSource,
+    /// `[[station]]` without `[https]`.
+    #[error("[[station]] belongs to [https], which is absent: add it, or delete [[station]]")]
+    NoHttps,
+    /// `[https]` without `[[station]]`.
+    #[error(
+        "expected a [[station]] with plant, name and token-file for each station that sends to [https], found none"
+    )]
+    NoStations,
+    /// `[https]` on an address that other computers reach, without `[https.tls]`.
+    #[error("listening beyond loopback on {0} needs TLS: add [https.tls] with certificate and key")]
+    NeedsTls(SocketAddr),
     /// `replicas`.
     #[error("expected replicas = 1, 3 or 5, found {0}")]
     Replicas(u8),
@@ -115,8 +171,11 @@ pub enum ValueProblem {
 struct Toml {
     #[serde(default)]
     archive: ArchiveToml,
-    nats: NatsToml,
+    nats: Option<NatsToml>,
+    https: Option<HttpsToml>,
     postgres: PostgresToml,
+    #[serde(default)]
+    station: Vec<SenderToml>,
     #[serde(default)]
     plant: Vec<PlantToml>,
 }
@@ -127,6 +186,28 @@ struct ArchiveToml {
     samples_days: Option<u32>,
     replicas: Option<u8>,
     stream_octets: Option<u64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HttpsToml {
+    listen: SocketAddr,
+    tls: Option<TlsToml>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TlsToml {
+    certificate: PathBuf,
+    key: PathBuf,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct SenderToml {
+    plant: Spanned<String>,
+    name: Spanned<String>,
+    token_file: Spanned<PathBuf>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -151,8 +232,13 @@ impl Config {
             .map_err(|error| place(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let wrong = |problem| ConfigError::Value { file: file.to_owned(), problem };
-        let nats = toml.nats.into_settings(file, 0..0);
+        let nats = toml.nats.map(|nats| nats.into_settings(file, 0..0)).transpose();
         let nats = nats.map_err(|error| place(error.span.start, error.problem.to_string()))?;
+        let stations = senders(toml.station, folder).map_err(|(offset, message)| place(offset, message))?;
+        let https = https(toml.https, stations, folder).map_err(wrong)?;
+        if nats.is_none() && https.is_none() {
+            return Err(wrong(ValueProblem::NoSource));
+        }
         let ArchiveToml { samples_days, replicas, stream_octets } = toml.archive;
         let replicas = replicas.unwrap_or(1);
         if ![1, 3, 5].contains(&replicas) {
@@ -170,6 +256,7 @@ impl Config {
             replicas: usize::from(replicas),
             stream_octets,
             nats,
+            https,
             database: Database::new(&toml.postgres, folder)
                 .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
             plants: toml.plant.into_iter().map(|plant| (plant.name, plant.readers)).collect(),
@@ -177,14 +264,71 @@ impl Config {
     }
 }
 
+/// `[https]` with its stations.
+fn https(toml: Option<HttpsToml>, stations: Vec<Sender>, folder: &Path) -> Result<Option<Https>, ValueProblem> {
+    let Some(HttpsToml { listen, tls }) = toml else {
+        return match stations.is_empty() {
+            true => Ok(None),
+            false => Err(ValueProblem::NoHttps),
+        };
+    };
+    if stations.is_empty() {
+        return Err(ValueProblem::NoStations);
+    }
+    if tls.is_none() && !listen.ip().is_loopback() {
+        return Err(ValueProblem::NeedsTls(listen));
+    }
+    let tls = tls
+        .map(|TlsToml { certificate, key }| TlsFiles { certificate: folder.join(certificate), key: folder.join(key) });
+    Ok(Some(Https { listen, tls, stations }))
+}
+
+/// The stations, or the offset of what is wrong and the reason. A token and a name belong to one station.
+fn senders(toml: Vec<SenderToml>, folder: &Path) -> Result<Vec<Sender>, (usize, String)> {
+    let mut all: Vec<Sender> = Vec::new();
+    for SenderToml { plant, name, token_file } in toml {
+        for name in [&plant, &name] {
+            if !is_name(name.get_ref()) {
+                let found = name.get_ref();
+                return Err((name.span().start, format!("expected 1 to 60 letters, digits, - and _, found {found:?}")));
+            }
+        }
+        let start = token_file.span().start;
+        let token =
+            secret_of_file(&token_file, folder).map_err(|error| (error.span.start, error.problem.to_string()))?;
+        let length = token.reveal().len();
+        if length < SHORTEST_TOKEN {
+            let expected = format!("expected a token of at least {SHORTEST_TOKEN} characters, found {length}");
+            return Err((start, format!("{expected}: `openssl rand -hex 32` makes one")));
+        }
+        if let Some(other) = all.iter().find(|other| other.token == token) {
+            return Err((start, format!("{} has the same token: give each station a token of its own", other.name)));
+        }
+        if all.iter().any(|other| other.name == *name.get_ref()) {
+            let message = format!("the name {} is given twice: give each station a name of its own", name.get_ref());
+            return Err((name.span().start, message));
+        }
+        all.push(Sender { plant: plant.into_inner(), name: name.into_inner(), token });
+    }
+    Ok(all)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt;
 
     fn read(text: &str) -> Result<Config, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("archive.toml");
         std::fs::write(&path, text).unwrap();
+        for (name, token) in
+            [("a.token", "0123456789abcdef"), ("b.token", "fedcba9876543210"), ("short.token", "short")]
+        {
+            let file = folder.path().join(name);
+            std::fs::write(&file, token).unwrap();
+            std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o600)).unwrap();
+        }
         Config::read(&path).map_err(|error| error.to_string())
     }
 
@@ -195,6 +339,43 @@ mod tests {
     fn the_defaults_need_two_tables() {
         let config = read(&format!("{NATS}{POSTGRES}")).unwrap();
         assert_eq!((config.samples_days, config.replicas, config.stream_octets), (730, 1, 10_000_000_000));
+    }
+
+    const HTTPS: &str = "[https]\nlisten = \"127.0.0.1:0\"\n";
+
+    fn station(name: &str, token: &str) -> String {
+        format!("[[station]]\nplant = \"hall\"\nname = \"{name}\"\ntoken-file = \"{token}.token\"\n")
+    }
+
+    #[test]
+    fn an_archive_without_nats_has_stations_with_tokens() {
+        let text = format!("{HTTPS}{POSTGRES}{}{}", station("hall-1", "a"), station("hall-2", "b"));
+        let config = read(&text).unwrap();
+        assert!(config.nats.is_none());
+        let https = config.https.unwrap();
+        let stations: Vec<_> = https.stations.iter().map(|it| (it.name.as_str(), it.token.reveal())).collect();
+        assert_eq!(stations, [("hall-1", "0123456789abcdef"), ("hall-2", "fedcba9876543210")]);
+        assert!(!format!("{https:?}").contains("0123456789abcdef"));
+    }
+
+    #[test]
+    fn a_wrong_table_for_https_says_what_is_expected() {
+        let one = station("hall-1", "a");
+        let cases = [
+            (POSTGRES.to_owned(), "expected [nats], [https] or both, found neither"),
+            (format!("{HTTPS}{POSTGRES}"), "expected a [[station]] with"),
+            (format!("{NATS}{POSTGRES}{one}"), "[[station]] belongs to [https]"),
+            (format!("[https]\nlisten = \"0.0.0.0:8443\"\n{POSTGRES}{one}"), "0.0.0.0:8443 needs TLS: add [https.tls]"),
+            (format!("{HTTPS}{POSTGRES}{one}{}", station("hall-2", "a")), "hall-1 has the same token"),
+            (format!("{HTTPS}{POSTGRES}{one}{}", station("hall-1", "b")), "the name hall-1 is given twice"),
+            (format!("{HTTPS}{POSTGRES}{}", station("hall-1", "short")), "at least 16 characters, found 5"),
+            (format!("{HTTPS}{POSTGRES}{}", station("hall-1", "absent")), "absent.token"),
+            (format!("{HTTPS}{POSTGRES}{}", station("hall.1", "a")), "archive.toml:7:8: expected 1 to 60 letters"),
+        ];
+        for (text, expected) in cases {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error}\nexpected {expected}");
+        }
     }
 
     #[test]

@@ -3,17 +3,21 @@
 //!
 //! ```text
 //! database ── outbox ── publisher ──▶ JetStream ──▶ archive ── transaction ──▶ PostgreSQL
-//!   station                          servers      any number of them
+//!   station                 │        servers      any number of them
+//!                           └──────── HTTPS ──────▶ archive
 //! ```
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | [`https`] | the server for stations without NATS |
 //! | [`publisher`] | the station's part: batches to JetStream, acknowledgements to the database |
 //! | [`config`] | the file of an archive |
 //! | [`database`] | the connection to PostgreSQL |
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
+//! | `session` | what a session reports, and the pause before the next one |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
+//! | `post` | the client of that server, at the station |
 //! | `nats` | connections to the servers, names of subjects and messages |
 //!
 //! A batch may come twice, late, and out of order. Its rows have keys, so that storing it again changes nothing; a span of a later
@@ -21,10 +25,14 @@
 
 pub mod config;
 pub mod database;
+pub mod https;
 mod nats;
+mod post;
 pub mod publisher;
 pub mod schema;
 pub mod service;
+mod session;
 pub mod store;
 
 pub use nats::NatsError;
+pub use post::PostError;

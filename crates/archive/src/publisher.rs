@@ -1,9 +1,10 @@
-//! The station's part: the batches of the outbox to JetStream.
+//! The station's part: the batches of the outbox to JetStream, or to an archive over HTTPS.
 //!
-//! The cursor of the database moves when JetStream has acknowledged a batch. Without a network batches wait in the database; the
-//! segments, the recorder and the dashboard do not notice.
+//! The cursor of the database moves when JetStream has acknowledged a batch, or the archive has committed it. Without a network batches
+//! wait in the database; the segments, the recorder and the dashboard do not notice.
 
 use crate::nats::{NatsError, connect, message_id, subject};
+use crate::post::{PostError, Poster};
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context as JetStream;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
@@ -11,7 +12,7 @@ use profivac_gateway::ReadModel;
 use profivac_gateway::thread::{Context, GatewayThread};
 use profivac_recorder::DatabaseError;
 use profivac_recorder::outbox::{Page, Waiting};
-use profivac_station::config::gateways::archive::Settings;
+use profivac_station::config::gateways::archive::{Nats, Settings, Transport};
 use profivac_station::services::Services;
 use std::sync::Arc;
 use std::time::Duration;
@@ -41,6 +42,9 @@ pub enum PublisherError {
     /// The servers cannot be used.
     #[error("{0}; batches wait in the database")]
     Nats(#[from] NatsError),
+    /// The archive cannot be reached, or refuses.
+    #[error("{0}; batches wait in the database")]
+    Post(#[from] PostError),
     /// A thread has failed.
     #[error("reading the database has failed unexpectedly: {0}")]
     Thread(#[from] JoinError),
@@ -54,10 +58,46 @@ pub fn start(settings: Settings, model: Arc<ReadModel>, services: Arc<Services>)
     GatewayThread::start("archive", model, services, move |context| publish(settings.clone(), context))
 }
 
+/// Where batches go.
+enum Destination {
+    JetStream(Nats, JetStream),
+    Archive(Poster),
+}
+
+impl Destination {
+    /// Connects to the servers of NATS. An archive is connected to with the first batch.
+    async fn open(settings: &Settings) -> Result<Self, PublisherError> {
+        Ok(match &settings.transport {
+            Transport::Nats(nats) => Self::JetStream(nats.clone(), connect(nats, &settings.station).await?),
+            Transport::Https(https) => Self::Archive(Poster::new(https)?),
+        })
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::JetStream(nats, _) => nats.servers.join(", "),
+            Self::Archive(poster) => poster.origin().to_owned(),
+        }
+    }
+
+    /// Sends batches and moves the cursor past those that are stored without a gap. Returns their number, and what failed.
+    async fn send(
+        &mut self,
+        settings: &Settings,
+        page: Page,
+        cursor: &mut (i64, i64),
+    ) -> (u64, Result<(), PublisherError>) {
+        match self {
+            Self::JetStream(nats, jetstream) => publish_page(jetstream, nats, settings, page, cursor).await,
+            Self::Archive(poster) => post_page(poster, settings, page, cursor).await,
+        }
+    }
+}
+
 /// Publishes until it is told to stop, or something fails.
 async fn publish(settings: Settings, mut context: Context) -> Result<(), PublisherError> {
-    let jetstream = connect(&settings.nats, &settings.station).await?;
-    context.status.runs(settings.nats.servers.join(", "));
+    let mut destination = Destination::open(&settings).await?;
+    context.status.runs(destination.name());
     let mut cursor = (0, 0);
     loop {
         let page = read(&context, cursor).await?;
@@ -68,10 +108,10 @@ async fn publish(settings: Settings, mut context: Context) -> Result<(), Publish
             pause(&mut context, POLL_INTERVAL).await;
         } else {
             let (begun, octets) = (Instant::now(), octets_of(&page));
-            let (count, published) = publish_page(&jetstream, &settings, page, &mut cursor).await;
+            let (count, sent) = destination.send(&settings, page, &mut cursor).await;
             context.status.sent(count);
             context.services.recorder().acknowledge_outbox(cursor.0, cursor.1);
-            published?;
+            sent?;
             pause(&mut context, pause_after(settings.limit, octets, begun.elapsed())).await;
         }
         if context.stop.is_stopped() {
@@ -96,15 +136,35 @@ fn octets_of(page: &Page) -> usize {
     page.batches.iter().map(|batch| batch.payload.len()).sum()
 }
 
+/// Posts batches, one after the other: each answer is that of a commit.
+async fn post_page(
+    poster: &mut Poster,
+    settings: &Settings,
+    page: Page,
+    cursor: &mut (i64, i64),
+) -> (u64, Result<(), PublisherError>) {
+    let mut count = 0;
+    for batch in page.batches {
+        let number = batch.number;
+        match poster.post(&settings.plant, &settings.station, page.epoch, batch).await {
+            Ok(()) => *cursor = (page.epoch, number),
+            Err(error) => return (count, Err(error.into())),
+        }
+        count += 1;
+    }
+    (count, Ok(()))
+}
+
 /// Publishes batches and moves the cursor past those that are acknowledged without a gap. Returns their number, and what failed.
 async fn publish_page(
     jetstream: &JetStream,
+    nats: &Nats,
     settings: &Settings,
     page: Page,
     cursor: &mut (i64, i64),
 ) -> (u64, Result<(), PublisherError>) {
     let subject = subject(&settings.plant, &settings.station);
-    let failed = |reason: String| Err(NatsError::new(&settings.nats, reason).into());
+    let failed = |reason: String| Err(NatsError::new(nats, reason).into());
     let (mut waiting, mut published) = (Vec::new(), Ok(()));
     for Waiting { number, payload } in page.batches {
         let mut headers = HeaderMap::new();

@@ -1,17 +1,21 @@
 //! The loop of an archive: take messages, store them, acknowledge them. Any number of archives share one consumer.
 
 use crate::config::Config;
+use crate::https::Server;
 use crate::nats::{NatsError, STREAM, SUBJECTS, connect};
+pub use crate::session::{ArchiveError, Report};
+use crate::session::{MAINTENANCE_INTERVAL, Retry};
 use crate::store::{Incoming, Store, StoreError, Stored};
 use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
 use async_nats::jetstream::stream::{DiscardPolicy, RetentionPolicy};
 use async_nats::jetstream::{Context, Message, stream};
 use futures_util::StreamExt;
 use profivac_recorder::Micros;
+use profivac_station::config::gateways::archive::Nats;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-use thiserror::Error;
 use tokio::sync::watch;
-use tokio::time::{Instant, sleep};
+use tokio::time::Instant;
 
 /// The name of the consumer that all archives share.
 const CONSUMER: &str = "archive";
@@ -28,60 +32,43 @@ const FETCH_TIMEOUT: Duration = Duration::from_secs(1);
 /// A message that was not acknowledged comes again after this time: longer than a transaction may take.
 const ACKNOWLEDGEMENT_WAIT: Duration = Duration::from_secs(30);
 
-/// The time between two looks at partitions and retention.
-const MAINTENANCE_INTERVAL: Duration = Duration::from_secs(3_600);
-
-/// The pauses after a failure.
-const FIRST_PAUSE: Duration = Duration::from_millis(500);
-const LONGEST_PAUSE: Duration = Duration::from_secs(10);
-
-/// Why an archive has to connect again.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ArchiveError {
-    /// The servers of NATS cannot be used.
-    #[error(transparent)]
-    Nats(#[from] NatsError),
-    /// The database cannot be used.
-    #[error(transparent)]
-    Store(#[from] StoreError),
+/// Archives until it is told to stop: from NATS if the file has it, and from `server` if there is one.
+pub async fn run(
+    config: &Config,
+    server: Option<Server>,
+    stop: watch::Receiver<bool>,
+    report: impl FnMut(Report<'_>) + Send,
+) {
+    let report = Mutex::new(report);
+    let mut of_nats = |it: Report<'_>| (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
+    let mut of_https = |it: Report<'_>| (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
+    let nats = async {
+        if let Some(nats) = &config.nats {
+            run_nats(config, nats, stop.clone(), &mut of_nats).await;
+        }
+    };
+    let https = async {
+        if let Some(server) = server {
+            server.run(config, stop.clone(), &mut of_https).await;
+        }
+    };
+    tokio::join!(nats, https);
 }
 
-/// What an archive reports.
-#[derive(Debug)]
-pub enum Report<'a> {
-    /// It takes batches.
-    Ready,
-    /// It has stored batches, since the start.
-    Stored(Stored),
-    /// It has failed and connects again.
-    Failed(&'a ArchiveError),
-}
-
-/// Archives until it is told to stop. A failure is reported once, and tried again with growing pauses.
-pub async fn run(config: &Config, mut stop: watch::Receiver<bool>, mut report: impl FnMut(Report<'_>)) {
-    let mut pause = FIRST_PAUSE;
-    let mut sum = Stored::default();
-    let mut last = String::new();
+/// Archives from NATS. A failure is reported once, and tried again with growing pauses.
+async fn run_nats(config: &Config, nats: &Nats, stop: watch::Receiver<bool>, report: &mut impl FnMut(Report<'_>)) {
+    let (mut sum, mut retry) = (Stored::default(), Retry::default());
     while !*stop.borrow() {
         let before = sum;
-        let ended = archive(config, &stop, &mut sum, &mut report).await;
-        let Err(error) = ended else { return };
-        if error.to_string() != last || sum != before {
-            report(Report::Failed(&error));
-        }
-        last = error.to_string();
-        pause = if sum == before { pause.saturating_mul(2).min(LONGEST_PAUSE) } else { FIRST_PAUSE };
-        tokio::select! {
-            () = sleep(pause) => {}
-            _ = stop.wait_for(|is_stopped| *is_stopped) => return,
-        }
+        let Err(error) = archive(config, nats, &stop, &mut sum, report).await else { return };
+        retry.after(&error, sum != before, stop.clone(), report).await;
     }
 }
 
 /// One session with the servers and the database.
 async fn archive(
     config: &Config,
+    nats: &Nats,
     stop: &watch::Receiver<bool>,
     sum: &mut Stored,
     report: &mut impl FnMut(Report<'_>),
@@ -89,19 +76,19 @@ async fn archive(
     let mut store = Store::connect(&config.database, config.samples_days).await?;
     store.set_readers(&config.plants).await?;
     store.maintain(Micros::now()).await?;
-    let jetstream = connect(&config.nats, "profivac archive").await?;
-    let consumer = consumer(config, &jetstream).await?;
+    let jetstream = connect(nats, "profivac archive").await?;
+    let consumer = consumer(config, nats, &jetstream).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     while !*stop.borrow() {
-        let messages = fetch(config, &consumer).await?;
+        let messages = fetch(nats, &consumer).await?;
         if !messages.is_empty() {
             let stored = store_messages(&mut store, &messages).await;
             if stored.is_err() {
                 hand_back(&messages).await;
             }
             let stored = stored?;
-            acknowledge(config, &messages).await?;
+            acknowledge(nats, &messages).await?;
             sum.add(stored);
             report(Report::Stored(*sum));
         }
@@ -114,8 +101,8 @@ async fn archive(
 }
 
 /// The stream and the consumer, which the first archive creates.
-async fn consumer(config: &Config, jetstream: &Context) -> Result<Consumer<pull::Config>, NatsError> {
-    let failed = |error: &dyn std::fmt::Display| NatsError::new(&config.nats, error);
+async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<Consumer<pull::Config>, NatsError> {
+    let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, error);
     let stream = stream::Config {
         name: STREAM.to_owned(),
         subjects: vec![SUBJECTS.to_owned()],
@@ -140,8 +127,8 @@ async fn consumer(config: &Config, jetstream: &Context) -> Result<Consumer<pull:
 }
 
 /// The next messages, or none.
-async fn fetch(config: &Config, consumer: &Consumer<pull::Config>) -> Result<Vec<Message>, NatsError> {
-    let failed = |error: &dyn std::fmt::Display| NatsError::new(&config.nats, error);
+async fn fetch(nats: &Nats, consumer: &Consumer<pull::Config>) -> Result<Vec<Message>, NatsError> {
+    let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, error);
     let fetched = consumer.fetch().max_messages(MAX_MESSAGES).expires(FETCH_TIMEOUT).messages().await;
     let mut fetched = fetched.map_err(|error| failed(&error))?;
     let mut messages = Vec::new();
@@ -171,9 +158,9 @@ fn incoming(message: &Message) -> Incoming {
 }
 
 /// Acknowledges what is committed. A lost acknowledgement brings the message again, which changes nothing.
-async fn acknowledge(config: &Config, messages: &[Message]) -> Result<(), NatsError> {
+async fn acknowledge(nats: &Nats, messages: &[Message]) -> Result<(), NatsError> {
     for message in messages {
-        message.ack().await.map_err(|error| NatsError::new(&config.nats, error))?;
+        message.ack().await.map_err(|error| NatsError::new(nats, error))?;
     }
     Ok(())
 }

@@ -5,13 +5,14 @@ use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_archive::config::Config;
+use profivac_archive::https::Server;
 use profivac_archive::service::{self, Report};
 use profivac_host::readiness::{Readiness, wait};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Collect what many stations record from NATS JetStream into PostgreSQL.
+/// Collect what many stations record from NATS JetStream, or over HTTPS, into PostgreSQL.
 ///
 /// A station sends what it records when its file has [archive]. Any number of archives may run with one file, on one computer or on
 /// several: they share the work. A batch is acknowledged after the commit, so that a kill at any moment neither loses nor doubles a row.
@@ -42,16 +43,22 @@ const REPORT_INTERVAL: Duration = Duration::from_secs(60);
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file).map_err(|error| Failure::usage(error.to_string()))?;
     if arguments.check {
-        let servers = config.nats.servers.join(", ");
-        out(&format!("{}: {servers}, {} plants with readers", arguments.file.display(), config.plants.len()));
+        let nats = config.nats.as_ref().map(|nats| nats.servers.join(", "));
+        let https = config.https.as_ref().map(|it| format!("{} stations over HTTPS", it.stations.len()));
+        let sources = nats.into_iter().chain(https).collect::<Vec<_>>().join(", ");
+        out(&format!("{}: {sources}, {} plants with readers", arguments.file.display(), config.plants.len()));
         return Ok(());
     }
     let signals = Signals::of(&[SIGINT, SIGTERM])?;
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_io().enable_time().build()?;
+    let server = config.https.as_ref().map(|https| runtime.block_on(Server::bind(https))).transpose()?;
+    if let Some(server) = &server {
+        out(&format!("listening on {}", server.url()));
+    }
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let archive = runtime.spawn(async move {
         let mut reported = Instant::now();
-        service::run(&config, stopped, |it| report(&it, &mut reported)).await;
+        service::run(&config, server, stopped, |it| report(&it, &mut reported)).await;
     });
     while !archive.is_finished() {
         let readable = wait(&[Readiness::of(&signals)], CHECK_PERIOD)?;

@@ -437,6 +437,23 @@ pub enum ArchiveProblem {
          password: use tls://, or write unencrypted = true if the network is separate"
     )]
     Unencrypted,
+    /// The table says not where to send.
+    #[error(
+        "expected [archive.nats] or [archive.https], found neither: name the servers of NATS or the archive to send to"
+    )]
+    NoTransport,
+    /// The table has two destinations.
+    #[error("expected [archive.nats] or [archive.https], found both: delete one of them")]
+    TwoTransports,
+    /// The URL is not that of an archive.
+    #[error("expected a URL like https://archive.example:8443, without a user and a path")]
+    Url,
+    /// The connection to an archive on another computer is unencrypted, and the file does not say that this is intended.
+    #[error(
+        "expected https:// for an archive on another computer, found http://, with which everybody on the way reads the values and \
+         the token: use https://, or write unencrypted = true if the network is separate"
+    )]
+    UnencryptedUrl,
 }
 
 /// The reason why a URL cannot be that of a broker.

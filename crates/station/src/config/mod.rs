@@ -94,7 +94,7 @@ pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
 pub use segments::{MEMORY_PORT, is_virtual};
 
-pub use webhooks::{Secret, Webhook};
+pub use webhooks::{Secret, Webhook, secret_of_file};
 
 use crate::alarm::Rule;
 use crate::auth::Access;

@@ -1,4 +1,4 @@
-//! `[archive]`: a NATS server to which the station sends what it records, for an archive of many stations.
+//! `[archive]`: where the station sends what it records, for an archive of many stations: to servers of NATS, or to the archive itself.
 //!
 //! ```toml
 //! [archive]
@@ -12,9 +12,16 @@
 //! servers = ["tls://nats-1.example", "tls://nats-2.example"]   # or nats:// on this computer; port 4222 unless given
 //! credentials = "nats.credentials"      # TOML with user and password, readable by its owner alone
 //! ca-file = "our-ca.pem"                # trusted in addition to the certificates of the system
+//!
+//! [archive.https]                       # instead of [archive.nats]
+//! url = "https://archive.example:8443"  # or http:// on this computer
+//! token-file = "archive.token"          # the token of this station, readable by its owner alone
+//! ca-file = "our-ca.pem"                # trusted in addition to the certificates of the system
 //! ```
 
+use super::super::ca_certificates;
 use super::super::error::{ArchiveProblem, ConfigProblem, Located};
+use super::super::webhooks::{Secret, secret_of_file};
 use super::mqtt::{Credentials, credentials_file};
 use crate::host_name::is_loopback;
 use hyper::Uri;
@@ -41,12 +48,60 @@ pub struct Settings {
     pub samples: Forward,
     /// The most octets per second, on average.
     pub limit: Option<u32>,
-    /// The servers.
-    pub nats: Nats,
+    /// Where the batches go.
+    pub transport: Transport,
 }
 
 // The deadband is a number of the file, never NaN.
 impl Eq for Settings {}
+
+/// Where the batches of a station go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// To servers of NATS.
+    Nats(Nats),
+    /// To the archive itself.
+    Https(Https),
+}
+
+impl Transport {
+    /// The first host to which the connection leaves this computer without encryption.
+    #[must_use]
+    pub fn exposed(&self) -> Option<&str> {
+        match self {
+            Self::Nats(nats) => nats.exposed(),
+            Self::Https(https) => https.exposed(),
+        }
+    }
+
+    /// Whether its table names a file with a secret.
+    #[must_use]
+    pub const fn is_private(&self) -> bool {
+        match self {
+            Self::Nats(nats) => nats.credentials.is_some(),
+            Self::Https(_) => true,
+        }
+    }
+}
+
+/// An archive that takes batches over HTTPS.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Https {
+    /// Its URL: `https://` or `http://`, with a host and without a path.
+    pub url: Uri,
+    /// The token of the station.
+    pub token: Secret,
+    /// Certificates that are trusted in addition to those of the system.
+    pub ca_file: Option<PathBuf>,
+}
+
+impl Https {
+    /// The host, if the connection leaves this computer without encryption.
+    fn exposed(&self) -> Option<&str> {
+        let host = self.url.host()?;
+        (self.url.scheme_str() == Some("http") && !is_loopback(host)).then_some(host)
+    }
+}
 
 /// Servers of NATS, and how to log in there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,7 +135,19 @@ pub struct ArchiveToml {
     samples: SamplesToml,
     deadband_percent: Option<Spanned<f64>>,
     limit_octets_per_second: Option<Spanned<u32>>,
-    nats: NatsToml,
+    nats: Option<NatsToml>,
+    https: Option<HttpsToml>,
+}
+
+/// `[archive.https]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct HttpsToml {
+    url: Spanned<Parsed<Uri>>,
+    #[serde(default)]
+    unencrypted: bool,
+    token_file: Spanned<PathBuf>,
+    ca_file: Option<Spanned<PathBuf>>,
 }
 
 /// `samples`.
@@ -122,13 +189,44 @@ impl ArchiveToml {
         if let Some(limit) = self.limit_octets_per_second.as_ref().filter(|limit| *limit.get_ref() < 1_000) {
             return Err(located(limit, ArchiveProblem::Limit(*limit.get_ref())));
         }
+        let transport = match (self.nats, self.https) {
+            (Some(nats), None) => Transport::Nats(nats.into_settings(path, self.plant.span())?),
+            (None, Some(https)) => Transport::Https(https.into_settings(path)?),
+            (None, None) => return Err(located(&self.plant, ArchiveProblem::NoTransport)),
+            (Some(_), Some(https)) => return Err(located(&https.url, ArchiveProblem::TwoTransports)),
+        };
         Ok(Settings {
             plant: name(&self.plant)?,
             station: name(&self.station)?,
             samples,
             limit: self.limit_octets_per_second.map(Spanned::into_inner),
-            nats: self.nats.into_settings(path, self.plant.span())?,
+            transport,
         })
+    }
+}
+
+impl HttpsToml {
+    /// The settings. Files are beside the file at `path`.
+    fn into_settings(self, path: &Path) -> Result<Https, Located> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let url = self.url.get_ref().0.clone();
+        let is_plain = url.path_and_query().is_none_or(|path| path.as_str() == "/");
+        let Some(authority) = url.authority().filter(|it| is_plain && !it.as_str().contains('@')) else {
+            return Err(located(&self.url, ArchiveProblem::Url));
+        };
+        match url.scheme_str() {
+            Some("https") => {}
+            Some("http") if self.unencrypted || is_loopback(authority.host()) => {}
+            Some("http") => return Err(located(&self.url, ArchiveProblem::UnencryptedUrl)),
+            _ => return Err(located(&self.url, ArchiveProblem::Url)),
+        }
+        let token = secret_of_file(&self.token_file, folder)?;
+        let ca_file = self.ca_file.map(|file| {
+            let path = folder.join(file.get_ref());
+            let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));
+            ca_certificates(&path).map_err(wrong).map(|_| path)
+        });
+        Ok(Https { url, token, ca_file: ca_file.transpose()? })
     }
 }
 
@@ -166,11 +264,17 @@ fn server(url: &Spanned<Parsed<Uri>>, tls: bool, unencrypted: bool) -> Result<St
     Ok(format!("{scheme}://{}:{}", authority.host(), authority.port_u16().unwrap_or(4222)))
 }
 
+/// Whether a text can be the name of a plant or station in an archive: it is a part of subjects and of URLs.
+#[must_use]
+pub fn is_name(text: &str) -> bool {
+    let is_known = |character: char| character.is_ascii_alphanumeric() || matches!(character, '-' | '_');
+    !text.is_empty() && text.len() <= LONGEST_NAME && text.chars().all(is_known)
+}
+
 /// A name that is a part of a subject.
 fn name(name: &Spanned<String>) -> Result<String, Located> {
     let found = name.get_ref();
-    let is_known = |character: char| character.is_ascii_alphanumeric() || matches!(character, '-' | '_');
-    match !found.is_empty() && found.len() <= LONGEST_NAME && found.chars().all(is_known) {
+    match is_name(found) {
         true => Ok(found.clone()),
         false => Err(located(name, ArchiveProblem::Name(found.clone()))),
     }
@@ -183,8 +287,10 @@ fn located<T>(value: &Spanned<T>, problem: ArchiveProblem) -> Located {
 #[cfg(test)]
 mod tests {
     use super::super::GatewaySettings;
+    use super::Transport;
     use crate::config::Config;
     use profivac_recorder::Forward;
+    use std::os::unix::fs::PermissionsExt;
 
     fn read(table: &str) -> Result<Config, String> {
         let text = format!(
@@ -193,6 +299,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.toml");
         std::fs::write(&path, text).unwrap();
+        let token = folder.path().join("archive.token");
+        std::fs::write(&token, "secret-of-hall-1\n").unwrap();
+        std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
         Config::read(&path).map_err(|error| error.to_string())
     }
 
@@ -203,9 +312,26 @@ mod tests {
         let config = read(&format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\n{NATS}")).unwrap();
         let [GatewaySettings::Archive(settings)] = &config.gateways[..] else { panic!("one gateway") };
         assert_eq!(settings.samples, Forward::Deadband(1.05_f64.log10()));
-        assert_eq!(settings.nats.servers, ["nats://127.0.0.1:4222"]);
+        let Transport::Nats(nats) = &settings.transport else { panic!("NATS") };
+        assert_eq!(nats.servers, ["nats://127.0.0.1:4222"]);
         assert_eq!(config.outbox(), Some(settings.samples));
         assert_eq!(read("").unwrap().outbox(), None);
+    }
+
+    const HTTPS: &str = "[archive.https]\ntoken-file = \"archive.token\"\nurl = ";
+
+    #[test]
+    fn a_station_sends_to_an_archive_without_nats_with_its_token() {
+        let read =
+            |more: &str| read(&format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\n{HTTPS}{more}")).unwrap();
+        let config = read("\"https://archive.example:8443\"");
+        let [GatewaySettings::Archive(settings)] = &config.gateways[..] else { panic!("one gateway") };
+        let Transport::Https(https) = &settings.transport else { panic!("HTTPS") };
+        assert_eq!((https.url.port_u16(), https.token.reveal()), (Some(8443), "secret-of-hall-1"));
+        assert!(!format!("{settings:?}").contains("secret-of-hall-1"));
+        assert!(config.gateways[0].is_private());
+        let far = read("\"http://far.example\"\nunencrypted = true");
+        assert_eq!(far.gateways[0].unencrypted_broker(), Some("far.example"));
     }
 
     #[test]
@@ -251,6 +377,19 @@ mod tests {
                 "plant = \"a\"\nstation = \"x\"",
                 "[archive.nats]\nservers = [\"mqtt://x\"]",
                 "expected a URL like tls://",
+            ),
+            ("plant = \"a\"\nstation = \"x\"", "", "expected [archive.nats] or [archive.https], found neither"),
+            ("plant = \"a\"\nstation = \"x\"", &format!("{NATS}\n{HTTPS}\"https://archive.example\""), "found both"),
+            ("plant = \"a\"\nstation = \"x\"", &format!("{HTTPS}\"http://far.example\""), "expected https://"),
+            (
+                "plant = \"a\"\nstation = \"x\"",
+                &format!("{HTTPS}\"https://far.example/path\""),
+                "expected a URL like https://",
+            ),
+            (
+                "plant = \"a\"\nstation = \"x\"",
+                "[archive.https]\nurl = \"https://far.example\"\ntoken-file = \"absent\"",
+                "absent",
             ),
         ];
         for (archive, nats, expected) in cases {

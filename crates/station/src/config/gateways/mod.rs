@@ -80,7 +80,7 @@ impl GatewaySettings {
     #[must_use]
     pub fn unencrypted_broker(&self) -> Option<&str> {
         match self {
-            Self::Archive(it) => it.nats.exposed(),
+            Self::Archive(it) => it.transport.exposed(),
             Self::Mqtt(it) => it.broker.exposed(),
             Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
         }
@@ -109,7 +109,7 @@ impl GatewaySettings {
     #[must_use]
     pub fn is_private(&self) -> bool {
         match self {
-            Self::Archive(it) => it.nats.credentials.is_some(),
+            Self::Archive(it) => it.transport.is_private(),
             Self::Epics(_) | Self::Modbus(_) | Self::Opcua(_) => false,
             Self::Mqtt(it) => {
                 it.broker.credentials.is_some() || it.broker.tls.as_ref().is_some_and(|tls| tls.client.is_some())

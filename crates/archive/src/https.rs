@@ -1,0 +1,272 @@
+//! The server for stations without NATS. It answers a batch after the commit of its transaction, and only then.
+//!
+//! `POST /v1/PLANT/STATION/EPOCH/NUMBER` with the token of the station as `Authorization: Bearer`, and the octets of the batch as body.
+//!
+//! | Answer | Meaning |
+//! |---|---|
+//! | 204 | the batch is committed, or put aside in `profivac_data.rejected` |
+//! | 401 | no station of the file has this token |
+//! | 403 | the token is that of another station |
+//! | 404, 405 | another path, another method |
+//! | 408 | the body did not come in time |
+//! | 413 | the body is too long |
+//! | 429 | two batches of this station are on their way |
+//! | 503 | the database does not answer, or all places are taken |
+//!
+//! A client without a token costs a connection and no memory for a body; the connections and their times have limits.
+
+use crate::config::{Config, Https, Sender};
+use crate::nats::{message_id, subject};
+use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry};
+use crate::store::{Incoming, Store, Stored};
+use axum::Router;
+use axum::body::to_bytes;
+use axum::extract::{Path, Request, State};
+use axum::http::header::{AUTHORIZATION, CONTENT_LENGTH, RETRY_AFTER, WWW_AUTHENTICATE};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::routing::post;
+use profivac_recorder::Micros;
+use profivac_station::server::{Connections, Keys, Limits, ServerError};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use subtle::ConstantTimeEq;
+use tokio::net::TcpListener;
+use tokio::sync::{Semaphore, mpsc, oneshot, watch};
+use tokio::time::{Instant, sleep_until, timeout};
+
+/// The most octets of a body: a batch of a station is far shorter.
+pub const MAX_BODY: usize = 768 << 10;
+
+/// Bodies in memory at the same time.
+const MAX_BATCHES: usize = 64;
+
+/// Batches of one station at the same time: a station sends one, and a second one when its connection broke.
+const MAX_OF_STATION: usize = 2;
+
+/// Connections at the same time. free choice: below the 1,024 files that a process may open by default.
+const MAX_CONNECTIONS: usize = 512;
+
+/// The longest time for the head of a request, for its body, and without a request.
+const CLIENT_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// The longest wait for a place, and for the commit.
+const PLACE_TIMEOUT: Duration = Duration::from_secs(10);
+const COMMIT_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// The time between two readings of certificate and key.
+const KEYS_PERIOD: Duration = Duration::from_secs(60);
+
+/// A batch that waits for its commit.
+pub struct Job {
+    /// The batch.
+    pub message: Incoming,
+    /// Gets a message after the commit; it is dropped if there is none.
+    pub committed: oneshot::Sender<()>,
+}
+
+/// A server that has its address and does not serve yet.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    connections: Connections,
+    jobs: mpsc::Receiver<Job>,
+}
+
+/// What all requests share.
+struct Shared {
+    stations: Vec<(Sender, Semaphore)>,
+    places: Semaphore,
+    jobs: mpsc::Sender<Job>,
+}
+
+impl Server {
+    /// Takes the address, and reads certificate and key.
+    ///
+    /// # Errors
+    /// [`ServerError`].
+    pub async fn bind(https: &Https) -> Result<Self, ServerError> {
+        let keys = https.tls.clone().map(Keys::read).transpose()?.map(Arc::new);
+        let failed = |error| ServerError::Listen { address: https.listen, error };
+        let listener = TcpListener::bind(https.listen).await.map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let (sender, jobs) = mpsc::channel(MAX_BATCHES);
+        let stations = https.stations.iter().map(|it| (it.clone(), Semaphore::new(MAX_OF_STATION))).collect();
+        let shared = Shared { stations, places: Semaphore::new(MAX_BATCHES), jobs: sender };
+        let limits =
+            Limits { connections: MAX_CONNECTIONS, head: CLIENT_TIMEOUT, stalled: CLIENT_TIMEOUT, ..Limits::default() };
+        let connections = Connections { router: router(Arc::new(shared)), keys, limits, gateway: None };
+        Ok(Self { listener, address, connections, jobs })
+    }
+
+    /// The address as a URL, with the port that the system has chosen.
+    #[must_use]
+    pub fn url(&self) -> String {
+        format!("{}://{}", if self.connections.keys.is_some() { "https" } else { "http" }, self.address)
+    }
+
+    /// Serves batches into the database until it is told to stop.
+    pub async fn run(self, config: &Config, stop: watch::Receiver<bool>, report: &mut (impl FnMut(Report<'_>) + Send)) {
+        let Self { listener, connections, mut jobs, .. } = self;
+        tokio::select! {
+            () = connections.serve(&listener) => {}
+            () = renew(connections.keys.as_deref()) => {}
+            () = store(config, &mut jobs, stop, report) => {}
+        }
+    }
+
+    /// Serves, and passes each batch to `take`: for tests without a database.
+    pub async fn serve_with(self, mut take: impl FnMut(Job)) {
+        let Self { listener, connections, mut jobs, .. } = self;
+        let taken = async {
+            while let Some(job) = jobs.recv().await {
+                take(job);
+            }
+        };
+        tokio::select! {
+            () = connections.serve(&listener) => {}
+            () = taken => {}
+        }
+    }
+}
+
+/// Reads certificate and key again and again, because certificates are renewed. One that cannot be read leaves the former one in use.
+async fn renew(keys: Option<&Keys>) {
+    let Some(keys) = keys else { return std::future::pending().await };
+    loop {
+        tokio::time::sleep(KEYS_PERIOD).await;
+        keys.renew().ok();
+    }
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route("/v1/{plant}/{station}/{epoch}/{number}", post(batch))
+        .fallback(async || refuse(StatusCode::NOT_FOUND, "expected /v1/PLANT/STATION/EPOCH/NUMBER"))
+        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "expected POST with a batch"))
+        .with_state(shared)
+}
+
+fn refuse(status: StatusCode, reason: &str) -> Response {
+    let text = format!("{reason}\n");
+    match status {
+        StatusCode::UNAUTHORIZED => (status, [(WWW_AUTHENTICATE, "Bearer")], text).into_response(),
+        StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS => {
+            (status, [(RETRY_AFTER, "5")], text).into_response()
+        }
+        _ => (status, text).into_response(),
+    }
+}
+
+/// One batch. The token is checked before the body is read.
+async fn batch(
+    State(shared): State<Arc<Shared>>,
+    Path((plant, station, epoch, number)): Path<(String, String, i64, i64)>,
+    request: Request,
+) -> Response {
+    let Some((sender, own)) = sender(&shared.stations, request.headers()) else {
+        let reason = "no [[station]] in the file of the archive has this token: compare token-file at both ends";
+        return refuse(StatusCode::UNAUTHORIZED, reason);
+    };
+    if (plant.as_str(), station.as_str()) != (sender.plant.as_str(), sender.name.as_str()) {
+        let reason = format!(
+            "the token is that of station {} of plant {}: correct plant, station or token-file in [archive]",
+            sender.name, sender.plant
+        );
+        return refuse(StatusCode::FORBIDDEN, &reason);
+    }
+    let Ok(_own) = own.try_acquire() else {
+        return refuse(
+            StatusCode::TOO_MANY_REQUESTS,
+            "two batches of this station are on their way: send one at a time",
+        );
+    };
+    let length = request.headers().get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if length.is_some_and(|length| length > MAX_BODY as u64) {
+        return too_long();
+    }
+    let Ok(Ok(_place)) = timeout(PLACE_TIMEOUT, shared.places.acquire()).await else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "all places for batches are taken: send again later");
+    };
+    let payload = match timeout(CLIENT_TIMEOUT, to_bytes(request.into_body(), MAX_BODY)).await {
+        Ok(Ok(payload)) => payload.to_vec(),
+        Ok(Err(_)) => return too_long(),
+        Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the body did not come within 30 s"),
+    };
+    let message = Incoming { subject: subject(&plant, &station), id: message_id(&station, epoch, number), payload };
+    let (committed, commit) = oneshot::channel();
+    let stored = async {
+        shared.jobs.send(Job { message, committed }).await.ok()?;
+        commit.await.ok()
+    };
+    match timeout(COMMIT_TIMEOUT, stored).await {
+        Ok(Some(())) => StatusCode::NO_CONTENT.into_response(),
+        _ => refuse(StatusCode::SERVICE_UNAVAILABLE, "the database of the archive does not answer: send again later"),
+    }
+}
+
+fn too_long() -> Response {
+    refuse(StatusCode::PAYLOAD_TOO_LARGE, &format!("expected a whole batch of at most {MAX_BODY} octets"))
+}
+
+/// The station whose token the request has. The comparison takes the same time wherever the tokens differ.
+fn sender<'a>(stations: &'a [(Sender, Semaphore)], headers: &HeaderMap) -> Option<&'a (Sender, Semaphore)> {
+    let (scheme, given) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
+    let is_same = |it: &&(Sender, Semaphore)| bool::from(it.0.token.reveal().as_bytes().ct_eq(given.trim().as_bytes()));
+    stations.iter().filter(|_| scheme.eq_ignore_ascii_case("bearer")).find(is_same)
+}
+
+/// Stores batches until it is told to stop. A failure is reported once, and tried again with growing pauses.
+async fn store(
+    config: &Config,
+    jobs: &mut mpsc::Receiver<Job>,
+    stop: watch::Receiver<bool>,
+    report: &mut (impl FnMut(Report<'_>) + Send),
+) {
+    let (mut sum, mut retry) = (Stored::default(), Retry::default());
+    while !*stop.borrow() {
+        // Batches that came during a failure are refused at once, instead of after a time-out.
+        while jobs.try_recv().is_ok() {}
+        let before = sum;
+        let Err(error) = session(config, jobs, stop.clone(), &mut sum, report).await else { return };
+        retry.after(&error, sum != before, stop.clone(), report).await;
+    }
+}
+
+/// One session with the database.
+async fn session(
+    config: &Config,
+    jobs: &mut mpsc::Receiver<Job>,
+    mut stop: watch::Receiver<bool>,
+    sum: &mut Stored,
+    report: &mut (impl FnMut(Report<'_>) + Send),
+) -> Result<(), ArchiveError> {
+    let mut store = Store::connect(&config.database, config.samples_days).await?;
+    store.set_readers(&config.plants).await?;
+    store.maintain(Micros::now()).await?;
+    report(Report::Ready);
+    let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+    loop {
+        let mut taken = Vec::new();
+        tokio::select! {
+            () = async { drop(stop.wait_for(|is_stopped| *is_stopped).await) } => return Ok(()),
+            () = sleep_until(maintain_at) => {}
+            _ = jobs.recv_many(&mut taken, MAX_BATCHES) => {}
+        }
+        if Instant::now() >= maintain_at {
+            store.maintain(Micros::now()).await?;
+            maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+        }
+        if taken.is_empty() {
+            continue;
+        }
+        let (messages, waiting): (Vec<_>, Vec<_>) = taken.into_iter().map(|job| (job.message, job.committed)).unzip();
+        sum.add(store.store(&messages, Micros::now()).await?);
+        for committed in waiting {
+            // The station may have gone: it sends the batch again, which changes nothing.
+            committed.send(()).ok();
+        }
+        report(Report::Stored(*sum));
+    }
+}

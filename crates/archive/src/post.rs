@@ -1,0 +1,225 @@
+//! The client of an archive without NATS: one batch, one POST, and its answer after the commit.
+
+use axum::body::{Body, Bytes, to_bytes};
+use hyper::client::conn::http1::{self, SendRequest};
+use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
+use hyper::{Method, Request, Response, StatusCode, body};
+use hyper_util::rt::TokioIo;
+use profivac_recorder::outbox::Waiting;
+use profivac_station::client_tls::trusting;
+use profivac_station::config::ca_certificates;
+use profivac_station::config::gateways::archive::Https;
+use std::sync::Arc;
+use std::time::Duration;
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::rustls::pki_types::ServerName;
+
+/// The longest wait for a connection.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// The longest wait for the answer: longer than the archive waits for its database.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(120);
+
+/// The longest reason of a refusal that is shown.
+const LONGEST_REASON: usize = 400;
+
+/// Why the archive did not take a batch.
+#[derive(Debug, Error)]
+#[error("{archive}: {reason}")]
+pub struct PostError {
+    /// Scheme and host of the archive.
+    pub archive: String,
+    /// What failed.
+    pub reason: String,
+}
+
+/// The path of a batch.
+pub fn path(plant: &str, station: &str, epoch: i64, number: i64) -> String {
+    format!("/v1/{plant}/{station}/{epoch}/{number}")
+}
+
+/// A client of one archive, with a connection that stays open.
+pub struct Poster {
+    origin: String,
+    https: Https,
+    token: HeaderValue,
+    connector: TlsConnector,
+    connection: Option<SendRequest<Body>>,
+}
+
+impl Poster {
+    /// A client that has not connected yet.
+    ///
+    /// # Errors
+    /// [`PostError`] when the certificates cannot be read.
+    pub fn new(https: &Https) -> Result<Self, PostError> {
+        let host = https.url.authority().map_or("", |authority| authority.as_str());
+        let origin = format!("{}://{host}", https.url.scheme_str().unwrap_or_default());
+        let failed = |error: &dyn std::fmt::Display| PostError { archive: origin.clone(), reason: error.to_string() };
+        let trusted = https.ca_file.as_deref().map(ca_certificates).transpose().map_err(|error| failed(&error))?;
+        let config = trusting(trusted.unwrap_or_default()).map_err(|error| failed(&error))?.with_no_client_auth();
+        let token = HeaderValue::from_str(&format!("Bearer {}", https.token.reveal()));
+        let mut token = token.map_err(|error| failed(&error))?;
+        token.set_sensitive(true);
+        let connector = TlsConnector::from(Arc::new(config));
+        Ok(Self { origin, https: https.clone(), token, connector, connection: None })
+    }
+
+    /// Where it sends.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// Sends a batch. `Ok` means that the archive has committed it.
+    ///
+    /// # Errors
+    /// [`PostError`]; the batch may be stored nevertheless, and sending it again changes nothing.
+    pub async fn post(&mut self, plant: &str, station: &str, epoch: i64, batch: Waiting) -> Result<(), PostError> {
+        let (path, payload) = (path(plant, station, epoch, batch.number), Bytes::from(batch.payload));
+        // The archive may have closed an idle connection in this moment: a new one decides.
+        if let Some(connection) = self.connection.take().filter(|connection| !connection.is_closed())
+            && let Ok(answer) = self.send(connection, &path, payload.clone()).await
+        {
+            return self.evaluate(answer).await;
+        }
+        let connection = timeout(CONNECT_TIMEOUT, self.connect()).await;
+        let connection = connection.unwrap_or_else(|_| Err("no connection within 20 s".to_owned()));
+        let connection = connection.map_err(|reason| self.failed(reason))?;
+        let answer = self.send(connection, &path, payload).await.map_err(|reason| self.failed(reason))?;
+        self.evaluate(answer).await
+    }
+
+    fn failed(&self, reason: String) -> PostError {
+        PostError { archive: self.origin.clone(), reason }
+    }
+
+    async fn connect(&self) -> Result<SendRequest<Body>, String> {
+        let url = &self.https.url;
+        let host = url.host().unwrap_or_default().trim_start_matches('[').trim_end_matches(']');
+        let is_secure = url.scheme_str() == Some("https");
+        let port = url.port_u16().unwrap_or(if is_secure { 443 } else { 80 });
+        let stream =
+            TcpStream::connect((host, port)).await.map_err(|error| format!("it cannot be reached: {error}"))?;
+        if !is_secure {
+            return handshake(stream).await;
+        }
+        let name = ServerName::try_from(host.to_owned()).map_err(|error| format!("{host} is no host name: {error}"))?;
+        let stream = self.connector.connect(name, stream).await;
+        let advice = "name a file with the certificate of its issuer in ca-file of [archive.https]";
+        handshake(stream.map_err(|error| format!("there is no secure connection: {error}; {advice}"))?).await
+    }
+
+    /// Sends one request and keeps the connection for the next one.
+    async fn send(
+        &mut self,
+        mut connection: SendRequest<Body>,
+        path: &str,
+        payload: Bytes,
+    ) -> Result<Response<body::Incoming>, String> {
+        let host = self.https.url.authority().map_or("", |authority| authority.as_str());
+        let request = Request::builder()
+            .method(Method::POST)
+            .uri(path)
+            .header(HOST, host)
+            .header(USER_AGENT, concat!("profivac/", env!("CARGO_PKG_VERSION")))
+            .header(CONTENT_TYPE, "application/octet-stream")
+            .header(AUTHORIZATION, self.token.clone())
+            .body(Body::from(payload))
+            .map_err(|error| format!("the request cannot be made: {error}"))?;
+        let answer = async {
+            connection.ready().await?;
+            connection.send_request(request).await
+        };
+        let answer = timeout(ANSWER_TIMEOUT, answer).await.map_err(|_| "no answer within 120 s".to_owned())?;
+        let answer = answer.map_err(|error| format!("it does not answer: {error}"))?;
+        self.connection = Some(connection);
+        Ok(answer)
+    }
+
+    /// The meaning of an answer. The text of a refusal is that of the archive, without characters that are invisible.
+    async fn evaluate(&mut self, answer: Response<body::Incoming>) -> Result<(), PostError> {
+        let status = answer.status();
+        if status == StatusCode::NO_CONTENT {
+            return Ok(());
+        }
+        self.connection = None;
+        let text = timeout(CONNECT_TIMEOUT, to_bytes(Body::new(answer.into_body()), LONGEST_REASON)).await;
+        let text = text.ok().and_then(Result::ok).unwrap_or_default();
+        let is_visible = |it: &char| it.is_ascii_graphic() || *it == ' ';
+        let text: String = String::from_utf8_lossy(&text).chars().filter(is_visible).collect();
+        let reason = match text.is_empty() {
+            true => format!("expected the answer 204 of an archive, found {status}: check url in [archive.https]"),
+            false => format!("the batch is refused ({status}): {text}"),
+        };
+        Err(self.failed(reason))
+    }
+}
+
+async fn handshake(stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static) -> Result<SendRequest<Body>, String> {
+    let made = http1::handshake(TokioIo::new(stream)).await;
+    let (sender, connection) = made.map_err(|error| format!("it does not answer: {error}"))?;
+    // The connection ends when the sender is dropped.
+    drop(tokio::spawn(connection));
+    Ok(sender)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{self, Sender};
+    use crate::https::{Job, Server};
+    use profivac_station::config::Secret;
+    use std::collections::BTreeMap;
+    use std::sync::{Mutex, PoisonError};
+
+    fn secret(text: &str) -> Secret {
+        toml::from_str::<BTreeMap<String, Secret>>(&format!("a = \"{text}\"")).unwrap().remove("a").unwrap()
+    }
+
+    /// Starts an archive that notes the ids of batches and commits those that are even. Returns a client with a token.
+    async fn archive(ids: Arc<Mutex<Vec<String>>>, token: &str) -> Poster {
+        let sender = Sender { plant: "hall".to_owned(), name: "hall-1".to_owned(), token: secret("right") };
+        let https = config::Https { listen: "127.0.0.1:0".parse().unwrap(), tls: None, stations: vec![sender] };
+        let server = Server::bind(&https).await.unwrap();
+        let https = Https { url: server.url().parse().unwrap(), token: secret(token), ca_file: None };
+        drop(tokio::spawn(server.serve_with(move |Job { message, committed }| {
+            let is_even = message.payload.first().is_some_and(|octet| octet % 2 == 0);
+            ids.lock().unwrap_or_else(PoisonError::into_inner).push(message.id);
+            if is_even {
+                committed.send(()).ok();
+            }
+        })));
+        Poster::new(&https).unwrap()
+    }
+
+    fn batch(number: i64) -> Waiting {
+        Waiting { number, payload: vec![u8::try_from(number).unwrap()] }
+    }
+
+    #[tokio::test]
+    async fn a_batch_is_sent_with_its_numbers_until_it_is_committed() {
+        let ids = Arc::<Mutex<Vec<String>>>::default();
+        let mut poster = archive(Arc::clone(&ids), "right").await;
+        poster.post("hall", "hall-1", 5, batch(2)).await.unwrap();
+        poster.post("hall", "hall-1", 5, batch(4)).await.unwrap();
+        let refused = poster.post("hall", "hall-1", 5, batch(7)).await.unwrap_err().to_string();
+        assert!(
+            refused.contains("503") && refused.contains("the database of the archive does not answer"),
+            "{refused}"
+        );
+        poster.post("hall", "hall-1", 5, batch(8)).await.unwrap();
+        assert_eq!(*ids.lock().unwrap(), ["hall-1/5/2", "hall-1/5/4", "hall-1/5/7", "hall-1/5/8"]);
+    }
+
+    #[tokio::test]
+    async fn a_refusal_says_why_and_never_shows_the_token() {
+        let mut poster = archive(Arc::default(), "wrong").await;
+        let refused = poster.post("hall", "hall-1", 5, batch(2)).await.unwrap_err().to_string();
+        assert!(refused.contains("401") && refused.contains("compare token-file at both ends"), "{refused}");
+        assert!(!refused.contains("wrong"), "{refused}");
+    }
+}
