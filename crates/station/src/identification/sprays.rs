@@ -12,7 +12,7 @@ use profivac_recorder::Micros;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// What is known beside a record.
+/// Known facts beside a record.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Circumstances<'a> {
     /// How the indication depends on the gas, if it is known.
