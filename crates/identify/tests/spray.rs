@@ -197,7 +197,7 @@ fn the_intervals_of_two_hundred_random_sprays_contain_the_truth() {
     assert!(counts.iter().skip(1).all(|count| f64::from(*count) >= 0.9 * f64::from(counts[0])), "{counts:?}");
 }
 
-/// What is no spray: a quiet tail, a step, a burst, a slow wave, a ramp that ends at once, a rise that stays.
+/// Courses without a spray: a quiet tail, a step, a burst, a slow wave, a ramp that ends at once, a rise that stays.
 #[test]
 fn nothing_is_recognised_where_no_gas_came_and_went() {
     type Course = fn(f64) -> f64;

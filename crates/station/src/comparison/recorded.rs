@@ -90,7 +90,7 @@ pub fn excess_of(comparison: &Comparison, own: &Recorded, usual: &[&Recorded]) -
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test")]
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
     use super::*;
     use crate::comparison::view::PumpDowns;
@@ -122,7 +122,7 @@ mod tests {
         let trace = Trace::new(&samples, one.span);
         let own = Recorded { run: Run::new(&one, &trace), trace };
         let runs = [own];
-        let compared = compare(&[runs[0].run.clone()]);
+        let compared = compare(std::slice::from_ref(&runs[0].run));
         let shown = PumpDowns::new("chamber".to_owned(), &runs, &compared, 10);
         let [spray] = &shown.runs[0].sprays[..] else { panic!("{:?}", shown.runs[0].sprays) };
         assert!(

@@ -1,9 +1,7 @@
 //! Helium at a leak in the record of a gauge, in words.
 
-use super::view::BoundsView;
-use crate::report::format::{duration, moment};
 use crate::view::unix_ms;
-use jiff::tz::TimeZone;
+use jiff::Timestamp;
 use profivac_identify::Interval;
 use profivac_identify::plant::Plant;
 use profivac_identify::rise::GasDependence;
@@ -12,7 +10,18 @@ use profivac_recorder::Micros;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// What is known beside a record.
+/// A value with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct BoundsView {
+    /// The best value.
+    pub mean: f64,
+    /// The lower bound.
+    pub low: f64,
+    /// The upper bound; `null` if there is none.
+    pub high: Option<f64>,
+}
+
+/// Known facts beside a record.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Circumstances<'a> {
     /// How the indication depends on the gas, if it is known.
@@ -101,6 +110,10 @@ fn leak(spray: &Spray, known: Circumstances<'_>) -> Option<Leak> {
     }
 }
 
+fn duration(seconds: f64) -> String {
+    format!("{seconds:.1} s")
+}
+
 /// A kind of gauge, and how it responds.
 fn of_gauge(gauge: GasDependence) -> String {
     let name = match gauge {
@@ -121,7 +134,7 @@ fn sentence(at: Micros, spray: &Spray, gauge: Option<GasDependence>, leak: Optio
     let mut text = format!(
         "{}, for {}: the indication {verb} by {size:.1e} mbar ({least:.1e} to {most:.1e}), {:.0} % of it, with a time constant of {} \
          ({} to {}), and returns with the same one: as with helium sprayed on a leak, or with another gas let in for this time",
-        moment(at, &TimeZone::UTC),
+        Timestamp::from_microsecond(at.0).unwrap_or_default().strftime("%Y-%m-%d %H:%M:%S UTC"),
         duration(spray.to_s.mean - spray.from_s.mean),
         100.0 * mean.abs() / spray.base_pa,
         duration(tau.mean),
@@ -151,7 +164,7 @@ fn sentence(at: Micros, spray: &Spray, gauge: Option<GasDependence>, leak: Optio
             of_gauge(gauge)
         ),
     };
-    text.replace('\u{a0}', " ")
+    text
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A plant as the API shows it.
 
 use super::record::Chosen;
+pub use super::sprays::BoundsView;
 use super::sprays::{Circumstances, SprayView, around};
 use super::words::{Certainty, MISFIT, Parameter, certainty, note, remedy};
 use crate::view::{FlowView, unix_ms};
@@ -78,17 +79,6 @@ pub struct ClosedView {
     pub closed_s: f64,
     /// When it was opened again, or the samples end: seconds after the start.
     pub opened_s: f64,
-}
-
-/// A value with its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
-pub struct BoundsView {
-    /// The best value.
-    pub mean: f64,
-    /// The lower bound.
-    pub low: f64,
-    /// The upper bound; `null` if there is none.
-    pub high: Option<f64>,
 }
 
 /// A time with its 95 % interval.
