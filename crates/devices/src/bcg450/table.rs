@@ -259,8 +259,8 @@ pub static MODEL: Model = Model {
     // 3.1.1.11: CDG, Pirani, BA. 3.3.2.3, 3.3.3.3, 3.3.4.3: Electronics Failure includes a failure of the sensor.
     alarms: AlarmWords {
         instances: &[3, 1, 2],
-        sensor: &[AlarmBit { octet: 1, mask: 1 << 1, name: "electronics or sensor failure" }],
-        manufacturer: &[(1 << 0, "internal communication error")],
+        sensor: &[AlarmBit { octet: 1, mask: 1 << 1, name: text("electronics or sensor failure") }],
+        manufacturer: &[(1 << 0, text("internal communication error"))],
     },
     faults: &Faults::LIST,
     errata: text(

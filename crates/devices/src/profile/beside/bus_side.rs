@@ -335,6 +335,7 @@ impl Device for BusSide {
     }
 
     /// The inputs are those that the application has published last, but the answer in the parameter channel follows its task.
+    #[cfg(feature = "prepared-answers")]
     fn keeps_inputs(&self, _before: &[u8], outputs: &[u8]) -> bool {
         let channel = |offset| outputs.get(offset..).and_then(|octets| octets.first_chunk());
         self.channel_out.is_none_or(|offset| channel(offset).is_some_and(|octets| self.channel.keeps(*octets)))
