@@ -436,7 +436,10 @@ fn viewers_leave_room_in_the_queue_for_operators() {
         let (done, busy) = std::sync::mpsc::channel();
         for _ in 0..10 {
             let (station, done) = (&station, done.clone());
-            scope.spawn(move || done.send(station.services.control().requests().blocks("chamber").is_err()).unwrap());
+            // The two reads that wait are answered at the end, when the receiver may be gone.
+            scope.spawn(move || {
+                done.send(station.services.control().requests().blocks("chamber").is_err()).unwrap_or_default()
+            });
         }
         (0..8).for_each(|_| {
             assert!(busy.recv_timeout(std::time::Duration::from_secs(30)).unwrap(), "only two reads wait")

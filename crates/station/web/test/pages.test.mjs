@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { exportAddress } from '../dist/test/api/calls.js'
+import { csvAddress } from '../dist/test/api/calls.js'
 import { gatewayState, gatewayTitle } from '../dist/test/lib/gateways.js'
 import { baud, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
 import {
@@ -159,7 +159,7 @@ test('lost samples and events are counted in a sentence', () => {
 
 test('an export repeats the parameter for each series', () => {
   assert.equal(
-    exportAddress(['hall, north', 'annex'], 1, 2),
+    csvAddress(['hall, north', 'annex'], 1, 2),
     '/api/export.csv?from=1&to=2&series=hall%2C+north&series=annex',
   )
 })
