@@ -201,7 +201,6 @@ impl<D: Device, const CONNECTIONS: usize> Station for Slave<D, CONNECTIONS> {
 
 impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     /// Processes any telegram. [`telegram`](Station::telegram) has a shorter way with the same result for the expected one.
-    #[inline(never)]
     fn any_telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
         let Self { responder, server, .. } = self;
         server.elapse(end);
@@ -226,7 +225,6 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
     }
 
     /// Encodes the answer to the next Data_Exchange, if the device allows it.
-    #[inline(never)]
     fn prepare(&mut self) {
         let Self { responder, server, expected } = self;
         expected.clear();
