@@ -9,7 +9,9 @@
 //! cuts the power at each system call of this program.
 
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm};
-use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind, Forward, Micros, Quality, Reader, Recorder, Sample, Settings};
+use profivac_recorder::{
+    AuditAction, AuditEntry, Event, EventKind, Forward, Micros, Quality, Reader, Recorder, Sample, Settings,
+};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +21,8 @@ const BEGIN: i64 = 1_767_225_600 * Micros::SECOND;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args_os().skip(1);
     let path = PathBuf::from(arguments.next().ok_or("expected a database: acknowledged FILE STEPS")?);
-    let steps: i64 = arguments.next().and_then(|text| text.to_str()?.parse().ok()).ok_or("expected a number of steps")?;
+    let steps: i64 =
+        arguments.next().and_then(|text| text.to_str()?.parse().ok()).ok_or("expected a number of steps")?;
     let settings = Settings { outbox: Some(Forward::All), ..Settings::default() };
     let recorder = Recorder::start(&path, settings)?;
     let first = next_step(&path)?;
@@ -44,7 +47,8 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
     let pressure = if number % 2 == 0 { 1.0 } else { 10.0 };
     recorder.push(&gauge, Sample::new(at, Some(pressure), Quality::Valid));
     recorder.audit_before_sending(audit(at, AuditAction::Execute, number))?;
-    let alarm = StoredAlarm { state: "unacknowledged".to_owned(), since: at, occurrence: number, ..StoredAlarm::default() };
+    let alarm =
+        StoredAlarm { state: "unacknowledged".to_owned(), since: at, occurrence: number, ..StoredAlarm::default() };
     let batch = AlarmBatch {
         alarms: [("high".to_owned(), Some(alarm))].into(),
         history: vec![history(at, number)],
@@ -52,7 +56,7 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
         notifications: vec![Notification { id: 0, webhook: "shift".to_owned(), at, body: number.to_string() }],
         finished_notifications: Vec::new(),
     };
-    let event = Event { at, gauge: Some(gauge), kind: EventKind::Note, text: number.to_string() };
+    let event = Event { at, gauge: Some(gauge.to_string()), kind: EventKind::Note, text: number.to_string() };
     if !recorder.record_alarms_with_receipt(batch, vec![event]).wait() {
         return Err("the disk has not answered for ten seconds".into());
     }
