@@ -7,9 +7,9 @@
 //! For work on the dashboard and for its tests in a browser: three segments, thirteen gauges, a recording of a week. Everything is a
 //! function of the seconds since the start, except that a line `vessel=1e5` on the standard input sets the pressure of that gauge in
 //! Pa. The program ends when its input ends. Further arguments: `hostile` adds a gauge whose name is a script. `large` has 480 gauges.
-//! `pumped` records twelve pump-downs of the series `transfer lock` and a plant to be identified as `test chamber`. `viewer` makes every
-//! client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga (operator) or vera (viewer), all with the
-//! password `tin whisker plateau`; the path of their file is printed as well.
+//! `pumped` records twelve pump-downs of the series `transfer lock`, a plant to be identified as `test chamber`, and helium at the leak of
+//! `leaking chamber`. `viewer` makes every client a viewer instead of an engineer. `users` requires a login as ada (engineer), olga
+//! (operator) or vera (viewer), all with the password `tin whisker plateau`; the path of their file is printed as well.
 
 #[path = "fake_plant/alarms.rs"]
 mod alarms;
@@ -67,6 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if said("pumped") {
         record_pump_downs(&services, start);
         record_plant(&services, start);
+        record_helium(&services, start);
     }
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
@@ -174,6 +175,22 @@ fn record_plant(services: &Services, start: Micros) {
             let pumped = if now < 7_200.0 { 0.02 * pa } else { 0.0 };
             pa += (2e-7 + 2e-6 * 3_600.0 / (now + 5.0) - pumped) / 0.05 / 100.0;
         }
+    }
+    let _written = services.recorder().flush();
+}
+
+/// Records two hours of pumping, five hours ago, with helium in place of the air of a leak for a minute, 100 minutes after its beginning.
+fn record_helium(services: &Services, start: Micros) {
+    let series = Arc::from("leaking chamber");
+    let mut random = fastrand::Rng::with_seed(3);
+    let filled = |s: f64| 1.0 - (-s.max(0.0) / 10.0).exp();
+    for second in -20..7_200 {
+        let t = f64::from(second).max(0.0);
+        let noise: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+        let helium = filled(t.min(6_060.0) - 6_000.0) * (-(t - 6_060.0).max(0.0) / 10.0).exp();
+        let pa = 1e4 * (-t / 10.0).exp() + 1e-3 * 3_600.0 / (t + 10.0) + 1e-4 * (1.0 - 0.54 * helium);
+        let at = moment(start, f64::from(second - 18_000));
+        services.recorder().push(&series, Sample::new(at, Some(pa * (1.0 + 0.005 * noise)), Quality::Valid));
     }
     let _written = services.recorder().flush();
 }

@@ -69,3 +69,16 @@ test('the trends page links to the pump-downs of its first series', async () => 
     assert.match(page.url(), /pump-downs\?series=/)
   })
 })
+
+test('helium at a leak is a sentence with its size and its time', async () => {
+  await visit('/trends/pump-downs?series=leaking%20chamber', async (page) => {
+    const found = page.getByRole('region', { name: 'Like helium at a leak' })
+    await found.waitFor()
+    assert.match(await found.innerText(), /falls by .*mbar.*helium sprayed on a leak/s)
+    assert.equal(await found.locator('p').count(), 1)
+  })
+  await visit(PAGE, async (page) => {
+    await page.locator('.verdict').waitFor()
+    assert.equal(await page.getByRole('region', { name: 'Like helium at a leak' }).count(), 0)
+  })
+})
