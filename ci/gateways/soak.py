@@ -4,10 +4,11 @@
 SEGMENTS (24) lines of four virtual gauges, so that sixty minutes (MINUTES) are a day of bus time; recorder, alarms, a webhook whose server
 refuses every third notification, and every gateway. All the time gauges lose power, break and are mended, lines are cut, pressures cross the
 limits of alarms, and clients of each protocol, of the API and of the live stream come and go. Prints a row in each minute: memory, files,
-threads, disk, cycles. Ends with 1 when memory, files or threads still grow in the second half, when the disk grows faster than its
-samples, or when a gauge does not exchange data at the end. PROGRAM has the feature opcua; mosquitto is installed.
+threads, disk, cycles. Ends with 1 when files or threads grow in the second half, when memory or captures pass their documented limits, when a
+client never succeeded, or when a gauge does not exchange data at the end. PROGRAM has the feature opcua; mosquitto is installed.
 """
 
+import http.cookiejar
 import http.server
 import json
 import os
@@ -26,10 +27,11 @@ import load
 from plant import free_port, wait_for
 
 DEVICES = {5: "bcg450", 6: "psg550", 7: "tpg300", 8: "img400"}
-FAULTS = {5: "eeprom", 6: "eeprom", 7: "eeprom", 8: "eeprom"}
+FAULT = "eeprom"
+USER, PASSWORD = "olga", "tin whisker plateau"
 MIB = 1 << 20
-# The flight recorder of a segment, and its captures on the disk: docs/listening.md.
-CAPTURES_MIB = 256
+# The flight recorder of a segment in memory, and its captures on the disk: docs/listening.md.
+RECORDER_MIB, CAPTURES_MIB = 64, 256
 
 
 class Lines:
@@ -44,7 +46,7 @@ class Lines:
     def start(self, number):
         devices = [f"{device}@{address}" for address, device in DEVICES.items()]
         self.processes[number] = subprocess.Popen(
-            [self.program, "simulate", "--tcp", f"127.0.0.1:{self.ports[number]}", "--baud", "187500", *devices],
+            [self.program, "simulate", "--tcp", f"127.0.0.1:{self.ports[number]}", "--baud", "19200", *devices],
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True)
 
     def cut(self, number):
@@ -79,9 +81,9 @@ def write_plant(folder, ports, lines, sink):
     """The file of the station."""
     text = ["[station]\nname = \"soak\"\ndatabase = \"soak.db\"\n"]
     for number, port in enumerate(lines.ports):
-        text.append(f'[[segment]]\nname = "s{number}"\nport = "tcp://127.0.0.1:{port}"\nbaud = 187500\n')
+        text.append(f'[[segment]]\nname = "s{number}"\nport = "tcp://127.0.0.1:{port}"\nbaud = 19200\n')
         for address, device in DEVICES.items():
-            text.append(f'[[segment.gauge]]\nname = "g{number}-{address}"\naddress = {address}\ndevice = "{device}"\npoll = "200ms"\n')
+            text.append(f'[[segment.gauge]]\nname = "g{number}-{address}"\naddress = {address}\ndevice = "{device}"\npoll = "1 s"\n')
         text.append(f'[[alarm]]\nname = "high {number}"\ngauge = "g{number}-5"\nabove = "1e-2 mbar"\npriority = "high"\n')
     text.append(f'[[webhook]]\nurl = "http://127.0.0.1:{sink}/"\n')
     modbus, prometheus, ca, pva, opcua, broker = ports
@@ -106,7 +108,9 @@ class Repeated(threading.Thread):
             try:
                 self.work()
                 self.count += 1
-            except (OSError, AssertionError, ValueError, urllib.error.HTTPError) as error:
+            except urllib.error.HTTPError as error:
+                self.last = f"{error.url}: {error.code} {error.read().decode()}"
+            except (OSError, AssertionError, ValueError) as error:
                 self.last = error
                 self.ended.wait(0.5)
 
@@ -123,13 +127,24 @@ def disturb(lines, ended, source):
         ended.wait(3)
         lines.tell(number, f"power {address} on")
     elif kind == "fault":
-        lines.tell(number, f"fault {address} {FAULTS[address]}")
+        lines.tell(number, f"fault {address} {FAULT}")
         ended.wait(3)
-        lines.tell(number, f"clear {address} {FAULTS[address]}")
+        lines.tell(number, f"clear {address} {FAULT}")
     else:
         lines.cut(number)
         ended.wait(2)
         lines.start(number)
+
+
+def session(url):
+    """Logs in; the cookie goes with every later request of this program."""
+    urllib.request.install_opener(urllib.request.build_opener(urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar())))
+    with urllib.request.urlopen(url + "/api/session", timeout=60) as answer:
+        token = json.load(answer)["token"]
+    body = json.dumps({"name": USER, "password": PASSWORD}).encode()
+    headers = {"Content-Type": "application/json", "X-CSRF-Token": token or ""}
+    with urllib.request.urlopen(urllib.request.Request(url + "/api/login", body, headers), timeout=60) as answer:
+        return json.load(answer)["token"]
 
 
 def clients(url, ports, count):
@@ -141,8 +156,7 @@ def clients(url, ports, count):
             while answer.read1(1 << 16) and (not seconds or time.monotonic() < end):
                 pass
 
-    with urllib.request.urlopen(url + "/api/session", timeout=60) as answer:
-        token = json.load(answer)
+    token = session(url)
 
     def drain(make):
         it = make()
@@ -175,8 +189,9 @@ def clients(url, ports, count):
         time.sleep(1)
 
     def note():
+        """The operator notes something."""
         body = json.dumps({"text": "soak"}).encode()
-        headers = {"Content-Type": "application/json", "X-CSRF-Token": token["token"]}
+        headers = {"Content-Type": "application/json", "X-CSRF-Token": token}
         request = urllib.request.Request(url + "/api/notes", body, headers)
         with urllib.request.urlopen(request, timeout=60) as answer:
             answer.read()
@@ -230,8 +245,13 @@ def size(path):
 
 def grown(rows, segments):
     """What grows without end: the second half of the rows is compared with the first."""
-    first, second = rows[len(rows) // 4 : len(rows) // 2], rows[len(rows) // 2 :]
+    first, second = rows[: max(1, len(rows) // 2)], rows[len(rows) // 2 :]
     found = []
+    allowed = rows[0].memory + (RECORDER_MIB + 4) * segments
+    if second[-1].memory > allowed:
+        found.append(f"the memory grew to {second[-1].memory:.0f} MiB, expected at most {allowed:.0f}: the flight recorders and what was there before")
+    hourly = (second[-1].database - second[0].database) / max(1, len(second) - 1) * 60
+    print(f"the database grows by {hourly:.1f} MiB in an hour", flush=True)
     for name, room in [("files", 10), ("threads", 5)]:
         before, after = max(getattr(row, name) for row in first), max(getattr(row, name) for row in second)
         if after > before + room:
@@ -251,10 +271,14 @@ def main():
     broker = subprocess.Popen([shutil.which("mosquitto") or "/usr/sbin/mosquitto", "-p", str(ports[5])], stderr=subprocess.DEVNULL)
     lines = Lines(program, segments)
     plant = write_plant(folder, ports, lines, sink.server_port)
+    subprocess.run([program, "user", "add", USER, "--role", "operator", plant, "--password-stdin"], input=PASSWORD + "\n", text=True, check=True)
     station = subprocess.Popen([program, "run", plant, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
     found = ["it did not come to its end"]
     try:
         url = station.stdout.readline().split()[1]
+
+        source = random.Random(25)
+        work = clients(url, ports, segments)
 
         def exchanging():
             with urllib.request.urlopen(url + "/api/gauges", timeout=60) as answer:
@@ -262,8 +286,8 @@ def main():
             return len(states) == segments * len(DEVICES) and all(state == "data-exchange" for state in states)
 
         wait_for("data exchange of all gauges", exchanging)
-        ended, source = threading.Event(), random.Random(25)
-        work = {"disturbances": lambda: disturb(lines, ended, source), **clients(url, ports, segments)}
+        ended = threading.Event()
+        work = {"disturbances": lambda: disturb(lines, ended, source), **work}
         threads = [Repeated(name, it, ended) for name, it in work.items()]
         for thread in threads:
             thread.start()
