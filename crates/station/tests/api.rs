@@ -23,7 +23,7 @@ const NEW_YEAR_MS: i64 = 1_767_225_600_000;
 
 struct TestStation {
     folder: TempDir,
-    plant: Arc<Services>,
+    services: Arc<Services>,
 }
 
 impl TestStation {
@@ -36,9 +36,9 @@ impl TestStation {
             ..Settings::default()
         };
         let recorder = Recorder::start(&file, settings).unwrap();
-        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-        plant.snapshots().publish(snapshot());
-        Self { folder, plant }
+        let services = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+        services.snapshots().publish(snapshot());
+        Self { folder, services }
     }
 
     /// Status, content type and body of an answer.
@@ -61,7 +61,7 @@ impl TestStation {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
         runtime.block_on(async {
             let request = Request::builder().method(method).uri(path).body(Body::empty()).unwrap();
-            let response = router(Arc::clone(&self.plant)).oneshot(request).await.unwrap();
+            let response = router(Arc::clone(&self.services)).oneshot(request).await.unwrap();
             let (head, body) = response.into_parts();
             (Response::from_parts(head, ()), to_bytes(body, usize::MAX).await.unwrap().to_vec())
         })
@@ -84,7 +84,7 @@ impl TestStation {
 
     fn record(&self, second: i64, pa: f64) {
         let at = Micros((NEW_YEAR_MS + second * 1000) * 1000);
-        self.plant.recorder().push(&Arc::from("chamber"), Sample::new(at, Some(pa), Quality::Valid));
+        self.services.recorder().push(&Arc::from("chamber"), Sample::new(at, Some(pa), Quality::Valid));
     }
 }
 
@@ -149,7 +149,7 @@ fn the_api_serves_the_published_snapshot() {
 #[test]
 fn a_removed_segment_is_not_served() {
     let station = TestStation::new();
-    station.plant.snapshots().remove("hall");
+    station.services.snapshots().remove("hall");
     assert_eq!(station.json("/api/segments"), Value::Array(Vec::new()));
     assert_eq!(station.json("/api/gauges"), Value::Array(Vec::new()));
 }
@@ -158,7 +158,7 @@ fn a_removed_segment_is_not_served() {
 fn blocks_are_requested_from_the_segment() {
     let station = TestStation::new();
     assert_eq!(station.problem("/api/gauges/unknown/blocks").0, 404);
-    let requests = station.plant.control().requests().accept("hall");
+    let requests = station.services.control().requests().accept("hall");
     let answering = std::thread::spawn(move || {
         let SegmentRequest::Blocks(gauge, answer) = requests.recv().unwrap() else { panic!("blocks") };
         answer.send(Ok(vec![Block { name: gauge, parameters: Vec::new() }])).unwrap();
@@ -175,7 +175,7 @@ fn blocks_are_requested_from_the_segment() {
 fn a_trend_has_an_entry_for_every_pixel_with_samples() {
     let station = TestStation::new();
     (0..100).for_each(|second| station.record(second, if second < 50 { 1e-3 } else { 1e-5 }));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let to = NEW_YEAR_MS + 100_000;
     let trend = station.json(&format!("/api/trend?series=chamber&from={NEW_YEAR_MS}&to={to}&pixels=10"));
     assert_eq!(trend["start_ms"].as_array().unwrap().len(), 10);
@@ -209,7 +209,7 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
 fn extreme_times_are_accepted() {
     let station = TestStation::new();
     station.record(0, 1.0);
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let (from, to) = (i64::MIN, i64::MAX);
     assert_eq!(
         station.json(&format!("/api/trend?series=chamber&from={from}&to={to}"))["start_ms"].as_array().unwrap().len(),
@@ -222,7 +222,7 @@ fn extreme_times_are_accepted() {
 fn a_straight_rise_has_its_leak_with_an_interval_and_sccm_at_the_temperature_of_the_gas() {
     let station = TestStation::new();
     (0..300).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let to = NEW_YEAR_MS + 300_000;
     let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}&volume_m3=0.1"));
     let leak = &rise["flows"]["leak"];
@@ -242,7 +242,7 @@ fn outgassing_after_hours_of_pumping_is_not_called_a_leak() {
     let station = TestStation::new();
     let start_s = 36_000.0_f64;
     (0..1800).for_each(|second| station.record(second, 1e-5 + 1e-7 * start_s * (second as f64 / start_s).ln_1p()));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let to = NEW_YEAR_MS + 1_800_000;
     let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
     assert_eq!(rise["cause"], "outgassing");
@@ -263,7 +263,7 @@ fn pump_downs_are_compared_with_the_last_ten_or_with_a_chosen_one() {
             station.record(day * DAY_S + second, 1e5 * (-s / 20.0).exp() + outgassing * 0.36 / (s + 1.0) + 1e-6);
             second += 1.max(second / 100);
         }
-        assert!(station.plant.recorder().flush());
+        assert!(station.services.recorder().flush());
     }
     let (from, to) = (NEW_YEAR_MS - 60_000, NEW_YEAR_MS + 11 * DAY_S * 1000);
     let answer = station.json(&format!("/api/pump-downs?series=chamber&from={from}&to={to}&limit=5"));
@@ -310,7 +310,7 @@ fn record_plant(station: &TestStation) {
             pa += (2e-7 + 2e-6 * 3600.0 / (now + 5.0) - pumped) / 0.05 / 100.0;
         }
     }
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
 }
 
 #[test]
@@ -410,7 +410,7 @@ fn a_rise_after_a_recorded_pump_down_knows_the_time_of_pumping() {
         _ => 1e-4 + 1e-6 * (second - 600) as f64,
     };
     (0..end).for_each(|second| station.record(second, pa(second)));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let (from, to) = (NEW_YEAR_MS + closed * 1000, NEW_YEAR_MS + end * 1000);
     let rise = station.json(&format!("/api/rise?series=chamber&from={from}&to={to}"));
     let pumped = rise["pumped_s"].as_f64().unwrap();
@@ -422,7 +422,7 @@ fn a_rise_after_a_recorded_pump_down_knows_the_time_of_pumping() {
 fn the_uncertainty_of_the_gauge_widens_the_intervals() {
     let station = TestStation::new();
     (0..300).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let to = NEW_YEAR_MS + 300_000;
     let path = format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}");
     let rise = station.json(&format!("{path}&accuracy=0.15"));
@@ -441,7 +441,7 @@ fn the_time_of_pumping_is_known_after_more_samples_than_are_fitted() {
         _ => 1e-4 + 1e-6 * (second - 30_000) as f64,
     };
     (0..30_300).for_each(|second| station.record(second, pa(second)));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let (from, to) = (NEW_YEAR_MS + 30_000_000, NEW_YEAR_MS + 30_300_000);
     let rise = station.json(&format!("/api/rise?series=chamber&from={from}&to={to}"));
     let pumped = rise["pumped_s"].as_f64().unwrap();
@@ -451,8 +451,8 @@ fn the_time_of_pumping_is_known_after_more_samples_than_are_fitted() {
 #[test]
 fn events_come_latest_first() {
     let station = TestStation::new();
-    station.plant.recorder().event_now_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
-    station.plant.recorder().event_now_and_wait(None, EventKind::Station, "the station begins");
+    station.services.recorder().event_now_and_wait(Some("chamber"), EventKind::Gauge, "emission is on");
+    station.services.recorder().event_now_and_wait(None, EventKind::Station, "the station begins");
     let events = station.json(&format!("/api/events?from=0&to={}", i64::MAX));
     let texts: Vec<_> = events.as_array().unwrap().iter().map(|event| event["text"].as_str().unwrap()).collect();
     assert_eq!(texts, ["the station begins", "emission is on"]);
@@ -463,7 +463,7 @@ fn events_come_latest_first() {
 fn an_export_is_a_csv_attachment() {
     let station = TestStation::new();
     station.record(0, 1e-3);
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let (status, kind, text) = station.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1));
     assert_eq!((status, kind.as_str()), (200, "text/csv; charset=utf-8"));
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
@@ -476,7 +476,7 @@ fn an_export_may_be_a_parquet_file() {
     for second in 0..5_000 {
         station.record(second, 1e-3);
     }
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let path = format!("/api/export.parquet?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 5_000_000);
     let (head, octets) = station.octets("GET", &path);
     assert_eq!(head.status(), 200);
@@ -492,9 +492,9 @@ fn an_export_has_the_requested_series() {
     let station = TestStation::new();
     for name in ["hall, north", "hall", "north & south", "annex", "=1+1"] {
         let at = Micros(NEW_YEAR_MS * 1000);
-        station.plant.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
+        station.services.recorder().push(&Arc::from(name), Sample::new(at, Some(1.0), Quality::Valid));
     }
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     for (asked, expected) in [
         // An apostrophe keeps a spreadsheet from reading a name as a formula.
         ("", &["'=1+1", "annex", "hall", "hall, north", "north & south"][..]),
@@ -524,12 +524,12 @@ fn name_of(row: &str) -> &str {
 fn an_export_is_read_while_the_client_reads() {
     let station = TestStation::new();
     (0..40_000).for_each(|second| station.record(second, 1e-3));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     let rows = runtime.block_on(async {
         let path = format!("/api/export.csv?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 100_000_000);
         let request = Request::get(path).body(Body::empty()).unwrap();
-        let response = router(Arc::clone(&station.plant)).oneshot(request).await.unwrap();
+        let response = router(Arc::clone(&station.services)).oneshot(request).await.unwrap();
         let mut pieces = response.into_body().into_data_stream();
         let mut rows = text(pieces.next().await).lines().count();
         let file = rusqlite::Connection::open(station.folder.path().join("plant.db")).unwrap();
@@ -550,7 +550,7 @@ fn text(piece: Option<Result<axum::body::Bytes, axum::Error>>) -> String {
 fn a_rise_with_many_samples_is_fitted_to_their_means() {
     let station = TestStation::new();
     (0..30_000).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
-    assert!(station.plant.recorder().flush());
+    assert!(station.services.recorder().flush());
     let to = NEW_YEAR_MS + 30_000_000;
     let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
     let [low, high] = ["low", "high"].map(|key| rise["leak_pa_per_s"][key].as_f64().unwrap());

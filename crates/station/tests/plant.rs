@@ -235,7 +235,7 @@ fn a_command_armed_for_one_gauge_is_not_sent_to_another_of_the_same_name() {
     station.reconfigure(fixture.config(&[("hall", &["chamber bcg450 6"])])).unwrap();
     gauge(&services, "chamber", |gauge| gauge.address == 6 && gauge.state == BusStationState::DataExchange);
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
-    assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at 6 now");
+    assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at address 6 now");
     // The same device at the same address, on another segment.
     let command = services.control().arm(&actor, "chamber", &request).unwrap();
     station.reconfigure(fixture.config(&[("annex", &["chamber bcg450 6"])])).unwrap();

@@ -25,9 +25,9 @@ impl TestStation {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Services::new("hall".to_owned(), file, recorder));
+        let services = Arc::new(Services::new("hall".to_owned(), file, recorder));
         let setup = Setup { limits, ..Setup::new(address.parse().unwrap(), Access::anonymous_viewer()) };
-        let server = Server::start(plant, setup).unwrap();
+        let server = Server::start(services, setup).unwrap();
         Self { _folder: folder, server }
     }
 

@@ -118,7 +118,7 @@ pub enum ChangedSinceArmed {
         now: Box<Connection>,
     },
     /// Another device has the name of the gauge.
-    #[error("{gauge} was {} at address {} when it was armed and is {} at {} now", .armed.0, .armed.1, .now.0, .now.1)]
+    #[error("{gauge} was {} at address {} when it was armed and is {} at address {} now", .armed.0, .armed.1, .now.0, .now.1)]
     Device {
         /// The gauge.
         gauge: String,

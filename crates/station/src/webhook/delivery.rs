@@ -230,7 +230,8 @@ impl Delivery {
         if !notifications.is_empty() {
             self.finish(notifications);
             self.status.gave_up(&self.webhook.name, notifications.len());
-            self.record_event(&format!("did not get {} notifications: {reason}", notifications.len()));
+            let plural = if notifications.len() == 1 { "" } else { "s" };
+            self.record_event(&format!("did not get {} notification{plural}: {reason}", notifications.len()));
         }
     }
 

@@ -177,12 +177,12 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     Users::change(&users, |_| Ok(())).unwrap();
     let file = folder.path().join("plant.db");
     let recorder = Recorder::start(&file, Settings::default()).unwrap();
-    let plant = std::sync::Arc::new(Services::new("hall".to_owned(), file, recorder));
+    let services = std::sync::Arc::new(Services::new("hall".to_owned(), file, recorder));
     let everywhere: SocketAddr = "0.0.0.0:0".parse().unwrap();
     let start = |access: Access, with_tls: bool| {
         let tls = with_tls.then(|| crate::test_station::certificate(&folder));
         let setup = Setup { tls, ..Setup::new(everywhere, access) };
-        Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
+        Server::start(std::sync::Arc::clone(&services), setup).map(drop).map_err(|error| error.to_string())
     };
     let of_file = || Access::Users(users.clone());
     assert!(start(of_file(), false).unwrap_err().contains("needs TLS"));
@@ -192,7 +192,7 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     let behind = |access: Access| {
         let hosts = vec!["vacuum.example".to_owned()];
         let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
-        Server::start(std::sync::Arc::clone(&plant), setup).map(drop).map_err(|error| error.to_string())
+        Server::start(std::sync::Arc::clone(&services), setup).map(drop).map_err(|error| error.to_string())
     };
     assert!(behind(Access::anonymous_viewer()).unwrap_err().contains("through a proxy, which needs users"));
     let hash = Hash::of(PASSWORD).unwrap();

@@ -35,7 +35,7 @@ static HASH: LazyLock<Hash> = LazyLock::new(|| Hash::of(PASSWORD).unwrap());
 /// A running station.
 pub struct TestStation {
     folder: TempDir,
-    pub plant: Arc<Services>,
+    pub services: Arc<Services>,
     pub server: Server,
 }
 
@@ -59,16 +59,16 @@ impl TestStation {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        let plant = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
-        Self::around(plant, folder, change)
+        let services = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+        Self::around(services, folder, change)
     }
 
     /// A server for the services of a running station.
-    pub fn over(plant: &Arc<Services>) -> Self {
-        Self::around(Arc::clone(plant), tempfile::tempdir().unwrap(), |_, _| {})
+    pub fn over(services: &Arc<Services>) -> Self {
+        Self::around(Arc::clone(services), tempfile::tempdir().unwrap(), |_, _| {})
     }
 
-    fn around(plant: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
+    fn around(services: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let users = folder.path().join("users.toml");
         Users::change(&users, |users| {
             users.add("ada", Role::Engineer, HASH.clone())?;
@@ -78,8 +78,8 @@ impl TestStation {
         .unwrap();
         let mut setup = Setup::new("127.0.0.1:0".parse().unwrap(), Access::Users(users));
         change(&mut setup, &folder);
-        let server = Server::start(Arc::clone(&plant), setup).unwrap();
-        Self { folder, plant, server }
+        let server = Server::start(Arc::clone(&services), setup).unwrap();
+        Self { folder, services, server }
     }
 
     pub fn file(&self, name: &str) -> PathBuf {
@@ -112,9 +112,9 @@ impl TestStation {
     pub fn access_events(&self, sentence: &str) -> Vec<String> {
         let end = Instant::now() + TIMEOUT;
         loop {
-            assert!(self.plant.recorder().flush());
+            assert!(self.services.recorder().flush());
             let events =
-                self.plant.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
+                self.services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
             let access = events.into_iter().rev().filter(|event| event.kind.word() == "access");
             let texts: Vec<_> = access.map(|event| event.text).collect();
             if texts.iter().any(|text| text.contains(sentence)) {
