@@ -182,7 +182,7 @@ fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
     assert!(run(&["user", "remove", "ada", &file]).status.success());
     let end = Instant::now() + TIMEOUT;
     while !login(password).starts_with("HTTP/1.1 401") {
-        assert!(Instant::now() < end, "who is removed still comes in");
+        assert!(Instant::now() < end, "a removed user still logs in");
         std::thread::yield_now();
     }
     station.terminate();

@@ -20,11 +20,11 @@ use std::time::Duration;
 const ADDRESS: u8 = 9;
 
 /// Two octets of inputs and two of outputs, an ident number that no gauge has, and three octets of user parameters or none.
-struct Stranger {
+struct UnknownDevice {
     prm_length: usize,
 }
 
-impl Device for Stranger {
+impl Device for UnknownDevice {
     fn ident_number(&self) -> u16 {
         0x1234
     }
@@ -68,7 +68,7 @@ impl Line {
         let end = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&end);
         let thread = thread::spawn(move || {
-            let slave: Slave<_> = Slave::new(Stranger { prm_length }, ADDRESS, Baud::B19200);
+            let slave: Slave<_> = Slave::new(UnknownDevice { prm_length }, ADDRESS, Baud::B19200);
             let mut segment = Segment::new(Box::new(server), Baud::B19200, false, [slave]);
             while !ends.load(Ordering::Relaxed) {
                 segment.serve(&[], Duration::from_millis(20)).unwrap();

@@ -12,7 +12,7 @@ use std::process::Output;
 const PASSWORD: &str = "tin whisker plateau";
 
 /// A folder with a station's file.
-fn memory_segment() -> (Folder, String) {
+fn station_file() -> (Folder, String) {
     let folder = Folder::new();
     let file = folder.name("plant.toml");
     fs::write(&file, "[[segment]]\nname = \"a\"\nport = \"/dev/null\"\n").unwrap();
@@ -33,7 +33,7 @@ fn list(file: &str) -> String {
 
 #[test]
 fn users_are_added_changed_and_removed() {
-    let (folder, file) = memory_segment();
+    let (folder, file) = station_file();
     let users = folder.path("plant.users.toml");
     assert!(stderr_of(&run(&["user", "list", &file])).contains("there are no users"));
     assert!(!users.exists());
@@ -62,7 +62,7 @@ fn users_are_added_changed_and_removed() {
 #[test]
 fn a_user_is_added_whom_the_file_names_already() {
     for table in ["[epics.write]\nuser = \"ada\"\n", "[opcua]\nwrite = true\n"] {
-        let (_folder, file) = memory_segment();
+        let (_folder, file) = station_file();
         let text = fs::read_to_string(&file).unwrap();
         fs::write(&file, format!("{text}{table}")).unwrap();
         let added = add("ada", "operator", &file, PASSWORD);
@@ -73,7 +73,7 @@ fn a_user_is_added_whom_the_file_names_already() {
 
 #[test]
 fn a_refused_change_is_explained_and_changes_nothing() {
-    let (folder, file) = memory_segment();
+    let (folder, file) = station_file();
     let users = folder.path("plant.users.toml");
     for (name, role, password, sentence) in [
         ("ada", "engineer", "short", "expected a password of at least 8 characters, better 15, found 5"),
@@ -114,7 +114,7 @@ fn a_refused_change_is_explained_and_changes_nothing() {
 
 #[test]
 fn a_password_is_asked_twice_on_the_terminal_without_echo() {
-    let (folder, file) = memory_segment();
+    let (folder, file) = station_file();
     let arguments = ["user", "add", "ada", "--role", "engineer", &file];
     let prompt = "Password for ada: ";
     let (code, shown) = all_shown_on_terminal(&arguments, prompt, &format!("{PASSWORD}\n{PASSWORD} \n"));
@@ -129,7 +129,7 @@ fn a_password_is_asked_twice_on_the_terminal_without_echo() {
 
 #[test]
 fn an_interrupted_command_changes_nothing() {
-    let (folder, file) = memory_segment();
+    let (folder, file) = station_file();
     let (code, _, _) =
         interrupted_on_terminal(&["user", "add", "ada", "--role", "viewer", &file], "Password for ada: ");
     assert_eq!((code, folder.path("plant.users.toml").exists()), (2, false));
