@@ -126,8 +126,8 @@ fn a_replay_with_other_results_is_exit_code_1_and_names_them() {
     let output = run(&["field-test", "--replay", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1), "{}", complaint(&output));
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.starts_with("the configuration of slave 5: Some(\"44 86 05 05 05 09\") in the archive"), "{text}");
-    assert!(complaint(&output).contains("the replay differs from the archive in 1 results"), "{}", complaint(&output));
+    assert!(text.starts_with("the configuration of slave 5: \"44 86 05 05 05 09\" in the archive"), "{text}");
+    assert!(complaint(&output).contains("the replay differs from the archive in 1 result;"), "{}", complaint(&output));
 }
 
 #[test]

@@ -152,8 +152,9 @@ fn replay_archive(path: &Path) -> Result<(), Failure> {
     match comparison.differences.len() {
         0 => Ok(()),
         count => Err(Failure::refused(format!(
-            "{}: the replay differs from the archive in {count} results; the archive is of version {}",
+            "{}: the replay differs from the archive in {count} result{}; the archive is of version {}",
             path.display(),
+            if count == 1 { "" } else { "s" },
             recorded.version
         ))),
     }

@@ -218,9 +218,11 @@ impl Comparison {
         }
     }
 
-    fn check<T: PartialEq + std::fmt::Debug>(&mut self, what: &str, recorded: &T, replayed: &T) {
+    /// A difference is shown as the report has it.
+    fn check<T: PartialEq + serde::Serialize>(&mut self, what: &str, recorded: &T, replayed: &T) {
         if recorded != replayed {
-            self.differences.push(format!("{what}: {recorded:?} in the archive, {replayed:?} in the replay"));
+            let [recorded, replayed] = [recorded, replayed].map(|result| serde_json::json!(result));
+            self.differences.push(format!("{what}: {recorded} in the archive, {replayed} in the replay"));
         }
     }
 }
