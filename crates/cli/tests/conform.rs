@@ -18,9 +18,9 @@ fn a_gauge_keeps_all_rules() {
     let (_program, port) = on_tcp(&["bcg450@5"]);
     // A loaded computer may answer late.
     let output = run(&["conform", "--port", &port, "--address", "5", "--own", "--slot-time", "2000"]);
-    let stderr = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let lines: Vec<_> = stderr.lines().collect();
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{table}");
+    let lines: Vec<_> = table.lines().collect();
     assert_eq!(
         lines.first(),
         Some(&"ok      layer2.fdl-status               FDL status is answered with status OK (1.11)")
@@ -28,8 +28,8 @@ fn a_gauge_keeps_all_rules() {
     let count = |word: &str| lines.iter().filter(|line| line.starts_with(word)).count();
     let (passed, untested) = (count("ok "), count("- "));
     // The gauge has neither Sync nor Freeze, and its parameters leave MS1 closed.
-    assert_eq!((passed + untested, untested), (checks::all().count(), 11), "{stderr}");
-    assert_eq!(count("        not tested: the slave has no "), untested, "{stderr}");
+    assert_eq!((passed + untested, untested), (checks::all().count(), 11), "{table}");
+    assert_eq!(count("        not tested: the slave has no "), untested, "{table}");
     let notices = String::from_utf8(output.stderr).unwrap();
     assert_eq!(notices.trim(), format!("{passed} rules passed, 0 broken, {untested} not tested"));
 }

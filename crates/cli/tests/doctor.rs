@@ -122,7 +122,7 @@ fn the_file_of_a_station_is_checked_with_its_ports_its_record_and_its_address() 
     fs::write(&file, STATION.replace("PORT", "sim:hall.toml")).unwrap();
     let (found, code) = doctor(&[&file]);
     assert_eq!(code, 0, "{found:?}");
-    assert_finds(&found, "good", "the file of a station: 1 segments, 1 gauges");
+    assert_finds(&found, "good", "the file of a station, segments: 1, gauges: 1");
     assert_finds(&found, "good", "the database will be");
     assert_finds(&found, "good", "the address of the dashboard");
     fs::write(&file, STATION.replace("PORT", "/dev/no-such-device")).unwrap();

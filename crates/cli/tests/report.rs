@@ -185,10 +185,10 @@ fn every_error_is_one_sentence() {
             "/no/such/folder/page.html cannot be written: No such file or directory",
         ),
     ] {
-        let stderr = run(&[vec!["report"], arguments.clone()].concat());
-        assert_eq!(stderr.status.code(), Some(2), "{arguments:?}: {}", stderr_of(&stderr));
-        assert!(stderr_of(&stderr).contains(sentence), "{arguments:?}: {}", stderr_of(&stderr));
-        assert!(stderr.stdout.is_empty());
+        let ended = run(&[vec!["report"], arguments.clone()].concat());
+        assert_eq!(ended.status.code(), Some(2), "{arguments:?}: {}", stderr_of(&ended));
+        assert!(stderr_of(&ended).contains(sentence), "{arguments:?}: {}", stderr_of(&ended));
+        assert!(ended.stdout.is_empty());
     }
 }
 
@@ -200,12 +200,12 @@ fn a_database_of_a_newer_program_is_refused() {
     // The user version of a database is the big-endian number at octet 60.
     octets[60..64].copy_from_slice(&99_u32.to_be_bytes());
     fs::write(&newer, octets).unwrap();
-    let stderr = run(&["report", &newer]);
-    assert_eq!(stderr.status.code(), Some(2));
+    let ended = run(&["report", &newer]);
+    assert_eq!(ended.status.code(), Some(2));
     assert!(
-        stderr_of(&stderr).contains("newer.db has tables of version 99, this program knows version "),
+        stderr_of(&ended).contains("newer.db has tables of version 99, this program knows version "),
         "{}",
-        stderr_of(&stderr)
+        stderr_of(&ended)
     );
 }
 

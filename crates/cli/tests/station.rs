@@ -63,9 +63,9 @@ fn errors_of_a_file_are_reported_before_anything_starts() {
     let folder = Folder::new();
     let file = folder.name("plant.toml");
     fs::write(&file, "[[segment]]\nname = \"a\"\nport = \"/dev/null\"\nbaud = 1\n").unwrap();
-    let stderr = run(&["run", &file]);
-    assert_eq!(stderr.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    let ended = run(&["run", &file]);
+    assert_eq!(ended.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(complaint.starts_with(&format!("profivac: {file}:4:8: expected a PROFIBUS rate out of ")), "{complaint}");
     let missing = run(&["run", &folder.name("missing.toml")]);
     assert_eq!(missing.status.code(), Some(2));
@@ -76,14 +76,14 @@ fn check_reads_the_files_of_memory_segments() {
     let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
-    let stderr = run(&["run", &file, "--check"]);
-    assert_eq!((stderr.status.code(), stderr.stdout.is_empty()), (Some(0), false));
-    let hint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    let ended = run(&["run", &file, "--check"]);
+    assert_eq!((ended.status.code(), ended.stdout.is_empty()), (Some(0), false));
+    let hint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(hint.contains("the segment \"a\" has no [[segment.gauge]]"), "{hint}");
     fs::write(folder.name("memory.toml"), "devices = [\"bcg451@5\"]\n").unwrap();
-    let stderr = run(&["run", &file, "--check"]);
-    assert_eq!(stderr.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    let ended = run(&["run", &file, "--check"]);
+    assert_eq!(ended.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(complaint.contains("memory.toml:1:12: unknown device \"bcg451\""), "{complaint}");
 }
 
@@ -124,9 +124,9 @@ fn other_computers_reach_a_station_only_with_tls_and_users() {
     // --check reports the same errors.
     for arguments in [&["run", &file, "--listen", "0.0.0.0:0"][..], &["run", &file, "--listen", "0.0.0.0:0", "--check"]]
     {
-        let stderr = run(arguments);
-        assert_eq!(stderr.status.code(), Some(2), "{arguments:?}");
-        let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+        let ended = run(arguments);
+        assert_eq!(ended.status.code(), Some(2), "{arguments:?}");
+        let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
         assert_eq!(
             complaint.lines().last().unwrap_or_default(),
             "profivac: listening beyond loopback on 0.0.0.0:0 needs TLS: add [tls] with certificate and key to \
@@ -142,9 +142,9 @@ fn check_finds_a_missing_certificate() {
     let text = format!("[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n[[segment]]\nname = \"a\"\nport = {port:?}\n");
     fs::write(&file, text).unwrap();
     fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-    let stderr = run(&["run", &file, "--check"]);
-    assert_eq!(stderr.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    let ended = run(&["run", &file, "--check"]);
+    assert_eq!(ended.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(complaint.contains("a.key: No such file"), "{complaint}");
 }
 
@@ -198,25 +198,25 @@ fn a_file_that_names_secrets_must_be_private() {
     let segment = format!("[[segment]]\nname = \"a\"\nport = {port:?}\n");
     private(&file, &segment);
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
-    let stderr = run(&["run", &file, "--check"]);
-    assert_eq!(stderr.status.code(), Some(0));
+    let ended = run(&["run", &file, "--check"]);
+    assert_eq!(ended.status.code(), Some(0));
     let notice = format!("other users can read {file}; run chmod 600 {file}\n");
-    assert!(String::from_utf8_lossy(&stderr.stderr).ends_with(&notice), "{stderr:?}");
+    assert!(String::from_utf8_lossy(&ended.stderr).ends_with(&notice), "{ended:?}");
     for more in [
         "[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n",
         "[[webhook]]\nurl = \"https://alarms.example/\"\ntoken = \"abc\"\n",
         "[station]\nusers = \"people.toml\"\n",
     ] {
         fs::write(&file, format!("{more}{segment}")).unwrap();
-        let stderr = run(&["run", &file, "--check"]);
-        let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
-        assert_eq!(stderr.status.code(), Some(2), "{complaint}");
+        let ended = run(&["run", &file, "--check"]);
+        let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!(ended.status.code(), Some(2), "{complaint}");
         assert!(complaint.ends_with(&format!("(mode 644): chmod 600 {file}\n")), "{complaint}");
     }
     fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-    let stderr = run(&["run", &file]);
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
-    assert_eq!(stderr.status.code(), Some(2), "{complaint}");
+    let ended = run(&["run", &file]);
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(2), "{complaint}");
     assert!(
         complaint.contains("people.toml does not exist: `profivac user add NAME --role engineer FILE.toml` creates it"),
         "{complaint}"
@@ -233,15 +233,15 @@ fn a_token_file_must_be_private_and_a_readable_database_causes_a_notice() {
         private(open, "abc");
         fs::set_permissions(open, fs::Permissions::from_mode(0o644)).unwrap();
     }
-    let stderr = run(&["run", &file, "--check"]);
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
-    assert_eq!(stderr.status.code(), Some(2), "{complaint}");
+    let ended = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(2), "{complaint}");
     let wanted = format!("{file}:3:14: {token} holds secrets and is open to others (mode 644): chmod 600 {token}\n");
     assert!(complaint.ends_with(&wanted), "{complaint}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o600)).unwrap();
-    let stderr = run(&["run", &file, "--check"]);
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
-    assert_eq!(stderr.status.code(), Some(0), "{complaint}");
+    let ended = run(&["run", &file, "--check"]);
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(0), "{complaint}");
     assert!(
         complaint.ends_with(&format!("other users can read the database {record}; run chmod 600 {record}\n")),
         "{complaint}"
@@ -266,9 +266,9 @@ fn init_never_overwrites_a_file() {
     let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, "mine").unwrap();
-    let stderr = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "6", "--out", &file]);
-    assert_eq!(stderr.status.code(), Some(2));
-    let complaint = String::from_utf8_lossy(&stderr.stderr).into_owned();
+    let ended = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "6", "--out", &file]);
+    assert_eq!(ended.status.code(), Some(2));
+    let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(complaint.contains("plant.toml exists already"), "{complaint}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }

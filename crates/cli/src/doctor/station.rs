@@ -25,7 +25,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
     };
     let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
     let mut findings =
-        vec![Finding::good(format!("the file of a station: {} segments, {gauges} gauges", config.segments.len()))];
+        vec![Finding::good(format!("the file of a station, segments: {}, gauges: {gauges}", config.segments.len()))];
     findings.extend(config.notices().iter().map(|notice| {
         let next = match notice {
             ConfigNotice::RenamedKey(key) => format!("write {} in place of {}", key.new, key.old),
