@@ -73,18 +73,18 @@ fn reading_takes_no_ownership_and_restores_the_selector() {
                 continue;
             }
             let asked = received(&port, &line, command);
-            let stderr = format!("{name} {command:?}");
-            assert!(!asked.is_empty(), "{stderr}");
+            let case = format!("{name} {command:?}");
+            assert!(!asked.is_empty(), "{case}");
             for (fc, sap, du) in &asked {
                 // FDL status, or a service that only reads. A request without access points would be Data_Exchange.
-                assert!(fc & 0x0F == 9 || sap.is_some_and(is_read_only), "{stderr}: {fc:02X} {sap:?} {du:02X?}");
+                assert!(fc & 0x0F == 9 || sap.is_some_and(is_read_only), "{case}: {fc:02X} {sap:?} {du:02X?}");
             }
             let written: Vec<_> =
                 asked.iter().filter(|(_, sap, du)| matches!(sap, Some(0..=48)) && du.first() == Some(&0x5F)).collect();
             // Only the Channel Instance Selector is written, and it is restored.
-            assert!(written.iter().all(|(_, _, du)| du.len() == 5), "{stderr}: {written:02X?}");
+            assert!(written.iter().all(|(_, _, du)| du.len() == 5), "{case}: {written:02X?}");
             if let (Some((_, _, last)), true) = (written.last(), command[0] == "dump") {
-                assert_eq!(last.last(), Some(&1), "{stderr}: {written:02X?}");
+                assert_eq!(last.last(), Some(&1), "{case}: {written:02X?}");
             }
         }
     }
