@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for segment in ["beam line", "hall"] {
         answer(&services, &fakes, segment);
     }
-    alarms::start(&services, &fakes)?;
+    alarms::start(&services, &fakes, folder.path())?;
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
     let _alarm_thread = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;

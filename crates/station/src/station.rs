@@ -52,6 +52,7 @@ impl Station {
         let services = Arc::new(Services::new(config.name, config.database, recorder));
         services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
         services.plant().set(config.plant);
+        services.alarm_editor().set_source(config.source);
         services.alarms().start(config.alarms, notification_targets(&config.webhooks))?;
         let start = |segment| SegmentHandle::start(segment, services.for_segments());
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
@@ -94,6 +95,7 @@ impl Station {
         }
         stop_all(old);
         self.services.plant().set(config.plant);
+        self.services.alarm_editor().set_source(config.source);
         self.services.alarms().reconfigure(config.alarms, notification_targets(&config.webhooks));
         self.start_deliveries(config.webhooks)?;
         self.record_event("the station's file was read again");

@@ -53,9 +53,12 @@ not-measurable = { delay = "0 s" }
 segment = { delay = "0 s" }
 "#;
 
-/// Starts the alarms, and changes them as users would.
-pub fn start(services: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
-    let config = Config::parse(&file(fakes)?, Path::new("fake.toml"))?;
+/// Writes the file of the station into `folder`, starts its alarms, and changes them as users would.
+pub fn start(services: &Services, fakes: &[Fake], folder: &Path) -> Result<(), Box<dyn Error>> {
+    let path = folder.join("fake.toml");
+    std::fs::write(&path, file(fakes)?)?;
+    let config = Config::read(&path)?;
+    services.alarm_editor().set_source(config.source);
     services.alarms().start(config.alarms, Vec::new())?;
     services.alarms().evaluate(&inputs(services.snapshots(), services.recorder()));
     let known = services.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");

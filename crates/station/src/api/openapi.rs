@@ -77,6 +77,7 @@ const WORDS: [(&str, &str, &[&str]); 8] = [
             "taken-out-of-service",
             "returned-to-service",
             "removed",
+            "settings-changed",
         ],
     ),
     ("SeveralView", "condition", &["above", "below", "rise"]),

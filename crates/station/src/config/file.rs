@@ -15,7 +15,7 @@ use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
-use super::{Config, TlsFiles, UsersFile};
+use super::{Config, ConfigSource, TlsFiles, UsersFile};
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
@@ -112,7 +112,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without alarms, webhooks, plant, retention and gateways.
+    /// The configuration without its source, alarms, webhooks, plant, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -133,6 +133,7 @@ impl ConfigToml {
             gateways: Vec::new(),
             plant: PlantPicture::default(),
             renamed_keys: Vec::new(),
+            source: ConfigSource::default(),
         }
     }
 }

@@ -59,6 +59,8 @@
 //! | `file` | the whole file as TOML, and its defaults |
 //! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
 //! | `alarms` | `[[alarm]]` |
+//! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
+//! | `source` | path and text of the file |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
@@ -69,6 +71,7 @@
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
+mod alarm_settings;
 mod alarms;
 mod certificates;
 mod check;
@@ -82,9 +85,11 @@ mod number_range;
 mod plant;
 mod retention;
 mod segments;
+mod source;
 mod values;
 mod webhooks;
 
+pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use certificates::{CertificateError, ca_certificates};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, MqttProblem,
@@ -93,6 +98,7 @@ pub use error::{
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
 pub use segments::{MEMORY_PORT, is_virtual};
+pub use source::ConfigSource;
 
 pub use webhooks::{Secret, Webhook, secret_of_file};
 
@@ -143,6 +149,8 @@ pub struct Config {
     pub plant: PlantPicture,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
+    /// The file itself.
+    pub source: ConfigSource,
 }
 
 /// The file that holds the users.
@@ -261,7 +269,8 @@ impl Config {
         let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
-        Ok(Self { alarms, webhooks, plant, retention, renamed_keys, gateways, ..file.into_config(path) })
+        let source = ConfigSource::new(path, text);
+        Ok(Self { alarms, webhooks, plant, retention, renamed_keys, gateways, source, ..file.into_config(path) })
     }
 
     /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
