@@ -47,7 +47,7 @@ impl Modify for CommonResponses {
 }
 
 /// The words of properties whose Rust type is a string.
-const WORDS: [(&str, &str, &[&str]); 8] = [
+const WORDS: [(&str, &str, &[&str]); 9] = [
     (
         "AlarmView",
         "condition",
@@ -80,6 +80,7 @@ const WORDS: [(&str, &str, &[&str]); 8] = [
             "settings-changed",
         ],
     ),
+    ("WebhookView", "kind", &["webhook", "email"]),
     ("SeveralView", "condition", &["above", "below", "rise"]),
     (
         "AlarmHistoryView",

@@ -212,6 +212,14 @@ test('an engineer changes the limit of an alarm', async () => {
   })
 })
 
+test('an e-mail that is not delivered is told with its reason', async () => {
+  await as('vera', async (page) => {
+    const panel = page.getByRole('region', { name: 'Notifications' })
+    await panel.getByText('failing since').waitFor()
+    assert.match(await text(panel), /shift e-mail smtp:\/\/127\.0\.0\.1:9 failing since .*: .*refused.*, \d+ queued/i)
+  })
+})
+
 test('the figures name the most frequent alarms beside the targets', async () => {
   await as('vera', async (page) => {
     const figures = page.getByRole('region', { name: 'Alarm performance' })

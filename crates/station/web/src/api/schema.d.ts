@@ -2715,7 +2715,7 @@ export interface components {
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {
-            /** @description Scheme and host of its URL; the rest often is a secret. */
+            /** @description Scheme and host of its URL, or of the mail server; the rest often is a secret. */
             at: string;
             /**
              * Format: int64
@@ -2737,6 +2737,11 @@ export interface components {
              * @description Notifications given up since the station started.
              */
             given_up: number;
+            /**
+             * @description `webhook` or `email`.
+             * @enum {string}
+             */
+            kind: "webhook" | "email";
             /** @description Its name. */
             name: string;
             /** @description The reason why the next notification is not delivered; the station tries again. */
