@@ -53,7 +53,7 @@ impl Default for DeliverySettings {
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
 /// An e-mail may take this many times the answer timeout of a webhook. free choice: a minute.
-const MAIL_PATIENCE: u32 = 6;
+const MAIL_TIMEOUT_FACTOR: u32 = 6;
 
 /// The reason why a notification was not delivered.
 #[derive(Debug, thiserror::Error)]
@@ -233,8 +233,8 @@ impl Delivery {
 
     /// The longest wait. A mail server may greet late on purpose, and answers each line of a dialogue.
     fn answer_timeout(&self) -> Duration {
-        let patience = if matches!(self.receiver, Receiver::Email(_)) { MAIL_PATIENCE } else { 1 };
-        self.settings.answer_timeout.saturating_mul(patience)
+        let factor = if matches!(self.receiver, Receiver::Email(_)) { MAIL_TIMEOUT_FACTOR } else { 1 };
+        self.settings.answer_timeout.saturating_mul(factor)
     }
 
     /// The next notification. Gives up those that are too old or too many.
