@@ -46,14 +46,16 @@ impl MailServer {
         fs::write(&certificate, certified.cert.pem()).unwrap();
         fs::write(&key, certified.signing_key.serialize_pem()).unwrap();
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let mut child = Command::new(root.join("../../target/venv/bin/python"))
+        let python = root.join("../../target/venv/bin/python");
+        assert!(python.exists(), "there is no {} with aiosmtpd: ./test makes it", python.display());
+        let mut child = Command::new(python)
             .arg(root.join("tests/peers/smtp_server.py"))
             .args([mode.as_ref(), certificate.as_os_str(), key.as_os_str()])
             .args(replies)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("expected target/venv with aiosmtpd; ./test makes it");
+            .unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let port = lines.next().unwrap().unwrap().parse().unwrap();
         Self { child, lines, port }

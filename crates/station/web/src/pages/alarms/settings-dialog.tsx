@@ -5,7 +5,6 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { changeAlarmSettings, fetchAlarmSettings } from '../../api/calls.ts'
 import type { Alarm, AlarmSettings } from '../../api/types.ts'
-import { Choice } from '../../components/fields.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
 import { changed, FIELDS, type Field, formOf, hasSettings, type SettingsForm } from '../../lib/alarm-settings.ts'
 import { hasRole, useSession } from '../../session.ts'
@@ -94,15 +93,16 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
             />
           </label>
         ))}
-        <div>
+        <label>
           Priority
-          <Choice
-            label="Priority"
-            value={form.priority}
-            options={PRIORITIES}
-            onChange={(priority) => set('priority', priority)}
-          />
-        </div>
+          <select value={form.priority} onChange={(event) => set('priority', event.currentTarget.value)}>
+            {PRIORITIES.map(([value, text]) => (
+              <option value={value} key={value}>
+                {text}
+              </option>
+            ))}
+          </select>
+        </label>
       </div>
       <label>
         Reason
