@@ -81,6 +81,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             if let Err(error) = server.renew() {
                 notice(&format_args!("{error}; the station keeps the present certificate"));
             }
+            let services = station.services();
+            // A change in the dashboard comes before or after this one.
+            let _held = services.alarm_editor().hold();
             let read = Config::read(&arguments.file).map_err(Failure::from);
             match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {

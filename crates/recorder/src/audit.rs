@@ -30,10 +30,12 @@ pub enum AuditAction {
     TakenOutOfService,
     /// The user returned an alarm to service.
     ReturnedToService,
+    /// The user changed the settings of an alarm.
+    AlarmSettings,
 }
 
 impl AuditAction {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Execute,
         Self::Outcome,
         Self::Refused,
@@ -44,6 +46,7 @@ impl AuditAction {
         Self::Unshelved,
         Self::TakenOutOfService,
         Self::ReturnedToService,
+        Self::AlarmSettings,
     ];
 
     /// The word in the database and in the API.
@@ -60,6 +63,7 @@ impl AuditAction {
             Self::Unshelved => "unshelved",
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
+            Self::AlarmSettings => "alarm-settings",
         }
     }
 

@@ -49,7 +49,7 @@ pub const TABLES: &str = "
     );
     CREATE INDEX event_at ON event (at_us);
     -- action: execute, outcome, refused, disarmed, control-authority, acknowledged, shelved, unshelved, taken-out-of-service,
-    -- returned-to-service.
+    -- returned-to-service, alarm-settings.
     -- refers_to: the row whose outcome this row states.
     CREATE TABLE audit (
         id         INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -91,7 +91,8 @@ pub const TABLES: &str = "
         out_of_service_reason   TEXT,
         out_of_service_until_us INTEGER
     ) WITHOUT ROWID;
-    -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, removed.
+    -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, removed,
+    -- settings-changed.
     CREATE TABLE alarm_history (
         id         INTEGER PRIMARY KEY,
         at_us      INTEGER NOT NULL,

@@ -32,6 +32,7 @@ use profivac_station::control::requests::SegmentRequest;
 use profivac_station::server::{Server, Setup};
 use profivac_station::services::Services;
 use profivac_station::snapshot::SegmentSnapshot;
+use profivac_station::webhook::{DeliverySettings, DeliveryThread};
 use std::collections::HashMap;
 use std::error::Error;
 use std::net::SocketAddr;
@@ -73,7 +74,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for segment in ["beam line", "hall"] {
         answer(&services, &fakes, segment);
     }
-    alarms::start(&services, &fakes)?;
+    let emails = alarms::start(&services, &fakes, folder.path())?;
+    let deliver = |email| {
+        let (recorder, status) = (Arc::clone(services.recorder()), Arc::clone(services.webhooks()));
+        DeliveryThread::start(email, recorder, status, DeliverySettings::default())
+    };
+    let _deliveries = emails.into_iter().map(deliver).collect::<Result<Vec<_>, _>>()?;
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
     let _alarm_thread = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;

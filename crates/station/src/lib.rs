@@ -16,6 +16,7 @@
 //! | [`snapshot`] | the latest snapshot of each segment |
 //! | [`alarm`] | alarms after ISA-18.2 |
 //! | [`config`] | the station's file |
+//! | [`alarm_editor`] | settings of alarms, changed in the file and in the running station |
 //! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |
 //! | [`gateway_status`] | the state of the gateways to control systems |
@@ -28,6 +29,7 @@
 //! | [`server`] | API and dashboard on a socket |
 
 pub mod alarm;
+pub mod alarm_editor;
 pub mod api;
 pub mod auth;
 pub mod bus;

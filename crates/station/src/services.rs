@@ -7,6 +7,7 @@
 //! ```
 
 use crate::alarm::AlarmService;
+use crate::alarm_editor::AlarmEditor;
 use crate::control::ControlService;
 use crate::gateway_status::GatewayStatuses;
 use crate::plant::PlantStore;
@@ -27,6 +28,7 @@ pub struct Services {
     snapshots: Arc<SnapshotStore>,
     control: Arc<ControlService>,
     alarms: Arc<AlarmService>,
+    alarm_editor: AlarmEditor,
     webhooks: Arc<DeliveryStatus>,
     gateways: Arc<GatewayStatuses>,
     plant: PlantStore,
@@ -40,10 +42,22 @@ impl Services {
         let snapshots = Arc::new(SnapshotStore::default());
         let control = Arc::new(ControlService::new(Arc::clone(&recorder), Arc::clone(&snapshots)));
         let alarms = Arc::new(AlarmService::new(name.clone(), Arc::clone(&recorder)));
+        let alarm_editor = AlarmEditor::new(Arc::clone(&alarms));
         let webhooks = Arc::new(DeliveryStatus::default());
         let gateways = Arc::new(GatewayStatuses::default());
         let plant = PlantStore::default();
-        Self { name, started: Micros::now(), recorder, snapshots, control, alarms, webhooks, gateways, plant }
+        Self {
+            name,
+            started: Micros::now(),
+            recorder,
+            snapshots,
+            control,
+            alarms,
+            alarm_editor,
+            webhooks,
+            gateways,
+            plant,
+        }
     }
 
     /// The name of the station.
@@ -74,6 +88,12 @@ impl Services {
     #[must_use]
     pub const fn alarms(&self) -> &Arc<AlarmService> {
         &self.alarms
+    }
+
+    /// The editor of the settings of alarms.
+    #[must_use]
+    pub const fn alarm_editor(&self) -> &AlarmEditor {
+        &self.alarm_editor
     }
 
     /// The delivery status of all webhooks.

@@ -3,10 +3,10 @@
 
 use crate::alarm::{AlarmThread, NotificationTarget};
 use crate::comparison::watch::WatchThread;
-use crate::config::{Config, Webhook};
+use crate::config::Config;
 use crate::segment::SegmentHandle;
 use crate::services::Services;
-use crate::webhook::{DeliverySettings, DeliveryThread};
+use crate::webhook::{DeliverySettings, DeliveryThread, Receiver};
 use profivac_recorder::alarms::AlarmBatch;
 use profivac_recorder::{DatabaseError, EventKind, Recorder, Settings};
 use std::sync::Arc;
@@ -52,13 +52,15 @@ impl Station {
         let services = Arc::new(Services::new(config.name, config.database, recorder));
         services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
         services.plant().set(config.plant);
-        services.alarms().start(config.alarms, notification_targets(&config.webhooks))?;
+        services.alarm_editor().set_source(config.source);
+        let receivers = Receiver::all(config.webhooks, config.emails);
+        services.alarms().start(config.alarms, notification_targets(&receivers))?;
         let start = |segment| SegmentHandle::start(segment, services.for_segments());
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
         let alarm_thread = Some(start_alarm_thread(&services)?);
         let watch = WatchThread::start(Arc::clone(services.recorder()))?;
         let mut station = Self { services, segments, alarm_thread, deliveries: Vec::new(), watch, is_overdue: false };
-        station.start_deliveries(config.webhooks)?;
+        station.start_deliveries(receivers)?;
         Ok(station)
     }
 
@@ -94,22 +96,24 @@ impl Station {
         }
         stop_all(old);
         self.services.plant().set(config.plant);
-        self.services.alarms().reconfigure(config.alarms, notification_targets(&config.webhooks));
-        self.start_deliveries(config.webhooks)?;
+        self.services.alarm_editor().set_source(config.source);
+        let receivers = Receiver::all(config.webhooks, config.emails);
+        self.services.alarms().reconfigure(config.alarms, notification_targets(&receivers));
+        self.start_deliveries(receivers)?;
         self.record_event("the station's file was read again");
         Ok(())
     }
 
-    /// Starts a delivery thread for each webhook. Threads of unchanged webhooks keep running.
-    fn start_deliveries(&mut self, webhooks: Vec<Webhook>) -> std::io::Result<()> {
-        let names: Vec<_> = webhooks.iter().map(|webhook| webhook.name.clone()).collect();
-        self.deliveries.retain(|delivery| webhooks.contains(delivery.webhook()));
-        for webhook in webhooks {
-            if !self.deliveries.iter().any(|delivery| *delivery.webhook() == webhook) {
-                self.start_delivery(webhook)?;
+    /// Starts a delivery thread for each webhook and e-mail. Threads of unchanged ones keep running.
+    fn start_deliveries(&mut self, receivers: Vec<Receiver>) -> std::io::Result<()> {
+        let names: Vec<_> = receivers.iter().map(|receiver| receiver.name().to_owned()).collect();
+        self.deliveries.retain(|delivery| receivers.contains(delivery.receiver()));
+        for receiver in receivers {
+            if !self.deliveries.iter().any(|delivery| *delivery.receiver() == receiver) {
+                self.start_delivery(receiver)?;
             }
         }
-        // Notifications of webhooks that are no longer in the file are not delivered.
+        // Notifications of receivers that are no longer in the file are not delivered.
         let recorder = self.services.recorder();
         let others = recorder.open_reader().and_then(|reader| reader.notifications_for_other_webhooks(&names));
         let finished_notifications = others.unwrap_or_default();
@@ -120,9 +124,9 @@ impl Station {
         Ok(())
     }
 
-    fn start_delivery(&mut self, webhook: Webhook) -> std::io::Result<()> {
+    fn start_delivery(&mut self, receiver: Receiver) -> std::io::Result<()> {
         let (recorder, status) = (Arc::clone(self.services.recorder()), Arc::clone(self.services.webhooks()));
-        self.deliveries.push(DeliveryThread::start(webhook, recorder, status, DeliverySettings::default())?);
+        self.deliveries.push(DeliveryThread::start(receiver, recorder, status, DeliverySettings::default())?);
         Ok(())
     }
 
@@ -138,9 +142,9 @@ impl Station {
         }
         self.is_overdue = is_overdue;
         let ended = self.deliveries.iter().filter(|delivery| delivery.has_ended());
-        let ended: Vec<_> = ended.map(|delivery| delivery.webhook().clone()).collect();
+        let ended: Vec<_> = ended.map(|delivery| delivery.receiver().clone()).collect();
         self.deliveries.retain(|delivery| !delivery.has_ended());
-        ended.into_iter().try_for_each(|webhook| self.start_delivery(webhook))
+        ended.into_iter().try_for_each(|receiver| self.start_delivery(receiver))
     }
 
     /// Restarts every thread that has ended. To be called every few seconds.
@@ -186,8 +190,8 @@ fn start_alarm_thread(services: &Services) -> std::io::Result<AlarmThread> {
     AlarmThread::start(alarms, snapshots, Arc::clone(services.recorder()))
 }
 
-fn notification_targets(webhooks: &[Webhook]) -> Vec<NotificationTarget> {
-    webhooks.iter().map(Webhook::target).collect()
+fn notification_targets(receivers: &[Receiver]) -> Vec<NotificationTarget> {
+    receivers.iter().map(Receiver::target).collect()
 }
 
 /// Stops segments together, so that a slow one does not take the time of another.

@@ -3,7 +3,7 @@
 use crate::gauges::Fake;
 use profivac_station::alarm::thread::inputs;
 use profivac_station::auth::{Actor, Role, User};
-use profivac_station::config::Config;
+use profivac_station::config::{Config, Email};
 use profivac_station::services::Services;
 use std::error::Error;
 use std::fmt::Write;
@@ -46,6 +46,14 @@ gauge = "chamber"
 rise = 0.5
 window = "1 min"
 
+# No server listens at this port.
+[[email]]
+name = "shift"
+server = "127.0.0.1:9"
+security = "none"
+from = "hall@example.org"
+to = ["shift@example.org"]
+
 [alarms]
 fault = { delay = "0 s" }
 stale = { delay = "0 s", priority = "low" }
@@ -53,10 +61,13 @@ not-measurable = { delay = "0 s" }
 segment = { delay = "0 s" }
 "#;
 
-/// Starts the alarms, and changes them as users would.
-pub fn start(services: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> {
-    let config = Config::parse(&file(fakes)?, Path::new("fake.toml"))?;
-    services.alarms().start(config.alarms, Vec::new())?;
+/// Writes the file of the station into `folder`, starts its alarms, and changes them as users would. Returns the e-mails.
+pub fn start(services: &Services, fakes: &[Fake], folder: &Path) -> Result<Vec<Email>, Box<dyn Error>> {
+    let path = folder.join("fake.toml");
+    std::fs::write(&path, file(fakes)?)?;
+    let config = Config::read(&path)?;
+    services.alarm_editor().set_source(config.source);
+    services.alarms().start(config.alarms, config.emails.iter().map(Email::target).collect())?;
     services.alarms().evaluate(&inputs(services.snapshots(), services.recorder()));
     let known = services.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
@@ -67,7 +78,7 @@ pub fn start(services: &Services, fakes: &[Fake]) -> Result<(), Box<dyn Error>> 
         "It is not installed yet.",
         None,
     )?;
-    Ok(())
+    Ok(config.emails)
 }
 
 fn actor(name: &str, role: Role) -> Actor {

@@ -34,6 +34,7 @@ pub mod view;
 pub use evaluate::Inputs;
 pub use limits::{MAX_SHELVED_MINUTES, ReasonError, SHELVED, checked_reason};
 pub use notify::{NotificationTarget, QuietHours};
+pub use persistence::SettingsChange;
 pub use registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, Suppression,
 };

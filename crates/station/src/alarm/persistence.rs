@@ -134,6 +134,60 @@ fn audit_entry(change: &AlarmChange, actor: &Actor) -> Option<AuditEntry> {
     })
 }
 
+/// A change of the settings of an alarm by a user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingsChange<'a> {
+    /// The settings before, as the file writes them.
+    pub before: String,
+    /// The settings after.
+    pub after: String,
+    /// Why.
+    pub reason: &'a str,
+}
+
+/// The rows and the event of changed settings.
+#[must_use]
+pub fn settings_rows(
+    change: &SettingsChange<'_>,
+    alarm: &RegisteredAlarm,
+    actor: &Actor,
+    at: Micros,
+) -> (AlarmBatch, Event) {
+    let SettingsChange { before, after, reason } = change;
+    let (rule, status) = (alarm.rule(), alarm.status());
+    let text = format!("{before} becomes {after}: {reason}");
+    let gauge = rule.condition.gauge().map(str::to_owned);
+    let user = actor.user.name.to_string();
+    let entry = AuditEntry {
+        at,
+        gauge: gauge.clone(),
+        target: Some(rule.name.clone()),
+        before: Some(before.clone()),
+        after: Some(after.clone()),
+        outcome: Some((*reason).to_owned()),
+        ..actor.audit_entry(AuditAction::AlarmSettings)
+    };
+    let history = AlarmHistoryEntry {
+        at,
+        alarm: rule.name.clone(),
+        change: SETTINGS_CHANGED.to_owned(),
+        state: status.state.word().to_owned(),
+        priority: rule.priority.word().to_owned(),
+        subject: rule.condition.subject().map(str::to_owned),
+        occurrence: status.occurrence,
+        user: Some(user.clone()),
+        value: None,
+        unit: None,
+        text: text.clone(),
+    };
+    let text = format!("alarm {:?}: settings changed by {user}: {text}", rule.name);
+    let batch = AlarmBatch { audit: vec![entry], history: vec![history], ..AlarmBatch::default() };
+    (batch, Event { at, gauge, kind: EventKind::Alarm, text })
+}
+
+/// The word for changed settings in the history.
+const SETTINGS_CHANGED: &str = "settings-changed";
+
 fn history_entry(change: &AlarmChange) -> AlarmHistoryEntry {
     let AlarmChange { at, rule, kind, user, value, text, status, .. } = change;
     AlarmHistoryEntry {

@@ -5,7 +5,7 @@
 
 use super::evaluate::Inputs;
 use super::notify::{NotificationTarget, Notifier};
-use super::persistence::{late_notifications, rename, rows_and_events};
+use super::persistence::{SettingsChange, late_notifications, rename, rows_and_events, settings_rows};
 use super::registry::{
     AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, RegisteredAlarm, removed_text,
 };
@@ -197,6 +197,36 @@ impl AlarmService {
     pub fn return_to_service(&self, name: &str, actor: &Actor) -> Result<AlarmView, AlarmServiceError> {
         let now = self.now();
         self.change(name, actor, |registry, user| registry.return_to_service(name, user, now))
+    }
+
+    /// Applies the rules of a file in which a user has changed the settings of the alarm `name`. On the disk when this returns. All
+    /// alarms keep their states: the next evaluation raises or returns the alarm.
+    ///
+    /// # Errors
+    /// [`AlarmServiceError`] if there is no such alarm, or if the change may be lost.
+    pub fn change_rules(
+        &self,
+        rules: Vec<Rule>,
+        name: &str,
+        change: &SettingsChange<'_>,
+        actor: &Actor,
+    ) -> Result<AlarmView, AlarmServiceError> {
+        let mut inner = self.lock();
+        let now = self.now();
+        let changes = inner.registry.reconfigure(rules, Vec::new(), now);
+        let (mut batch, mut events) = self.pending(&mut inner, &changes, None);
+        let alarm = inner.registry.alarms().iter().find(|alarm| alarm.rule().name == name);
+        let alarm = alarm.ok_or_else(|| AlarmError::Unknown(name.to_owned()))?;
+        let (rows, event) = settings_rows(change, alarm, actor, now.wall);
+        let view = AlarmView::from(alarm);
+        let _dropped = batch.append(rows, MAX_UNWRITTEN);
+        events.push(event);
+        let receipt = self.recorder.record_alarms_with_receipt(batch.clone(), events.clone());
+        if !receipt.is_queued() {
+            inner.unwritten = (batch, events);
+        }
+        drop(inner);
+        if receipt.wait() { Ok(view) } else { Err(AlarmServiceError::NotStored) }
     }
 
     fn change(

@@ -229,7 +229,8 @@ pub struct AlarmHistoryView {
     pub at_ms: i64,
     /// The alarm.
     pub alarm: String,
-    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`.
+    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`,
+    /// `settings-changed`.
     pub change: String,
     /// The state after the change.
     pub state: String,

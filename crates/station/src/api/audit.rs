@@ -111,6 +111,8 @@ pub enum AuditActionView {
     TakenOutOfService,
     /// An alarm was returned to service.
     ReturnedToService,
+    /// The settings of an alarm were changed.
+    AlarmSettings,
 }
 
 impl From<AuditAction> for AuditActionView {
@@ -126,6 +128,7 @@ impl From<AuditAction> for AuditActionView {
             AuditAction::Unshelved => Self::Unshelved,
             AuditAction::TakenOutOfService => Self::TakenOutOfService,
             AuditAction::ReturnedToService => Self::ReturnedToService,
+            AuditAction::AlarmSettings => Self::AlarmSettings,
         }
     }
 }

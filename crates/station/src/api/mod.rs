@@ -48,6 +48,7 @@
 //! | `fits` | fits of plants, one at a time |
 //! | the others | the handlers |
 
+mod alarm_settings;
 mod alarms;
 mod audit;
 pub mod authenticator;
@@ -122,6 +123,8 @@ use utoipa::OpenApi;
         alarms::unshelve,
         alarms::out_of_service,
         alarms::return_to_service,
+        alarm_settings::settings,
+        alarm_settings::change,
         alarms::webhooks,
         live::live,
         session::session,
@@ -211,6 +214,7 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/alarms/unshelve", post(alarms::unshelve))
         .route("/api/alarms/{name}/out-of-service", post(alarms::out_of_service))
         .route("/api/alarms/{name}/return-to-service", post(alarms::return_to_service))
+        .route("/api/alarms/{name}/settings", get(alarm_settings::settings).post(alarm_settings::change))
         .route("/api/webhooks", get(alarms::webhooks))
 }
 

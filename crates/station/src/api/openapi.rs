@@ -47,7 +47,7 @@ impl Modify for CommonResponses {
 }
 
 /// The words of properties whose Rust type is a string.
-const WORDS: [(&str, &str, &[&str]); 8] = [
+const WORDS: [(&str, &str, &[&str]); 9] = [
     (
         "AlarmView",
         "condition",
@@ -77,8 +77,10 @@ const WORDS: [(&str, &str, &[&str]); 8] = [
             "taken-out-of-service",
             "returned-to-service",
             "removed",
+            "settings-changed",
         ],
     ),
+    ("WebhookView", "kind", &["webhook", "email"]),
     ("SeveralView", "condition", &["above", "below", "rise"]),
     (
         "AlarmHistoryView",

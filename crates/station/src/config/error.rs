@@ -57,6 +57,8 @@ pub enum NamedItem {
     Alarm,
     /// `[[webhook]]`.
     Webhook,
+    /// `[[email]]`.
+    Email,
     /// `[[volume]]`.
     Volume,
     /// `zone` of a volume.
@@ -75,6 +77,7 @@ impl fmt::Display for NamedItem {
             Self::Level => "level",
             Self::Alarm => "alarm",
             Self::Webhook => "webhook",
+            Self::Email => "e-mail or webhook",
             Self::Volume => "volume",
             Self::Zone => "zone",
             Self::PlantPart => "pump or valve",
@@ -352,6 +355,32 @@ pub enum ConfigProblem {
     /// The URL of a webhook cannot be used.
     #[error("expected a URL like https://host/path, found {0}")]
     WebhookUrl(WebhookUrlProblem),
+    /// The server of an e-mail cannot be used.
+    #[error("expected a mail server like smtp.example.org or smtp.example.org:587, found {0:?}")]
+    MailServer(String),
+    /// The way to encrypt does not exist.
+    #[error("expected security out of starttls, tls, none, found {0:?}")]
+    MailSecurity(String),
+    /// A message would travel unencrypted to another computer.
+    #[error(
+        "expected starttls or tls for the mail server {0}: only a server on this computer may have security = \"none\""
+    )]
+    MailWithoutTls(String),
+    /// An address is none.
+    #[error("expected an address like ada@example.org or Ada <ada@example.org>, found {0:?}")]
+    MailAddress(String),
+    /// No recipients, or too many.
+    #[error("expected 1 to 50 recipients, found {0}; a longer list belongs to the mail server")]
+    Recipients(usize),
+    /// A user without a password, or the reverse.
+    #[error("expected user and password-file together")]
+    MailCredentials,
+    /// A password cannot be sent. It is a secret and is not repeated.
+    #[error("expected a password in one line, without control characters")]
+    MailPassword,
+    /// The address of the dashboard is none.
+    #[error("expected a link like https://vacuum.example:8443, found {0:?}")]
+    MailLink(String),
     /// `token` and `token-file` are both given.
     #[error("expected token or token-file, found both")]
     TwoTokens,
@@ -560,7 +589,7 @@ pub enum MqttProblem {
 fn twice_hint(item: NamedItem) -> &'static str {
     match item {
         NamedItem::Port => "put all its gauges into one segment",
-        NamedItem::Webhook => "give each a name of its own",
+        NamedItem::Webhook | NamedItem::Email => "give each a name of its own",
         NamedItem::Station
         | NamedItem::Segment
         | NamedItem::Gauge

@@ -2,6 +2,7 @@
 
 use super::alarms::AlarmToml;
 use super::default_alarms::DefaultAlarmsToml;
+use super::emails::EmailToml;
 use super::error::{ConfigProblem, Located};
 use super::gateways::GatewaysToml;
 use super::gateways::archive::ArchiveToml;
@@ -15,7 +16,7 @@ use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
-use super::{Config, TlsFiles, UsersFile};
+use super::{Config, ConfigSource, TlsFiles, UsersFile};
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
@@ -44,6 +45,8 @@ pub struct ConfigToml {
     pub alarms: DefaultAlarmsToml,
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    #[serde(default)]
+    pub email: Vec<EmailToml>,
     #[serde(default)]
     pub volume: Vec<VolumeToml>,
     #[serde(default)]
@@ -112,7 +115,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without alarms, webhooks, plant, retention and gateways.
+    /// The configuration without its source, alarms, webhooks, e-mails, plant, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -130,9 +133,11 @@ impl ConfigToml {
             segments: self.segment.into_iter().map(|segment| segment.into_segment(folder)).collect(),
             alarms: Vec::new(),
             webhooks: Vec::new(),
+            emails: Vec::new(),
             gateways: Vec::new(),
             plant: PlantPicture::default(),
             renamed_keys: Vec::new(),
+            source: ConfigSource::default(),
         }
     }
 }

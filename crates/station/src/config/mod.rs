@@ -59,8 +59,11 @@
 //! | `file` | the whole file as TOML, and its defaults |
 //! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
 //! | `alarms` | `[[alarm]]` |
+//! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
+//! | `source` | path and text of the file |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
+//! | `emails` | `[[email]]` |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
@@ -69,10 +72,12 @@
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
+mod alarm_settings;
 mod alarms;
 mod certificates;
 mod check;
 mod default_alarms;
+mod emails;
 mod error;
 mod file;
 pub mod gateways;
@@ -82,10 +87,13 @@ mod number_range;
 mod plant;
 mod retention;
 mod segments;
+mod source;
 mod values;
 mod webhooks;
 
+pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use certificates::{CertificateError, ca_certificates};
+pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, MqttProblem,
     NamedItem, WebhookUrlProblem,
@@ -93,6 +101,7 @@ pub use error::{
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
 pub use segments::{MEMORY_PORT, is_virtual};
+pub use source::ConfigSource;
 
 pub use webhooks::{Secret, Webhook, secret_of_file};
 
@@ -137,12 +146,16 @@ pub struct Config {
     pub alarms: Vec<Rule>,
     /// The webhooks that receive alarm notifications.
     pub webhooks: Vec<Webhook>,
+    /// The recipients of alarm notifications by e-mail.
+    pub emails: Vec<Email>,
     /// The gateways to control systems.
     pub gateways: Vec<GatewaySettings>,
     /// The picture of the plant; empty if the file has none.
     pub plant: PlantPicture,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
+    /// The file itself.
+    pub source: ConfigSource,
 }
 
 /// The file that holds the users.
@@ -258,10 +271,23 @@ impl Config {
         let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
         let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
+        let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
+        let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
         let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
-        Ok(Self { alarms, webhooks, plant, retention, renamed_keys, gateways, ..file.into_config(path) })
+        let source = ConfigSource::new(path, text);
+        Ok(Self {
+            alarms,
+            webhooks,
+            emails,
+            plant,
+            retention,
+            renamed_keys,
+            gateways,
+            source,
+            ..file.into_config(path)
+        })
     }
 
     /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
@@ -322,7 +348,7 @@ impl Config {
     #[must_use]
     pub fn is_private(&self) -> bool {
         let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || has_secrets
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || !self.emails.is_empty() || has_secrets
     }
 }
 

@@ -181,6 +181,13 @@ pub fn secret_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Secret, 
     secret(token_of_file(file, folder)?, file.span())
 }
 
+/// The password in a file, which only its owner may read.
+pub fn password_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Secret, Located> {
+    let password = token_of_file(file, folder)?;
+    let is_usable = !password.is_empty() && !password.chars().any(char::is_control);
+    if is_usable { Ok(Secret(password)) } else { Err(Located::new(file.span(), ConfigProblem::MailPassword)) }
+}
+
 fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Located> {
     let path = folder.join(file.get_ref());
     match file_permissions::check(&path) {

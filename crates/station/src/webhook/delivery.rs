@@ -1,8 +1,10 @@
-//! The thread that delivers the notifications of one webhook.
+//! The thread that delivers the notifications of one webhook or e-mail.
 
 use super::client::{Client, ClientSetupError, PostError};
+use super::email::{MailError, Mailer};
+use super::receiver::Receiver;
 use super::status::DeliveryStatus;
-use crate::config::{CertificateError, Secret, Webhook, ca_certificates};
+use crate::config::{CertificateError, Secret, ca_certificates};
 use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{DatabaseError, EventKind, Micros};
@@ -50,6 +52,9 @@ impl Default for DeliverySettings {
 /// With these statuses the server refuses the notification itself, and would refuse it again.
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
+/// An e-mail may take this many times the answer timeout of a webhook. free choice: a minute.
+const MAIL_TIMEOUT_FACTOR: u32 = 6;
+
 /// The reason why a notification was not delivered.
 #[derive(Debug, thiserror::Error)]
 enum DeliveryError {
@@ -68,11 +73,43 @@ enum DeliveryError {
     /// An answer other than success.
     #[error("the answer is {0}")]
     Status(u16),
+    /// The mail server.
+    #[error(transparent)]
+    Mail(#[from] MailError),
+}
+
+impl DeliveryError {
+    /// Whether the server refuses the notification itself, and would refuse it again.
+    fn is_about_notification(&self) -> bool {
+        match self {
+            Self::Status(status) => PERMANENT_REFUSALS.contains(status),
+            Self::Mail(error) => error.is_about_message(),
+            Self::Certificates(_) | Self::Setup(_) | Self::Post(_) | Self::Timeout(_) => false,
+        }
+    }
+}
+
+/// A client of one receiver.
+enum Sender {
+    Http(Box<Client>),
+    Mail(Box<Mailer>),
+}
+
+impl Sender {
+    async fn send(&self, notification: &Notification) -> Result<(), DeliveryError> {
+        match self {
+            Self::Http(client) => match client.post(with_id(notification)).await? {
+                200..=299 => Ok(()),
+                status => Err(DeliveryError::Status(status)),
+            },
+            Self::Mail(mailer) => Ok(mailer.send(notification).await?),
+        }
+    }
 }
 
 /// A running delivery. Ends when it is dropped.
 pub struct DeliveryThread {
-    webhook: Webhook,
+    receiver: Receiver,
     status: Arc<DeliveryStatus>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -84,16 +121,17 @@ impl DeliveryThread {
     /// # Errors
     /// When the system gives no thread.
     pub fn start(
-        webhook: Webhook,
+        receiver: impl Into<Receiver>,
         recorder: Arc<RecorderHandle>,
         status: Arc<DeliveryStatus>,
         settings: DeliverySettings,
     ) -> std::io::Result<Self> {
+        let receiver = receiver.into();
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel::<()>();
-        status.add(&webhook.name, webhook.origin());
+        status.add(receiver.name(), receiver.kind(), receiver.origin());
         let delivery = Delivery {
-            webhook: webhook.clone(),
+            receiver: receiver.clone(),
             recorder,
             status: Arc::clone(&status),
             settings,
@@ -109,13 +147,13 @@ impl DeliveryThread {
             // Does not wait for a name that is being resolved.
             runtime.shutdown_background();
         })?;
-        Ok(Self { webhook, status, stop: Some(stop), thread: Some(thread) })
+        Ok(Self { receiver, status, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// The webhook.
+    /// The webhook or e-mail.
     #[must_use]
-    pub const fn webhook(&self) -> &Webhook {
-        &self.webhook
+    pub const fn receiver(&self) -> &Receiver {
+        &self.receiver
     }
 
     /// Whether the thread has ended, which only a defect can cause.
@@ -131,13 +169,13 @@ impl Drop for DeliveryThread {
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
         }
-        self.status.remove(&self.webhook.name);
+        self.status.remove(self.receiver.name());
     }
 }
 
 /// The state of the thread.
 struct Delivery {
-    webhook: Webhook,
+    receiver: Receiver,
     recorder: Arc<RecorderHandle>,
     status: Arc<DeliveryStatus>,
     settings: DeliverySettings,
@@ -180,15 +218,29 @@ impl Delivery {
     }
 
     /// The client with the certificates that the file holds now.
-    fn client(&self) -> Result<Client, DeliveryError> {
-        let trusted = self.webhook.ca_file.as_deref().map(ca_certificates).transpose()?.unwrap_or_default();
-        Ok(Client::new(self.webhook.url.clone(), self.webhook.token.as_ref().map(Secret::reveal), trusted)?)
+    fn client(&self) -> Result<Sender, DeliveryError> {
+        let trusted = self.receiver.ca_file().map(ca_certificates).transpose()?.unwrap_or_default();
+        Ok(match &self.receiver {
+            Receiver::Webhook(webhook) => {
+                let token = webhook.token.as_ref().map(Secret::reveal);
+                Sender::Http(Box::new(Client::new(webhook.url.clone(), token, trusted)?))
+            }
+            Receiver::Email(email) => {
+                Sender::Mail(Box::new(Mailer::new(email.clone(), trusted, self.answer_timeout())?))
+            }
+        })
+    }
+
+    /// The longest wait. A mail server may greet late on purpose, and answers each line of a dialogue.
+    fn answer_timeout(&self) -> Duration {
+        let factor = if matches!(self.receiver, Receiver::Email(_)) { MAIL_TIMEOUT_FACTOR } else { 1 };
+        self.settings.answer_timeout.saturating_mul(factor)
     }
 
     /// The next notification. Gives up those that are too old or too many.
     fn next(&mut self) -> Result<Option<Notification>, DatabaseError> {
         let reader = self.recorder.open_reader()?;
-        let queued: BTreeSet<_> = reader.queued_notifications(&self.webhook.name)?.into_iter().collect();
+        let queued: BTreeSet<_> = reader.queued_notifications(self.receiver.name())?.into_iter().collect();
         self.finished.retain(|notification| queued.contains(notification));
         let mut waiting: Vec<_> = queued.difference(&self.finished).copied().collect();
         let rest = waiting.split_off(waiting.len().saturating_sub(self.settings.max_queued));
@@ -199,29 +251,28 @@ impl Delivery {
         rest.first().map_or(Ok(None), |(id, _)| reader.notification(*id))
     }
 
-    async fn deliver(&mut self, client: &Client, notification: &Notification) -> Result<(), DeliveryError> {
-        let answer_timeout = self.settings.answer_timeout;
-        let answer = timeout(answer_timeout, client.post(with_id(notification))).await;
-        let status = answer.map_err(|_| DeliveryError::Timeout(answer_timeout))??;
-        match status {
-            200..=299 => {
+    async fn deliver(&mut self, client: &Sender, notification: &Notification) -> Result<(), DeliveryError> {
+        let answer_timeout = self.answer_timeout();
+        let answer = timeout(answer_timeout, client.send(notification)).await;
+        match answer.unwrap_or(Err(DeliveryError::Timeout(answer_timeout))) {
+            Ok(()) => {
                 self.finish(&[(notification.id, notification.at)]);
-                if self.status.delivered(&self.webhook.name) {
+                if self.status.delivered(self.receiver.name()) {
                     self.record_event("accepts notifications again");
                 }
                 Ok(())
             }
-            status if PERMANENT_REFUSALS.contains(&status) => {
-                self.give_up(&[(notification.id, notification.at)], &DeliveryError::Status(status).to_string());
+            Err(error) if error.is_about_notification() => {
+                self.give_up(&[(notification.id, notification.at)], &error.to_string());
                 Ok(())
             }
-            status => Err(DeliveryError::Status(status)),
+            Err(error) => Err(error),
         }
     }
 
     fn report_failure(&self, error: &dyn Display) {
         let problem = error.to_string();
-        if self.status.failed(&self.webhook.name, &problem) {
+        if self.status.failed(self.receiver.name(), &problem) {
             self.record_event(&format!("accepts no notifications: {problem}; the station tries again"));
         }
     }
@@ -229,7 +280,7 @@ impl Delivery {
     fn give_up(&mut self, notifications: &[(i64, Micros)], reason: &str) {
         if !notifications.is_empty() {
             self.finish(notifications);
-            self.status.gave_up(&self.webhook.name, notifications.len());
+            self.status.gave_up(self.receiver.name(), notifications.len());
             let plural = if notifications.len() == 1 { "" } else { "s" };
             self.record_event(&format!("did not get {} notification{plural}: {reason}", notifications.len()));
         }
@@ -245,7 +296,7 @@ impl Delivery {
     }
 
     fn record_event(&self, sentence: &str) {
-        let text = format!("webhook {:?} {sentence}", self.webhook.name);
+        let text = format!("{} {:?} {sentence}", self.receiver.kind(), self.receiver.name());
         self.recorder.event_now(None, EventKind::Alarm, text);
     }
 }

@@ -12,7 +12,9 @@ use utoipa::ToSchema;
 pub struct WebhookView {
     /// Its name.
     pub name: String,
-    /// Scheme and host of its URL; the rest often is a secret.
+    /// `webhook` or `email`.
+    pub kind: &'static str,
+    /// Scheme and host of its URL, or of the mail server; the rest often is a secret.
     pub at: String,
     /// Notifications that wait for delivery.
     pub waiting: usize,
@@ -52,8 +54,8 @@ impl DeliveryStatus {
     }
 
     /// Adds a webhook.
-    pub(super) fn add(&self, name: &str, origin: String) {
-        let view = WebhookView { name: name.to_owned(), at: origin, ..WebhookView::default() };
+    pub(super) fn add(&self, name: &str, kind: &'static str, origin: String) {
+        let view = WebhookView { name: name.to_owned(), kind, at: origin, ..WebhookView::default() };
         self.webhooks().insert(name.to_owned(), view);
     }
 

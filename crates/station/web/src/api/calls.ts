@@ -6,6 +6,7 @@ import type {
   Alarm,
   AlarmEvent,
   AlarmPerformance,
+  AlarmSettings,
   ArmedCommand,
   AuditEntry,
   Block,
@@ -137,6 +138,17 @@ export const takeOutOfService = (name: string, reason: string, minutes: number |
 
 export const returnToService = (name: string): Promise<Alarm> =>
   post('/api/alarms/{name}/return-to-service', { path: { name } })
+
+export const fetchAlarmSettings = (name: string, signal?: AbortSignal): Promise<AlarmSettings> =>
+  get('/api/alarms/{name}/settings', { path: { name }, signal })
+
+/** Refused unless the settings are still those that the user has seen. */
+export const changeAlarmSettings = (
+  name: string,
+  seen: AlarmSettings,
+  next: AlarmSettings,
+  reason: string,
+): Promise<Alarm> => post('/api/alarms/{name}/settings', { path: { name }, body: { seen, new: next, reason } })
 
 export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/control-authority/${action}`, {})
 

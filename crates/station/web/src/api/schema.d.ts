@@ -172,6 +172,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/alarms/{name}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The settings of an alarm, as the station's file writes them */
+        get: operations["settings"];
+        put?: never;
+        /**
+         * Change the settings of an alarm
+         * @description The station's file and the running alarm have the change before the answer; the state of the alarm stays.
+         */
+        post: operations["change"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/armed-commands/{id}": {
         parameters: {
             query?: never;
@@ -888,10 +909,11 @@ export interface components {
              */
             at_ms: number;
             /**
-             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`.
+             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`,
+             *     `settings-changed`.
              * @enum {string}
              */
-            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "removed";
+            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "removed" | "settings-changed";
             /**
              * Format: int64
              * @description The number of the occurrence.
@@ -963,6 +985,60 @@ export interface components {
              */
             to_ms: number;
             worst_ten_minutes: components["schemas"]["TenMinutes"] | null;
+        };
+        /** @description The settings of an `[[alarm]]` as the file writes them; `null` is a key that the file does not have, so that its default applies. */
+        AlarmSettings: {
+            /**
+             * @description The alarm is raised above this pressure.
+             * @example 1e-3 mbar
+             */
+            above: string | null;
+            /** @description The alarm is raised below this pressure. */
+            below: string | null;
+            /**
+             * Format: double
+             * @description The alarm is raised above this percentage of damaged telegrams.
+             */
+            damaged: number | null;
+            /**
+             * @description The condition must be met for this time.
+             * @example 1 s
+             */
+            delay: string | null;
+            /**
+             * Format: double
+             * @description The hysteresis in decades, or in decades per minute.
+             */
+            hysteresis: number | null;
+            /**
+             * Format: double
+             * @description The alarm is raised above this percentage of lost message cycles.
+             */
+            lost: number | null;
+            /**
+             * @description The condition must not be met for this time.
+             * @example 5 s
+             */
+            off_delay: string | null;
+            /**
+             * @description The priority: high, medium, low.
+             * @example high
+             */
+            priority: string | null;
+            /**
+             * Format: double
+             * @description The alarm is raised above this percentage of repetitions.
+             */
+            repetitions: number | null;
+            /** @description The pressure at which the condition ends. */
+            reset: string | null;
+            /**
+             * Format: double
+             * @description The alarm is raised by a rise of this many decades per minute.
+             */
+            rise: number | null;
+            /** @description The time over which a rise is fitted. */
+            window: string | null;
         };
         /**
          * @description The state of an alarm.
@@ -1073,7 +1149,7 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service";
+        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings";
         /** @description An entry of the audit trail. */
         AuditView: {
             /** @description The action. */
@@ -1247,6 +1323,18 @@ export interface components {
          *     is `null` here.
          */
         Change: Record<string, never>;
+        /** @description New settings of an alarm. */
+        ChangeSettings: {
+            /** @description The new settings, all of them. */
+            new: components["schemas"]["AlarmSettings"];
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example the process needs a lower pressure
+             */
+            reason: string;
+            /** @description The settings that the user has seen. */
+            seen: components["schemas"]["AlarmSettings"];
+        };
         /** @description The result of shelving or unshelving several alarms. */
         ChangedAlarms: {
             /** @description The names of the changed alarms. */
@@ -2627,7 +2715,7 @@ export interface components {
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {
-            /** @description Scheme and host of its URL; the rest often is a secret. */
+            /** @description Scheme and host of its URL, or of the mail server; the rest often is a secret. */
             at: string;
             /**
              * Format: int64
@@ -2649,6 +2737,11 @@ export interface components {
              * @description Notifications given up since the station started.
              */
             given_up: number;
+            /**
+             * @description `webhook` or `email`.
+             * @enum {string}
+             */
+            kind: "webhook" | "email";
             /** @description Its name. */
             name: string;
             /** @description The reason why the next notification is not delivered; the station tries again. */
@@ -3551,6 +3644,213 @@ export interface operations {
                 };
             };
             /** @description The alarm is in service, but the database cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    settings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the alarm
+                 * @example chamber too high
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmSettings"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no alarm of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The alarm is a default alarm, or the station has no file */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the alarm
+                 * @example chamber too high
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeSettings"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmView"];
+                };
+            };
+            /** @description The body is malformed, or the station's file would be wrong */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role engineer is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no alarm of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The settings or the file have changed since, the alarm is a default alarm, or the station has no file */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The file cannot be written, or the database cannot */
             503: {
                 headers: {
                     [name: string]: unknown;

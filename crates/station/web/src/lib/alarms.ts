@@ -36,6 +36,7 @@ export const ALARM_CHANGES: Record<AlarmChange, string> = {
   'taken-out-of-service': 'taken out of service',
   'returned-to-service': 'returned to service',
   removed: 'removed from the file',
+  'settings-changed': 'settings changed',
 }
 
 /** Whether the condition of the alarm holds. */

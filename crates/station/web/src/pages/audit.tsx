@@ -22,6 +22,7 @@ const ACTIONS: Record<AuditAction, string> = {
   unshelved: 'unshelved',
   'taken-out-of-service': 'out of service',
   'returned-to-service': 'back in service',
+  'alarm-settings': 'settings',
 }
 
 const PERIODS: [string, string][] = [

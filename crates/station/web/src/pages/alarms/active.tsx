@@ -10,6 +10,7 @@ import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
 import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
+import { SettingsButton } from './settings-dialog.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
@@ -17,9 +18,10 @@ interface Props {
   error: string | null
   run: RunAction
   suppress: (suppress: Suppress) => void
+  edit: (alarm: Alarm) => void
 }
 
-export function ActiveAlarmList({ error, run, suppress }: Props): JSX.Element {
+export function ActiveAlarmList({ error, run, suppress, edit }: Props): JSX.Element {
   const { alarms } = useSnapshot()
   const list = [...alarms.alarms].sort(byUrgency)
   return (
@@ -38,7 +40,7 @@ export function ActiveAlarmList({ error, run, suppress }: Props): JSX.Element {
       {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
       <ul class="alarm-list">
         {list.map((alarm) => (
-          <ActiveAlarm alarm={alarm} run={run} suppress={suppress} key={alarm.name} />
+          <ActiveAlarm alarm={alarm} run={run} suppress={suppress} edit={edit} key={alarm.name} />
         ))}
       </ul>
       {alarms.not_listed > 0 && <p class="muted">{alarms.not_listed} more active alarms are under All alarms.</p>}
@@ -46,7 +48,7 @@ export function ActiveAlarmList({ error, run, suppress }: Props): JSX.Element {
   )
 }
 
-function Head({ list, run, suppress }: Omit<Props, 'error'> & { list: Alarm[] }): JSX.Element {
+function Head({ list, run, suppress }: Omit<Props, 'error' | 'edit'> & { list: Alarm[] }): JSX.Element {
   const mayAcknowledge = hasRole(useSession(), 'operator')
   const unacknowledged = list.filter(isUnacknowledged)
   const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
@@ -68,7 +70,7 @@ function Head({ list, run, suppress }: Omit<Props, 'error'> & { list: Alarm[] })
   )
 }
 
-function ActiveAlarm({ alarm, run, suppress }: Omit<Props, 'error'> & { alarm: Alarm }): JSX.Element {
+function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { alarm: Alarm }): JSX.Element {
   const session = useSession()
   const { name, occurrence, message } = alarm
   return (
@@ -91,6 +93,7 @@ function ActiveAlarm({ alarm, run, suppress }: Omit<Props, 'error'> & { alarm: A
               Out of service …
             </button>
           )}
+          <SettingsButton alarm={alarm} open={edit} />
         </>
       }
     >

@@ -4,11 +4,13 @@
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { fetchAlarms } from '../../api/calls.ts'
+import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
 import { AlarmHistory } from './history.tsx'
 import { Performance } from './performance.tsx'
+import { SettingsDialog } from './settings-dialog.tsx'
 import { type Suppress, SuppressDialog } from './suppress-dialog.tsx'
 import { OutOfServiceList, ShelvedList } from './suppressed.tsx'
 import { Webhooks } from './webhooks.tsx'
@@ -21,6 +23,7 @@ export function Alarms(): JSX.Element {
   const query = useQuery(`alarms ${actions}`, REFRESH_MS, (signal) => fetchAlarms(signal))
   const [error, setError] = useState<string | null>(null)
   const [chosen, setChosen] = useState<Suppress | null>(null)
+  const [edited, setEdited] = useState<Alarm | null>(null)
   /** Runs an action, and fetches the alarms again when it has ended. */
   const run = (action: () => Promise<unknown>): void => {
     setError(null)
@@ -31,14 +34,22 @@ export function Alarms(): JSX.Element {
   const alarms = query.value ?? []
   return (
     <>
-      <ActiveAlarmList error={error} run={run} suppress={setChosen} />
+      <ActiveAlarmList error={error} run={run} suppress={setChosen} edit={setEdited} />
       <ShelvedList alarms={alarms} run={run} />
       <OutOfServiceList alarms={alarms} run={run} />
-      <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} />
+      <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
       <AlarmHistory />
       <Performance />
       <Webhooks />
       {chosen && <SuppressDialog suppress={chosen} run={run} close={() => setChosen(null)} />}
+      {edited && (
+        <SettingsDialog
+          alarm={edited}
+          done={() => setActions((count) => count + 1)}
+          close={() => setEdited(null)}
+          key={edited.name}
+        />
+      )}
     </>
   )
 }

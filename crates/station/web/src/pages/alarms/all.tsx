@@ -9,15 +9,17 @@ import { SearchField } from '../../components/fields.tsx'
 import { conditionText } from '../../lib/alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
+import { SettingsButton } from './settings-dialog.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
   alarms: Alarm[]
   error: string | null
   suppress: (suppress: Suppress) => void
+  edit: (alarm: Alarm) => void
 }
 
-export function AllAlarms({ alarms, error, suppress }: Props): JSX.Element {
+export function AllAlarms({ alarms, error, suppress, edit }: Props): JSX.Element {
   const unit = useUnit()
   const [text, setText] = useState('')
   const shown = alarms.filter((alarm) =>
@@ -54,7 +56,7 @@ export function AllAlarms({ alarms, error, suppress }: Props): JSX.Element {
           </thead>
           <tbody>
             {shown.map((alarm) => (
-              <Row alarm={alarm} suppress={suppress} key={alarm.name} />
+              <Row alarm={alarm} suppress={suppress} edit={edit} key={alarm.name} />
             ))}
           </tbody>
         </table>
@@ -65,7 +67,7 @@ export function AllAlarms({ alarms, error, suppress }: Props): JSX.Element {
 
 const mayBeShelved = ({ state }: Alarm): boolean => state !== 'shelved' && state !== 'out-of-service'
 
-function Row({ alarm, suppress }: { alarm: Alarm; suppress: Props['suppress'] }): JSX.Element {
+function Row({ alarm, suppress, edit }: Pick<Props, 'suppress' | 'edit'> & { alarm: Alarm }): JSX.Element {
   const { name, priority, state } = alarm
   const unit = useUnit()
   const session = useSession()
@@ -99,6 +101,7 @@ function Row({ alarm, suppress }: { alarm: Alarm; suppress: Props['suppress'] })
             Out of service …
           </button>
         )}
+        <SettingsButton alarm={alarm} open={edit} />
       </td>
     </tr>
   )

@@ -1,4 +1,4 @@
-// The delivery status of webhooks.
+// The delivery status of webhooks and e-mails.
 
 import './webhooks.css'
 import type { JSX } from 'preact'
@@ -10,17 +10,20 @@ import { shortTime } from './item.tsx'
 
 const REFRESH_MS = 2_000
 
+const KINDS: Record<Webhook['kind'], string> = { webhook: 'webhook', email: 'e-mail' }
+
 export function Webhooks(): JSX.Element | null {
   const { now } = useLive()
   const webhooks = useQuery('webhooks', REFRESH_MS, (signal) => fetchWebhooks(signal)).value ?? []
   if (webhooks.length === 0) return null
   return (
-    <section class="panel" aria-label="Webhooks">
-      <h2>Webhooks</h2>
+    <section class="panel" aria-label="Notifications">
+      <h2>Notifications</h2>
       <ul class="webhooks">
         {webhooks.map((webhook) => (
           <li key={webhook.name} class={webhook.problem ? 'bad' : ''}>
-            <strong>{webhook.name}</strong> <span class="muted">{webhook.at}</span> {status(webhook, now)}
+            <strong>{webhook.name}</strong> {KINDS[webhook.kind]} <span class="muted">{webhook.at}</span>{' '}
+            {status(webhook, now)}
           </li>
         ))}
       </ul>

@@ -1,0 +1,132 @@
+// The dialog in which an engineer changes the limit, the delays and the priority of an alarm.
+
+import './settings-dialog.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { changeAlarmSettings, fetchAlarmSettings } from '../../api/calls.ts'
+import type { Alarm, AlarmSettings } from '../../api/types.ts'
+import { errorText, useModal, useQuery } from '../../components/hooks.ts'
+import { changed, FIELDS, type Field, formOf, hasSettings, type SettingsForm } from '../../lib/alarm-settings.ts'
+import { hasRole, useSession } from '../../session.ts'
+
+const LONGEST_REASON = 500
+
+const PRIORITIES: [string, string][] = [
+  ['', 'medium (default)'],
+  ['high', 'high'],
+  ['medium', 'medium'],
+  ['low', 'low'],
+]
+
+/** The button that opens the dialog, for alarms that the file of the station lists. */
+export function SettingsButton({ alarm, open }: { alarm: Alarm; open: (alarm: Alarm) => void }): JSX.Element | null {
+  if (!hasRole(useSession(), 'engineer') || !hasSettings(alarm)) return null
+  return (
+    <button type="button" aria-label={`Settings: ${alarm.name}`} onClick={() => open(alarm)}>
+      Settings …
+    </button>
+  )
+}
+
+interface Props {
+  alarm: Alarm
+  /** Called after a change. */
+  done: () => void
+  close: () => void
+}
+
+export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Element {
+  const dialog = useModal()
+  const { value, error } = useQuery(`settings ${name}`, null, (signal) => fetchAlarmSettings(name, signal))
+  return (
+    <dialog ref={dialog} onClose={close} aria-label="Alarm settings" class="form-dialog settings-dialog">
+      <h2>Settings: {name}</h2>
+      <p class="muted">
+        The new settings apply at once and are written to the station’s file. The state of the alarm stays. An empty
+        field has its default.
+      </p>
+      {error && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      {value && <Form name={name} seen={value} done={done} close={close} />}
+      {!value && (
+        <div class="buttons">
+          <button type="button" onClick={close}>
+            Cancel
+          </button>
+        </div>
+      )}
+    </dialog>
+  )
+}
+
+function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string; seen: AlarmSettings }): JSX.Element {
+  const [form, setForm] = useState<SettingsForm>(() => formOf(seen))
+  const [reason, setReason] = useState('')
+  const [error, setError] = useState<string | null>(null)
+  const set = (key: Field['key'], text: string): void => setForm((before) => ({ ...before, [key]: text }))
+  const submit = (event: Event): void => {
+    event.preventDefault()
+    setError(null)
+    changeAlarmSettings(name, seen, changed(seen, form), reason)
+      .then(() => {
+        done()
+        close()
+      })
+      .catch((error: unknown) => setError(errorText(error)))
+  }
+  return (
+    <form onSubmit={submit}>
+      <div class="pair">
+        {FIELDS.filter(({ shown }) => shown(seen)).map(({ key, label, placeholder, isNumber, isLimit }) => (
+          <label key={key}>
+            {label}
+            <input
+              required={isLimit}
+              placeholder={placeholder}
+              inputMode={isNumber ? 'decimal' : 'text'}
+              pattern={isNumber ? '[0-9.eE+\\-]*' : '.*'}
+              value={form[key]}
+              onInput={(event) => set(key, event.currentTarget.value)}
+            />
+          </label>
+        ))}
+        <label>
+          Priority
+          <select value={form.priority} onChange={(event) => set('priority', event.currentTarget.value)}>
+            {PRIORITIES.map(([value, text]) => (
+              <option value={value} key={value}>
+                {text}
+              </option>
+            ))}
+          </select>
+        </label>
+      </div>
+      <label>
+        Reason
+        <input
+          required
+          maxLength={LONGEST_REASON}
+          pattern=".*\S.*"
+          value={reason}
+          onInput={(event) => setReason(event.currentTarget.value)}
+        />
+      </label>
+      {error && (
+        <p class="error" role="alert">
+          {error}
+        </p>
+      )}
+      <div class="buttons">
+        <button type="submit" class="main">
+          Change
+        </button>
+        <button type="button" onClick={close}>
+          Cancel
+        </button>
+      </div>
+    </form>
+  )
+}
