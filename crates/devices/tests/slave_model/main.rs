@@ -1,0 +1,88 @@
+//! A second slave, written from `docs/spec` alone, beside the real one: the same random services, the same answers.
+//!
+//! The model ([`model`], [`acyclic`]) is plain and uses neither the code of `dp` nor of `wire`. Services of two class 1
+//! masters and two class 2 masters come in any order and at any time. Each answer is compared octet by octet, and with it
+//! the state, the address, min T_SDR and the watchdog. A difference is reduced to the shortest list of steps that shows it.
+//!
+//! `PROFIVAC_FUZZ=N` makes the runs N times as long. `PROFIVAC_SEED=N` runs one more seed.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
+
+mod acyclic;
+mod line;
+mod model;
+mod open_points;
+mod process;
+mod services;
+mod shrink;
+mod simple;
+mod tables;
+mod telegram;
+
+use line::{Driven, Line, Step};
+use model::Model;
+use process::Simple;
+use profivac_dp::link::Baud;
+use profivac_dp::slave::Slave;
+use services::Services;
+use simple::SimpleDevice;
+use std::collections::BTreeMap;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use tables::Table;
+
+const ADDRESS: u8 = 5;
+/// Steps of a conversation, which begins at power-up.
+const STEPS: usize = 1500;
+
+/// How often something was reached.
+type Reached = BTreeMap<&'static str, u64>;
+
+/// The environment variable as a number.
+fn number(name: &str) -> Option<u64> {
+    std::env::var(name).ok().map(|it| it.parse().unwrap_or_else(|_| panic!("{name} must be a number, found {it}")))
+}
+
+/// Fixed seeds, one that differs each time, and one of the caller.
+fn seeds(count: u64) -> Vec<u64> {
+    let factor = number("PROFIVAC_FUZZ").unwrap_or(1);
+    let mut seeds: Vec<u64> = (0..count * factor).collect();
+    seeds.push(RandomState::new().build_hasher().finish());
+    seeds.extend(number("PROFIVAC_SEED"));
+    seeds
+}
+
+/// Runs conversations with pairs of slave and model and returns what was reached.
+fn converse<D: Driven>(name: &str, count: u64, application: bool, pair: impl Fn() -> Line<D>) -> Reached {
+    let mut reached = Reached::new();
+    let seeds = seeds(count);
+    println!("{name}: {} conversations of {STEPS} steps; seeds 0 to {} and {}", seeds.len(), seeds.len() - 2, seeds[seeds.len() - 1]);
+    for seed in seeds {
+        let mut line = pair();
+        let mut services = Services::new(seed, application);
+        let mut steps: Vec<Step> = Vec::new();
+        for _ in 0..STEPS {
+            let step = services.next(&line.model, line.now);
+            steps.push(step);
+            if line.step(&steps[steps.len() - 1]).difference.is_some() {
+                shrink::report(name, seed, steps, &pair);
+            }
+        }
+        for (what, count) in line.model.reached {
+            *reached.entry(what).or_default() += count;
+        }
+    }
+    for (what, count) in &reached {
+        println!("{count:>9} {what}");
+    }
+    reached
+}
+
+fn simple() -> Line<SimpleDevice> {
+    let table = Table::simple();
+    let slave = Slave::new(SimpleDevice::new(table.clone()), ADDRESS, Baud::B1500000);
+    Line::new(slave, Model::new(table, Simple::new(), ADDRESS))
+}
+
+#[test]
+fn the_slave_with_a_simple_device_answers_as_the_model() {
+    let _reached = converse("simple", 200, true, simple);
+}
