@@ -35,6 +35,8 @@ pub const DL: u8 = 0x08;
 const DH: u8 = 0x0A;
 /// No master.
 pub const NONE: u8 = 0xFF;
+/// max T_SDR at 1.5 Mbit/s. Section 1.12.
+const MAX_TSDR: u8 = 150;
 /// 10 ms at 1.5 Mbit/s.
 pub const TEN_MS: u64 = 15_000;
 
@@ -395,7 +397,7 @@ impl<P: Process> Model<P> {
             return self.prm_fault("Set_Prm too short");
         };
         let (lock, unlock) = (status & 0x80 != 0, status & 0x40 != 0);
-        let tsdr = (*tsdr != 0).then_some((*tsdr).max(11));
+        let tsdr = (*tsdr != 0).then_some((*tsdr).clamp(11, MAX_TSDR));
         if unlock {
             self.reach("Set_Prm unlocks");
             self.leave();

@@ -245,7 +245,7 @@ impl Services {
         let modes = self.one_of(&[0, 0, 0x30, 0x20]);
         let status = 0x80 | modes | u8::from(watchdog) << 3;
         let (factor_1, factor_2) = (self.random.u8(1..40), self.random.u8(1..6));
-        let tsdr = self.one_of(&[0, 11, 11, 5, 30, 60]);
+        let tsdr = self.one_of(&[0, 11, 11, 5, 30, 60, 255]);
         let group = self.one_of(&[0, 1, 1, 3, 0x80]);
         let mut du = vec![status, factor_1, factor_2, tsdr, high, low, group];
         let mut user = self.one_of(&model.table.user_parameters);
