@@ -8,9 +8,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod acyclic;
+mod gauge;
 mod line;
 mod model;
 mod open_points;
+mod page;
 mod process;
 mod services;
 mod shrink;
@@ -18,11 +20,21 @@ mod simple;
 mod tables;
 mod telegram;
 
+use gauge::{Gauge, Peek};
 use line::{Driven, Line, Step};
 use model::Model;
+use page::Page;
 use process::Simple;
+use profivac_devices::SimulatedDevice;
+use profivac_devices::bcg450::Bcg450;
+use profivac_devices::img400::{Gauges, Img400};
+use profivac_devices::profile::{Behaviour, Setup};
+use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
+use profivac_devices::store::RamStore;
+use profivac_devices::tpg::table::TPG300;
+use profivac_devices::tpg::{Tpg, TpgGauge};
 use profivac_dp::link::Baud;
-use profivac_dp::slave::Slave;
+use profivac_dp::slave::{Device, Slave};
 use services::Services;
 use simple::SimpleDevice;
 use std::collections::BTreeMap;
@@ -85,4 +97,62 @@ fn simple() -> Line<SimpleDevice> {
 #[test]
 fn the_slave_with_a_simple_device_answers_as_the_model() {
     let _reached = converse("simple", 200, true, simple);
+}
+
+/// A gauge and the model with its page.
+fn gauge<B: Behaviour + Clone>(device: &Gauge<B>, page: &Page) -> Line<Gauge<B>> {
+    let mut page = page.clone();
+    page.table.im0 = device.im0();
+    let address = device.station_address();
+    let process = Peek::new(page.clone(), device.clone());
+    let slave = Slave::new(device.clone(), address, Baud::B1500000);
+    Line::new(slave, Model::new(page.table, process, address))
+}
+
+/// Runs conversations with a gauge.
+fn converse_with<B: Behaviour + Clone>(mut device: Gauge<B>, text: &str) -> Reached {
+    device.settle();
+    let page = Page::of(text, device.name(), device.station_address() == 126);
+    let name = page.table.name.clone();
+    converse(&name, 40, false, || gauge(&device, &page))
+}
+
+/// The stored address holds, and Set_Slave_Add changes it.
+fn stored() -> Setup {
+    Setup::new(126)
+}
+
+/// The address switch holds.
+fn switched() -> Setup {
+    Setup::new(ADDRESS)
+}
+
+#[test]
+fn a_bcg450_answers_as_the_model() {
+    let _reached = converse_with(Bcg450::new(RamStore::default(), stored()), include_str!("../../../../docs/devices/bcg450.md"));
+}
+
+#[test]
+fn a_pcg550_answers_as_the_model() {
+    let model = Pxg55xModel::named("pcg550", Some(false)).expect("a model");
+    let _reached = converse_with(Pxg55x::new(RamStore::default(), model, stored()), include_str!("../../../../docs/devices/pcg55x.md"));
+}
+
+#[test]
+fn a_psg550_answers_as_the_model() {
+    let model = Pxg55xModel::named("psg550", None).expect("a model");
+    let _reached = converse_with(Pxg55x::new(RamStore::default(), model, switched()), include_str!("../../../../docs/devices/psg55x.md"));
+}
+
+#[test]
+fn a_tpg300_answers_as_the_model() {
+    let gauges = [Some(TpgGauge::Pirani), Some(TpgGauge::ColdCathode), None, None];
+    let device = Tpg::new(&TPG300, RamStore::default(), switched(), gauges);
+    let _reached = converse_with(device, include_str!("../../../../docs/devices/tpg.md"));
+}
+
+#[test]
+fn an_img400_answers_as_the_model() {
+    let device = Img400::new(RamStore::default(), stored(), Gauges::default());
+    let _reached = converse_with(device, include_str!("../../../../docs/devices/img400.md"));
 }

@@ -501,6 +501,7 @@ impl<P: Process> Model<P> {
             true
         } else {
             self.reach("Data_Exchange with a wrong length");
+            self.process.rewind();
             false
         };
         let inputs = self.inputs();
@@ -624,7 +625,7 @@ impl<P: Process> Model<P> {
             self.reach("Global_Control with reserved bits");
             self.not_support();
         }
-        if ((sync || unsync) && !self.table.sync) || ((freeze || unfreeze) && !self.table.freeze) {
+        if (sync && !unsync && !self.table.sync) || (freeze && !unfreeze && !self.table.freeze) {
             self.reach("Global_Control that the device does not support");
             self.not_support();
         }

@@ -1,6 +1,7 @@
 //! The application behind the model: what the octets of inputs and records are.
 
 use crate::tables::Table;
+use fastrand::Rng;
 
 /// Error_Code_1 and Error_Code_2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,12 +32,22 @@ pub trait Process: Clone {
     fn outputs(&mut self, outputs: Option<&[u8]>);
     /// The inputs.
     fn inputs(&mut self, length: usize) -> Vec<u8>;
+    /// The next inputs are those before the telegram, whose end the device has seen by now.
+    fn rewind(&mut self) {}
     /// Stores a station address; false if the address is locked.
     fn set_address(&mut self, address: u8, lock: bool) -> bool;
     /// A record, and the bit times until it is there.
     fn read(&mut self, table: &Table, via: Via, slot: u8, index: u8) -> Result<(Vec<u8>, u64), Refusal>;
     /// Writes a record; returns the bit times until that is done.
     fn write(&mut self, table: &Table, via: Via, slot: u8, index: u8, data: &[u8]) -> Result<u64, Refusal>;
+    /// A Read or Write that suits the tables of the device.
+    fn suggested_access(&self, _random: &mut Rng) -> Option<Vec<u8>> {
+        None
+    }
+    /// Outputs that suit them.
+    fn suggested_outputs(&self, _random: &mut Rng, _length: usize) -> Option<Vec<u8>> {
+        None
+    }
     /// Index 255 of a device without I&M.
     fn no_im0(&self, _table: &Table, _slot: u8, _read: bool) -> Refusal {
         Refusal(0xB0, 0)

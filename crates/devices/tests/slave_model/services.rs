@@ -2,7 +2,7 @@
 
 use crate::acyclic::{Connection, Job};
 use crate::line::{Event, Step};
-use crate::model::{DeviceDiagnosis, Model, NONE, State};
+use crate::model::{DeviceDiagnosis, Model, State};
 use crate::process::Process;
 use crate::telegram::{sd1, sd2, sd3, with_saps};
 use fastrand::Rng;
@@ -317,7 +317,9 @@ impl Services {
             2..=4 => 0,
             _ => outputs,
         };
-        ("Data_Exchange".into(), None, self.octets(length))
+        let suggested = model.process.suggested_outputs(&mut self.random, outputs).filter(|_| length == outputs);
+        let du = suggested.unwrap_or_else(|| self.octets(length));
+        ("Data_Exchange".into(), None, du)
     }
 
     fn ms1<P: Process>(&mut self, model: &Model<P>) -> Plan {
@@ -329,13 +331,16 @@ impl Services {
         let du = match self.random.u32(0..200) {
             0 => self.octets(4),
             1 => vec![0x5C, 1, 1, 0],
-            _ => self.access(),
+            _ => self.access(model),
         };
         ("MS1 request".into(), Some((51, ssap)), du)
     }
 
     /// A Read or Write.
-    fn access(&mut self) -> Vec<u8> {
+    fn access<P: Process>(&mut self, model: &Model<P>) -> Vec<u8> {
+        if let Some(du) = model.process.suggested_access(&mut self.random) {
+            return du;
+        }
         let slot = self.one_of(&[1, 1, 1, 1, 0, 0, 2, 255, 254]);
         let index = match self.random.u32(0..10) {
             0..=6 => self.random.u8(0..7),
@@ -400,7 +405,7 @@ impl Services {
             2 => ("unknown function", vec![self.one_of(&[0x57, 0x5C, 0xDE, 0x00, 0x47, 0x56]), 0, 0, 0]),
             3..=12 => ("Idle", if self.chance(5) { vec![0x48, 1, 2] } else { vec![0x48] }),
             13..=17 => ("Data_Transport", self.one_of(&[vec![0x51, 0, 0, 1, 7], vec![0x51, 0, 0, 0], vec![0x51, 1]])),
-            _ => ("MS2 request", self.access()),
+            _ => ("MS2 request", self.access(model)),
         };
         (name.into(), Some((sap, ssap)), du)
     }
@@ -436,11 +441,5 @@ impl Services {
             _ => {}
         }
         du
-    }
-
-    /// Whether a master owns the slave; for the bring-up.
-    #[allow(dead_code, reason = "the tests of gauges use it")]
-    pub fn owned<P: Process>(model: &Model<P>) -> bool {
-        model.master != NONE
     }
 }
