@@ -9,6 +9,7 @@ use fastrand::Rng;
 use profivac_devices::profile::{Behaviour, BlockDevice};
 use profivac_devices::store::RamStore;
 use profivac_dp::slave::{Device, Relation};
+use std::collections::BTreeMap;
 
 /// Rows of the table of refusals.
 const SLOT: usize = 0;
@@ -44,6 +45,7 @@ pub struct Peek<D> {
     /// The last instruction that was started, and its answer.
     instruction: Option<[u8; 8]>,
     answer: [u8; 8],
+    reached: BTreeMap<&'static str, u64>,
 }
 
 impl<D: Device + Clone> Peek<D> {
@@ -52,7 +54,18 @@ impl<D: Device + Clone> Peek<D> {
         let (selector, channel) = (1, page.with_channel[page.table.default_configuration]);
         let (locked, compatible) = (false, false);
         let before = device.clone();
-        Self { page, device, before, selector, locked, compatible, channel, instruction: None, answer: [0; 8] }
+        Self {
+            page,
+            device,
+            before,
+            selector,
+            locked,
+            compatible,
+            channel,
+            instruction: None,
+            answer: [0; 8],
+            reached: BTreeMap::new(),
+        }
     }
 
     fn row(&self, slot: u8, index: u8) -> Result<&Row, usize> {
@@ -74,7 +87,12 @@ impl<D: Device + Clone> Peek<D> {
         let mut record = [0; 240];
         let relation = if row.access[2] { Relation::Ms2(0) } else { Relation::Ms1 };
         let length = self.device.clone().read(relation, row.slot, row.index, &mut record).expect("the page allows it");
-        assert!(row.octets.is_none_or(|it| it == length), "{} has {length} octets, the page says {:?}", row.name, row.octets);
+        assert!(
+            row.octets.is_none_or(|it| it == length),
+            "{} has {length} octets, the page says {:?}",
+            row.name,
+            row.octets
+        );
         record[..length].to_vec()
     }
 
@@ -82,6 +100,20 @@ impl<D: Device + Clone> Peek<D> {
     fn execute(&mut self, instruction: [u8; 8]) -> [u8; 8] {
         let [pke, slot, index, _, value @ ..] = instruction;
         let result = self.instructed(pke >> 4, slot, index, value);
+        let what = match (&result, pke >> 4) {
+            (Ok(_), 1) => "channel: read",
+            (Ok(_), _) => "channel: write",
+            (Err(SLOT), _) => "channel: no such slot",
+            (Err(INDEX), _) => "channel: no such index",
+            (Err(NOT_READABLE), _) => "channel: not readable",
+            (Err(NOT_WRITABLE), _) => "channel: not writable",
+            (Err(TEXT), _) => "channel: text",
+            (Err(LENGTH), _) => "channel: length",
+            (Err(MODE), _) => "channel: mode",
+            (Err(RANGE), _) => "channel: range",
+            (Err(_), _) => "channel: no such instruction",
+        };
+        *self.reached.entry(what).or_default() += 1;
         let mut answer = [0, slot, index, 0, 0, 0, 0, 0];
         match result {
             Ok(octets) => {
@@ -165,8 +197,13 @@ impl<D: Device + Clone> Peek<D> {
         Ok(())
     }
 
-    /// A row, and whether a correct write of it would change more than the selector.
+    /// A row; the selector more often than the others.
     fn some_row(&self, random: &mut Rng) -> Row {
+        if let Some(selector) = self.page.rows.iter().find(|row| row.name == SELECTOR)
+            && random.u8(..6) == 0
+        {
+            return selector.clone();
+        }
         self.page.rows[random.usize(..self.page.rows.len())].clone()
     }
 }
@@ -246,7 +283,7 @@ impl<D: Device + Clone> Process for Peek<D> {
         if !row.access[if via == Via::Ms1 { 1 } else { 3 }] {
             return Err(self.refusal(NOT_WRITABLE));
         }
-        if row.octets.is_some_and(|it| it != data.len()) || (row.octets.is_none() && data.len() == 3) {
+        if row.octets.is_some_and(|it| it != data.len()) || (row.octets.is_none() && !matches!(data.len(), 2 | 4)) {
             return Err(self.refusal(LENGTH));
         }
         assert_eq!(row.name, SELECTOR, "only the selector is written");
@@ -256,6 +293,10 @@ impl<D: Device + Clone> Process for Peek<D> {
 
     fn no_im0(&self, _: &Table, slot: u8, _read: bool) -> Refusal {
         self.row(slot, 255).map_or_else(|it| self.refusal(it), |_| Refusal(0xB0, 0))
+    }
+
+    fn reached(&self) -> BTreeMap<&'static str, u64> {
+        self.reached.clone()
     }
 
     fn suggested_access(&self, random: &mut Rng) -> Option<Vec<u8>> {
@@ -268,12 +309,14 @@ impl<D: Device + Clone> Process for Peek<D> {
         if random.u8(..100) < 70 {
             return Some(vec![0x5E, slot, index, [240, 240, 4, 2][random.usize(..4)]]);
         }
-        let writable = self.page.rows.iter().any(|it| (it.slot, it.index) == (slot, index) && (it.access[1] || it.access[3]));
-        let length = match row.octets {
-            _ if writable && row.name == SELECTOR => 1,
-            Some(octets) if (row.slot, row.index) == (slot, index) => octets + 1,
-            _ if writable => 3,
-            _ => random.usize(1..9),
+        // No length that a row of this place has: the write must not change anything, but for the selector.
+        let of_place: Vec<&Row> = self.page.rows.iter().filter(|it| (it.slot, it.index) == (slot, index)).collect();
+        let of_row = |row: &Row, length: usize| row.octets.map_or(matches!(length, 2 | 4), |own| own == length);
+        let taken = |length: usize| of_place.iter().any(|row| of_row(row, length));
+        let length = if of_place.first().is_some_and(|it| it.name == SELECTOR) {
+            1
+        } else {
+            (random.usize(1..9)..).find(|length| !taken(*length)).expect("rows are short")
         };
         let value = random.u8(0..8);
         Some([vec![0x5F, slot, index, u8::try_from(length).expect("short")], vec![value; length]].concat())
@@ -305,7 +348,13 @@ impl<D: Device + Clone> Process for Peek<D> {
             _ => false,
         };
         let writes = of_place().any(|it| (it.access[1] || it.access[3] || it.channel[1]) && fits(it));
-        let ak = if writes && !selects { 1 } else { ak };
+        let ak = if selects && random.bool() {
+            10
+        } else if writes && !selects {
+            1
+        } else {
+            ak
+        };
         let value = random.u8(0..8);
         outputs[..8].copy_from_slice(&[ak << 4 | random.u8(..8), slot, index, random.u8(..2), 0, 0, 0, value]);
         Some(outputs)

@@ -189,7 +189,12 @@ impl<D: Driven> Line<D> {
     }
 
     /// Answers and what the interface of the slave shows.
-    fn difference(&self, answers: &(Option<Vec<u8>>, Option<Vec<u8>>), not_before: Option<u64>, min_tsdr: u8) -> Option<Difference> {
+    fn difference(
+        &self,
+        answers: &(Option<Vec<u8>>, Option<Vec<u8>>),
+        not_before: Option<u64>,
+        min_tsdr: u8,
+    ) -> Option<Difference> {
         let (slave, model) = (&self.slave, &self.model);
         if answers.0 != answers.1 {
             let (real, model) = (shown(answers.0.as_deref()), shown(answers.1.as_deref()));

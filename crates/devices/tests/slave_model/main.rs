@@ -8,6 +8,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 mod acyclic;
+mod coverage;
 mod gauge;
 mod line;
 mod model;
@@ -24,7 +25,7 @@ use gauge::{Gauge, Peek};
 use line::{Driven, Line, Step};
 use model::Model;
 use page::Page;
-use process::Simple;
+use process::{Process, Simple};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::img400::{Gauges, Img400};
@@ -66,7 +67,12 @@ fn seeds(count: u64) -> Vec<u64> {
 fn converse<D: Driven>(name: &str, count: u64, application: bool, pair: impl Fn() -> Line<D>) -> Reached {
     let mut reached = Reached::new();
     let seeds = seeds(count);
-    println!("{name}: {} conversations of {STEPS} steps; seeds 0 to {} and {}", seeds.len(), seeds.len() - 2, seeds[seeds.len() - 1]);
+    println!(
+        "{name}: {} conversations of {STEPS} steps; seeds 0 to {} and {}",
+        seeds.len(),
+        seeds.len() - 2,
+        seeds[seeds.len() - 1]
+    );
     for seed in seeds {
         let mut line = pair();
         let mut services = Services::new(seed, application);
@@ -78,7 +84,7 @@ fn converse<D: Driven>(name: &str, count: u64, application: bool, pair: impl Fn(
                 shrink::report(name, seed, steps, &pair);
             }
         }
-        for (what, count) in line.model.reached {
+        for (what, count) in line.model.reached.into_iter().chain(line.model.process.reached()) {
             *reached.entry(what).or_default() += count;
         }
     }
@@ -86,6 +92,13 @@ fn converse<D: Driven>(name: &str, count: u64, application: bool, pair: impl Fn(
         println!("{count:>9} {what}");
     }
     reached
+}
+
+/// Everything of the list was reached often enough.
+fn assert_reached(reached: &Reached, wanted: &[&str]) {
+    let seldom = |what: &&&str| reached.get(**what).is_none_or(|count| *count < coverage::LEAST);
+    let seldom: Vec<_> = wanted.iter().filter(seldom).collect();
+    assert!(seldom.is_empty(), "reached fewer than {} times: {seldom:?}", coverage::LEAST);
 }
 
 fn simple() -> Line<SimpleDevice> {
@@ -96,7 +109,12 @@ fn simple() -> Line<SimpleDevice> {
 
 #[test]
 fn the_slave_with_a_simple_device_answers_as_the_model() {
-    let _reached = converse("simple", 200, true, simple);
+    let reached = converse("simple", 200, true, simple);
+    assert_reached(&reached, coverage::SIMPLE);
+    println!("open points that the model answers as the slave does:");
+    for (number, section, behaviour) in open_points::OPEN {
+        println!("{number:>3} {section:<20} {behaviour}");
+    }
 }
 
 /// A gauge and the model with its page.
@@ -110,11 +128,18 @@ fn gauge<B: Behaviour + Clone>(device: &Gauge<B>, page: &Page) -> Line<Gauge<B>>
 }
 
 /// Runs conversations with a gauge.
-fn converse_with<B: Behaviour + Clone>(mut device: Gauge<B>, text: &str) -> Reached {
+fn converse_with<B: Behaviour + Clone>(mut device: Gauge<B>, text: &str) {
     device.settle();
     let page = Page::of(text, device.name(), device.station_address() == 126);
     let name = page.table.name.clone();
-    converse(&name, 40, false, || gauge(&device, &page))
+    let reached = converse(&name, 40, false, || gauge(&device, &page));
+    assert_reached(&reached, coverage::ALL);
+    if page.table.ms1 && page.table.ms2 {
+        assert_reached(&reached, coverage::DPV1);
+    }
+    if page.has_selector() {
+        assert_reached(&reached, coverage::SELECTOR);
+    }
 }
 
 /// The stored address holds, and Set_Slave_Add changes it.
@@ -129,30 +154,36 @@ fn switched() -> Setup {
 
 #[test]
 fn a_bcg450_answers_as_the_model() {
-    let _reached = converse_with(Bcg450::new(RamStore::default(), stored()), include_str!("../../../../docs/devices/bcg450.md"));
+    converse_with(Bcg450::new(RamStore::default(), stored()), include_str!("../../../../docs/devices/bcg450.md"));
 }
 
 #[test]
 fn a_pcg550_answers_as_the_model() {
     let model = Pxg55xModel::named("pcg550", Some(false)).expect("a model");
-    let _reached = converse_with(Pxg55x::new(RamStore::default(), model, stored()), include_str!("../../../../docs/devices/pcg55x.md"));
+    converse_with(
+        Pxg55x::new(RamStore::default(), model, stored()),
+        include_str!("../../../../docs/devices/pcg55x.md"),
+    );
 }
 
 #[test]
 fn a_psg550_answers_as_the_model() {
     let model = Pxg55xModel::named("psg550", None).expect("a model");
-    let _reached = converse_with(Pxg55x::new(RamStore::default(), model, switched()), include_str!("../../../../docs/devices/psg55x.md"));
+    converse_with(
+        Pxg55x::new(RamStore::default(), model, switched()),
+        include_str!("../../../../docs/devices/psg55x.md"),
+    );
 }
 
 #[test]
 fn a_tpg300_answers_as_the_model() {
     let gauges = [Some(TpgGauge::Pirani), Some(TpgGauge::ColdCathode), None, None];
     let device = Tpg::new(&TPG300, RamStore::default(), switched(), gauges);
-    let _reached = converse_with(device, include_str!("../../../../docs/devices/tpg.md"));
+    converse_with(device, include_str!("../../../../docs/devices/tpg.md"));
 }
 
 #[test]
 fn an_img400_answers_as_the_model() {
     let device = Img400::new(RamStore::default(), stored(), Gauges::default());
-    let _reached = converse_with(device, include_str!("../../../../docs/devices/img400.md"));
+    converse_with(device, include_str!("../../../../docs/devices/img400.md"));
 }

@@ -100,8 +100,11 @@ impl Page {
             let number = |place: usize| cells[place].parse().expect("a number");
             configurations.push(Configuration { octets: octets(&cells[5]), outputs: number(2), inputs: number(4) });
         }
-        let user_parameters: Vec<Vec<u8>> =
-            cells(page, "## User parameters").iter().skip(1).map(|cells| octets(&cells[1].replace("none", ""))).collect();
+        let user_parameters: Vec<Vec<u8>> = cells(page, "## User parameters")
+            .iter()
+            .skip(1)
+            .map(|cells| octets(&cells[1].replace("none", "")))
+            .collect();
         let bits = page.lines().find(|line| line.starts_with("The first octet may have"));
         let first_octet = bits.map_or(0, |line| octets(line.split('`').nth(1).expect("bits"))[0]);
         let instructions = cells(page, "## Parameter channel");
@@ -130,6 +133,11 @@ impl Page {
             octet_instruction: instructions.iter().any(|cells| cells[0] == "10"),
             zero_between: page.contains("A new instruction is started only after AK 0."),
         }
+    }
+
+    /// Whether a row chooses the instance of others.
+    pub fn has_selector(&self) -> bool {
+        self.rows.iter().any(|row| row.name == "Channel Instance Selector")
     }
 
     fn reason(cells: &[String]) -> Reason {

@@ -2,6 +2,7 @@
 
 use crate::tables::Table;
 use fastrand::Rng;
+use std::collections::BTreeMap;
 
 /// Error_Code_1 and Error_Code_2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,10 @@ pub trait Process: Clone {
     /// Outputs that suit them.
     fn suggested_outputs(&self, _random: &mut Rng, _length: usize) -> Option<Vec<u8>> {
         None
+    }
+    /// What was reached in the application, and how often.
+    fn reached(&self) -> BTreeMap<&'static str, u64> {
+        BTreeMap::new()
     }
     /// Index 255 of a device without I&M.
     fn no_im0(&self, _table: &Table, _slot: u8, _read: bool) -> Refusal {

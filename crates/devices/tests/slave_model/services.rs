@@ -207,7 +207,11 @@ impl Services {
             (State::DataExch, 0..=44) if own => return self.data_exchange(model),
             (State::DataExch, 45..=64) if own => return self.ms1(model),
             (State::DataExch, 65..=71) if own => {
-                let command = if self.chance(80) { self.one_of(&[0, 2, 8, 4, 0x20, 0x10, 0x30, 0x28, 0x0C]) } else { self.random.u8(..) };
+                let command = if self.chance(80) {
+                    self.one_of(&[0, 2, 8, 4, 0x20, 0x10, 0x30, 0x28, 0x0C])
+                } else {
+                    self.random.u8(..)
+                };
                 let group = self.one_of(&[0, 0, 1, 2, 0xFF]);
                 let mut du = vec![command, group];
                 if self.chance(3) {

@@ -30,7 +30,15 @@ impl SimpleDevice {
     pub fn new(table: Table) -> Self {
         let configuration = table.default_configuration;
         let diagnosis = DeviceDiagnosis::default();
-        Self { table, content: Simple::new(), configuration, diagnosis, changed: false, now: 0, pending: BTreeMap::new() }
+        Self {
+            table,
+            content: Simple::new(),
+            configuration,
+            diagnosis,
+            changed: false,
+            now: 0,
+            pending: BTreeMap::new(),
+        }
     }
 
     const fn key(via: Relation) -> u16 {
