@@ -1,6 +1,7 @@
 # Installs the packages that a script needs. Other scripts source this file.
 
-# need PACKAGE COMMAND...: installs the Debian package if the command fails. Only root can install; other users get its name.
+# need PACKAGE COMMAND...: installs the Debian package if the command fails. Only root can install; other users get its name. What apt-get
+# prints goes to the standard error, because other scripts read the standard output of those that call this.
 need() {
     local package=$1
     shift
@@ -9,9 +10,9 @@ need() {
         echo "'$*' fails; please install the package $package (its name on Debian)" >&2
         exit 1
     fi
-    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" || {
-        apt-get update -qq
-        DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package"
+    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" >&2 || {
+        apt-get update -qq >&2
+        DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" >&2
     }
 }
 

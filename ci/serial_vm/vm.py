@@ -158,6 +158,8 @@ class Cable:
         self.outside = socket.create_server(("127.0.0.1", 0))
         self.master_port = self.outside.getsockname()[1]
         self.latency, self.chunk = 0.0, self.FTDI_CHUNK
+        # Both threads change the ends: the one that puts a slave there, and the one that sees an end close.
+        self.ends = threading.Lock()
         self.peer = None
         self.guest = None
         self.held = b""
@@ -169,13 +171,15 @@ class Cable:
 
     def connect(self, port):
         """Connects the cable with a TCP server of the host, or with nothing."""
-        old, self.peer = self.peer, None
+        with self.ends:
+            old, self.peer = self.peer, None
         if old:
             old.close()
         if port:
             peer = socket.create_connection(("127.0.0.1", port))
             peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.peer = peer
+            with self.ends:
+                self.peer = peer
 
     def serve(self):
         while not self.closing:
@@ -205,10 +209,7 @@ class Cable:
         except OSError:
             octets = b""
         if not octets:
-            if source is peer:
-                self.peer = None
-            else:
-                self.guest = None
+            self.closed(source)
         elif source is guest:
             self.note(">", octets)
             self.send(peer, octets)
@@ -224,6 +225,14 @@ class Cable:
                 # The timer of the chip runs freely: it ends at any time up to the latency.
                 self.due = time.monotonic() + self.latency
         return
+
+    def closed(self, source):
+        """Forgets an end that was closed. The former peer may be seen late, when its successor is connected."""
+        with self.ends:
+            if source is self.peer:
+                self.peer = None
+            elif source is self.guest:
+                self.guest = None
 
     def release(self):
         self.due = None

@@ -1,4 +1,4 @@
-//! An hour with faults in every segment: `cargo segment -p profivac-station --segment hour`.
+//! An hour with faults in every segment: `cargo bench -p profivac-station --bench hour`.
 //!
 //! In every segment a gauge loses power, the line is cut or noise is on the line, every few seconds. The bench prints the memory of the
 //! process, the number of faults of each kind, and whether all gauges are in data exchange at the end. PROFIVAC_BENCH_SECONDS makes

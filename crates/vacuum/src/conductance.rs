@@ -39,28 +39,42 @@ pub const SHARP_DISCHARGE: f64 = 0.88;
 const LOSS_BY_HEAT_RATIO: f64 = 1.21;
 
 /// The viscous part of the flow into an opening is δ^SHARE / (HALF + δ^SHARE).
-const SHARE: f64 = 1.23;
-const HALF: f64 = 3.42;
+const SHARE: f64 = 1.16;
+const HALF: f64 = 2.45;
 
-/// Gas behind a tube joins the flow of small differences and that of a nozzle in series by this part, times the root of the quotient of
-/// the pressures.
-const SERIES: f64 = 0.55;
+/// The viscous flow of small differences relative to molecular flow: this number, and 0.376 δ by Sampson's law.
+const SMALL: f64 = 1.49;
+const SAMPSON: f64 = 0.376;
+
+/// Gas behind a tube joins the flow of small differences and that of a nozzle in series by this part, times the fourth root of the
+/// quotient of the pressures; behind a thin opening by the second part, times the square of the quotient.
+const SERIES: f64 = 0.45;
+const THIN_SERIES: f64 = 0.1;
+
+/// An opening is thin for tubes up to about this length in radii. The jet through a longer one touches its wall again.
+const THIN: f64 = 0.05;
+
+/// The contraction of an incompressible jet behind a thin opening with sharp edges (Kirchhoff: π/(π + 2)).
+const CONTRACTION: f64 = 0.611;
+
+/// The force that the walls about such an opening lack, for the momentum of the jet (Jobson, Proc. Inst. Mech. Eng. 169 (1955) 767).
+const FORCE_DEFECT: f64 = 1.0 / CONTRACTION - 0.5 / (CONTRACTION * CONTRACTION);
 
 /// The momentum of the flow in a tube relative to that of a uniform flow: 4/3 for a parabola, more with the losses where it forms.
-const MOMENTUM: f64 = 1.687;
+const MOMENTUM: f64 = 1.6;
 
-/// A flow becomes a parabola within about δ/268 radii of a tube; in a shorter one it stays uniform, and needs no more momentum.
-const UNIFORM: f64 = 268.0;
+/// A flow becomes a parabola within about δ/910 radii of a tube; in a shorter one it stays uniform, and needs no more momentum.
+const UNIFORM: f64 = 910.0;
 
 /// Poiseuille's law in the units of [`TubeFlow`]: 3 sqrt(pi) / 32 per δ.
 const LAMINAR: f64 = 0.166_167;
 
-/// The friction at the entrance of a tube in viscous flow, beside that of Poiseuille's law, for tubes longer than half a radius.
-const ENTRANCE: f64 = 0.14;
-const ENTRANCE_LENGTH: f64 = 0.5;
+/// The friction at the entrance of a tube in viscous flow, beside that of Poiseuille's law, for tubes of some radii.
+const ENTRANCE: f64 = 0.25;
+const ENTRANCE_LENGTH: f64 = 3.7;
 
 /// In a tube of this length in radii half of the molecules that fly far along a long tube reach its wall or end instead.
-const FAR: f64 = 3.56;
+const FAR: f64 = 3.95;
 
 /// The flow of air from 1 atm at which half of a leak is viscous, in Pa m³/s (3e-6 mbar l/s).
 ///
@@ -147,6 +161,22 @@ pub fn discharge(ratio: f64, heat_ratio: f64) -> f64 {
 fn ellipse(ratio: f64, critical: f64) -> f64 {
     let beyond = ((ratio - critical) / (1.0 - critical)).max(0.0);
     (1.0 - beyond * beyond).max(0.0).sqrt()
+}
+
+/// The flow of a gas through a thin opening with sharp edges, divided by A sqrt(p1 ρ1), for the quotient of the pressures: the jet
+/// contracts less, the lower the pressure behind, and so the flow rises below the critical quotient too.
+///
+/// From the balance of momentum with [`FORCE_DEFECT`] (Jobson 1955).
+fn jet(ratio: f64, heat_ratio: f64, critical: f64) -> f64 {
+    if ratio >= 1.0 {
+        return 0.0;
+    }
+    let throat = ratio.max(critical);
+    let density = throat.powf(heat_ratio.recip());
+    let square = 2.0 * heat_ratio / (heat_ratio - 1.0) * density * density * (1.0 - throat / density);
+    let momentum = square / density + throat - ratio;
+    let root = (momentum * momentum - 4.0 * FORCE_DEFECT * square * (1.0 - ratio)).max(0.0).sqrt();
+    2.0 * (1.0 - ratio) / (momentum + root) * square.sqrt()
 }
 
 /// A gas as a continuum: the mean properties of a mixture.
@@ -329,6 +359,11 @@ struct TubeFlow<'a> {
     choked: f64,
     lossless: f64,
     critical: f64,
+    /// The part of the flow into the opening that contracts as behind a thin one with sharp edges, 0 to 1.
+    contracting: f64,
+    /// Its flow into vacuum, for [`jet`].
+    jet: f64,
+    heat_ratio: f64,
     /// The viscous part of the flow into the opening, 0 to 1.
     viscous: f64,
     /// See [`tube_factor`].
@@ -351,6 +386,9 @@ impl Tube {
         let lossless = choked_factor(high.heat_ratio) * (2.0 * PI).sqrt();
         let loss = (1.0 - self.discharge) * LOSS_BY_HEAT_RATIO * (high.heat_ratio - 1.4);
         let uniform = if self.length > 0.0 { 1.0 / (1.0 + delta / (UNIFORM * self.length)) } else { 0.0 };
+        let critical = (2.0 / (high.heat_ratio + 1.0)).powf(high.heat_ratio / (high.heat_ratio - 1.0));
+        let sharp = ((1.0 - self.discharge) / (1.0 - SHARP_DISCHARGE)).clamp(0.0, 1.0);
+        let contracting = if self.thin() > 1e-3 { sharp * self.thin() } else { 0.0 };
         // Equal pressures have the conductance of almost equal ones.
         let low_pa = low_pa.min(high.pa * (1.0 - 1e-7));
         let flow = TubeFlow {
@@ -358,12 +396,15 @@ impl Tube {
             delta_per_pa,
             choked: (self.discharge - loss) * lossless,
             lossless,
-            critical: (2.0 / (high.heat_ratio + 1.0)).powf(high.heat_ratio / (high.heat_ratio - 1.0)),
+            critical,
+            contracting,
+            jet: if contracting > 0.0 { jet(0.0, high.heat_ratio, critical) } else { 1.0 },
+            heat_ratio: high.heat_ratio,
             viscous,
             far: self.length / (self.length + FAR),
             inertia: LAMINAR * delta_per_pa * viscous * MOMENTUM * uniform / (2.0 * PI),
             high_pa: high.pa,
-            series: if high.pa > 0.0 { SERIES * (low_pa / high.pa).sqrt() } else { 0.0 },
+            series: if high.pa > 0.0 { self.series(low_pa / high.pa) } else { 0.0 },
         };
         let whole = if delta < LINEAR { flow.linear(low_pa) } else { flow.between(low_pa) / (high.pa - low_pa) };
         let mean = delta_per_pa * f64::midpoint(high.pa, low_pa);
@@ -375,7 +416,31 @@ impl Tube {
     }
 }
 
+impl Tube {
+    /// Whether the opening is thin, 1 to 0.
+    fn thin(&self) -> f64 {
+        1.0 / (1.0 + (self.length / THIN).powi(2))
+    }
+
+    /// See [`SERIES`].
+    fn series(&self, ratio: f64) -> f64 {
+        let thin = self.thin();
+        SERIES * ratio.sqrt().sqrt() * (1.0 - thin) + THIN_SERIES * ratio * ratio * thin
+    }
+}
+
 impl TubeFlow<'_> {
+    /// The viscous flow through the opening relative to that into vacuum, for the quotient of the pressures.
+    fn shape(&self, ratio: f64) -> f64 {
+        let attached = ellipse(ratio, self.critical);
+        if self.contracting > 0.0 {
+            let contracted = jet(ratio, self.heat_ratio, self.critical) / self.jet;
+            attached + self.contracting * (contracted - attached)
+        } else {
+            attached
+        }
+    }
+
     /// The conductance where it hardly depends on the pressures.
     fn linear(&self, low_pa: f64) -> f64 {
         let opening = self.opening(low_pa) / (self.high_pa - low_pa);
@@ -424,9 +489,9 @@ impl TubeFlow<'_> {
     /// The flow through the opening to a pressure.
     fn opening(&self, pa: f64) -> f64 {
         let difference = self.high_pa - pa;
-        let nozzle = self.choked * self.high_pa * ellipse(pa / self.high_pa, self.critical);
-        // Sampson's flow of small differences: 0.376 δ; see STEEPEST for the limit.
-        let slope = 2.0 + 0.376 * self.delta_per_pa * self.high_pa;
+        let nozzle = self.choked * self.high_pa * self.shape(pa / self.high_pa);
+        let slope = SMALL + SAMPSON * self.delta_per_pa * self.high_pa;
+        // See STEEPEST for the limit.
         let steepest = difference * slope.min(STEEPEST);
         let ratio = (nozzle / steepest).powi(4);
         let apart = if ratio.is_finite() { nozzle / (1.0 + ratio).sqrt().sqrt() } else { steepest };
@@ -449,8 +514,8 @@ impl TubeFlow<'_> {
     /// friction and inertia, and leaves at the speed of sound at most.
     fn excess(&self, pa: f64, low_pa: f64, resistance: f64) -> f64 {
         let flow = self.opening(pa);
-        // The static pressure of choked flow is the critical part of that before the opening.
-        let choked = self.viscous * self.critical / self.lossless * flow;
+        // The static pressure of choked flow that fills the tube is the critical part of that before the opening.
+        let choked = (1.0 - self.contracting) * self.viscous * self.critical / self.lossless * flow;
         let exit = choked.max(self.sonic(flow)).max(low_pa).min(pa);
         let driven = (pa - exit) * tube_factor(self.delta_per_pa * f64::midpoint(pa, exit), self.far);
         let inertia = if exit > 0.0 { self.inertia * flow * flow * (pa / exit).ln() } else { 0.0 };
@@ -514,6 +579,35 @@ mod tests {
         near(of_air(&Conductance::tube(0.1, 0.0), 1e5, 1.0) / area, 200.0, 0.01);
         assert!(of_air(&Conductance::tube(0.1, 0.1), 1e5, 1.0) < 200.0 * area);
         near(of_air(&Conductance::tube_with_discharge(0.1, 0.0, 0.8), 1e5, 1.0) / area, 160.0, 0.01);
+    }
+
+    #[test]
+    fn a_jet_behind_a_sharp_edge_contracts_less_into_vacuum() {
+        let critical = discharge_critical();
+        let contraction = |ratio: f64| jet(ratio, 1.4, critical) / nozzle(ratio);
+        // Jobson 1955: 0.61 for small differences, 0.87 into vacuum.
+        near(contraction(0.999), CONTRACTION, 0.01);
+        near(contraction(0.0), 0.872, 0.001);
+        near(jet(critical * (1.0 + 1e-9), 1.4, critical), jet(critical * (1.0 - 1e-9), 1.4, critical), 1e-6);
+    }
+
+    #[test]
+    fn a_thin_opening_has_the_flow_of_one_without_length() {
+        for behind in [1.0, 1e4, 5e4, 9e4] {
+            let flow =
+                |length: f64| of_air(&Conductance::tube_with_discharge(0.1, length, SHARP_DISCHARGE), 1e5, behind);
+            near(flow(1e-5), flow(0.0), 0.005);
+        }
+    }
+
+    fn discharge_critical() -> f64 {
+        (2.0_f64 / 2.4).powf(3.5)
+    }
+
+    /// The isentropic flow divided by A sqrt(p1 ρ1).
+    fn nozzle(ratio: f64) -> f64 {
+        let throat = ratio.max(discharge_critical());
+        (7.0 * (throat.powf(2.0 / 1.4) - throat.powf(2.4 / 1.4))).sqrt()
     }
 
     #[test]

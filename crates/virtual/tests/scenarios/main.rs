@@ -275,7 +275,7 @@ expect = [{ volume = "beam", near = "1e-7 mbar", within = "10 %" }]
     assert!(error.contains("expected a capture pump, got \"lid\"; known: getter"), "{error}");
 }
 
-/// Through a thin sharp opening air flows at 0.84 of the 200 m/s of a rounded one while the flow is choked.
+/// Through a thin sharp opening less air flows than through a rounded one, and the less, the higher the pressure behind.
 #[test]
 fn a_vent_with_sharp_edges_is_slower() {
     let text = r#"
@@ -290,10 +290,10 @@ round-vent = { at = "round", diameter = "6 mm", length = "0.001 mm", open = true
 sharp-vent = { at = "sharp", diameter = "6 mm", length = "0.001 mm", sharp-edged = true, open = true }
 [[timeline]]
 at = "5 s"
-# 0.2827 cm2 x 20 l/(s cm2) x 1013 mbar over 100 l, and 0.88 of it.
+# 0.2827 cm2 x 20 l/(s cm2) x 1013 mbar over 100 l; through sharp edges 0.88 of it into vacuum, and 0.84 into a quarter of the pressure.
 expect = [
     { volume = "round", near = "286 mbar", within = "2 %" },
-    { volume = "sharp", near = "252 mbar", within = "2 %" },
+    { volume = "sharp", near = "246 mbar", within = "2 %" },
 ]
 "#;
     let scenario = Scenario::parse(text, "x.toml").unwrap();
