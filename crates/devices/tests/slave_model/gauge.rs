@@ -362,7 +362,7 @@ impl<D: Device + Clone> Process for Peek<D> {
 }
 
 impl<D: Device + Clone> Peek<D> {
-    /// The place of the configuration of the device, if it has so many inputs.
+    /// The place of the configuration of the device.
     fn place(&self, _length: usize) -> usize {
         let octets = self.device.get_cfg();
         self.page.table.configurations.iter().position(|it| it.octets == octets).expect("one of the page")

@@ -9,7 +9,7 @@ use std::fmt;
 
 const CHARACTER: u64 = 11;
 
-/// What happens on the line or in the application.
+/// An event on the line or in the application.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// These octets come, without a gap between them.

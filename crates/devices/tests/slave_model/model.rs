@@ -89,7 +89,7 @@ pub struct Model<P> {
     /// I&M0 was called on MS1.
     pub ms1_called: bool,
     pub connections: Vec<Connection>,
-    /// What was reached, and how often.
+    /// Counts of the services, states and errors that came.
     pub reached: BTreeMap<&'static str, u64>,
 }
 
@@ -137,7 +137,7 @@ impl<P: Process> Model<P> {
         self.reach("power-up");
     }
 
-    /// The bus was lost and found again. Section 3.2, transition 15.
+    /// The bus was lost and found again. profibus-wire 3.2, transition 15.
     pub fn rate_found(&mut self) {
         self.reach("rate found");
         if self.watchdog.is_some() {
@@ -147,7 +147,7 @@ impl<P: Process> Model<P> {
         self.connections.fill(Connection::Free);
     }
 
-    /// The application leaves the master. Section 3.2, transitions 16 and 17.
+    /// The application leaves the master. profibus-wire 3.2, transitions 16 and 17.
     pub fn return_to_wait_prm(&mut self) {
         self.reach("application leaves the master");
         self.leave();
@@ -386,7 +386,7 @@ impl<P: Process> Model<P> {
         Reply::Data(DL, self.table.configurations[self.configuration].octets.clone())
     }
 
-    /// The evaluation order of section 2.4, transitions 3 to 7 of section 3.2.
+    /// The evaluation order of profibus-wire 2.4; profibus-wire 3.2, transitions 3 to 7.
     fn set_prm(&mut self, now: u64, request: &Request) -> Reply {
         let du = request.du.as_slice();
         if self.master != NONE && request.sa != self.master {
@@ -451,7 +451,7 @@ impl<P: Process> Model<P> {
         Reply::Sc
     }
 
-    /// Section 2.6, transitions 8 to 11.
+    /// profibus-wire 2.6; profibus-wire 3.2, transitions 8 to 11.
     fn chk_cfg(&mut self, request: &Request) -> Reply {
         if self.state == State::WaitPrm || request.sa != self.master {
             self.reach("Chk_Cfg ignored");

@@ -49,7 +49,7 @@ pub trait Process: Clone {
     fn suggested_outputs(&self, _random: &mut Rng, _length: usize) -> Option<Vec<u8>> {
         None
     }
-    /// What was reached in the application, and how often.
+    /// Counts of the instructions and errors that came.
     fn reached(&self) -> BTreeMap<&'static str, u64> {
         BTreeMap::new()
     }
