@@ -122,8 +122,8 @@ fn a_truncated_capture_is_explained_up_to_its_end_with_exit_code_2() {
     let capture = folder.name("capture.pcapng");
     decode(&folder, "log", LOG.as_bytes(), &["--out", &capture]);
     let file = std::fs::read(&capture).unwrap();
-    let (code, story, complaint) = decode(&folder, "cut", &file[..file.len() - 3], &[]);
-    assert!(story.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{story}");
+    let (code, text, complaint) = decode(&folder, "cut", &file[..file.len() - 3], &[]);
+    assert!(text.contains("8 telegrams, 1 damaged piece (11.1 %)"), "{text}");
     let offset = file.len() - 52;
     let expected = format!(
         "profivac: cut: the file ends within the block at octet {offset}: it was cut off, or is still being written; the \
@@ -174,8 +174,8 @@ fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
 fn wrong_options_have_exit_code_2() {
     let folder = Folder::new();
     for options in [&["--link-type", "user0"][..], &["--out", "x", "--link-type", "ethernet"], &["--baud", "19201"]] {
-        let (code, story, complaint) = decode(&folder, "log", LOG.as_bytes(), options);
-        assert_eq!((code, story.as_str()), (Some(2), ""), "{options:?}");
+        let (code, text, complaint) = decode(&folder, "log", LOG.as_bytes(), options);
+        assert_eq!((code, text.as_str()), (Some(2), ""), "{options:?}");
         assert!(complaint.starts_with("error: "), "{complaint}");
     }
     let nowhere = folder.name("missing/x.pcapng");

@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
 
 use common::{Folder, run};
 use profivac_dp::link::{Baud, BitTime};
@@ -17,7 +19,7 @@ use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::diag::SlaveDiag;
 use profivac_wire::prm::SetPrm;
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Sap, Telegram, cfg};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// Requests to the gauge at 5 and its answers: access point, FC, data unit; the answer likewise, or SC.
@@ -163,22 +165,9 @@ fn services() -> Trace {
     trace
 }
 
-fn path(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/wireshark").join(name)
-}
-
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
-fn golden(name: &str, text: &str) {
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path("")).unwrap();
-        std::fs::write(path(name), text).unwrap();
-        return;
-    }
-    let expected = std::fs::read_to_string(path(name)).unwrap();
-    for (number, (line, expected)) in (1..).zip(text.lines().zip(expected.lines())) {
-        assert_eq!(line, expected, "{name}, line {number}");
-    }
-    assert_eq!(text.len(), expected.len(), "{name}");
+/// Compares with a file of `tests/golden/wireshark`.
+fn compare(name: &str, text: &str) {
+    golden::compare(&format!("crates/cli/tests/golden/wireshark/{name}"), text);
 }
 
 /// The capture file that `decode` writes of the trace, and its output.
@@ -380,15 +369,15 @@ fn the_columns_are_filled_and_damaged_telegrams_marked() {
     let arguments = ["-T", "fields", "-E", "separator=|", "-e", "_ws.col.Protocol", "-e", "_ws.col.Source"];
     let rest = ["-e", "_ws.col.Destination", "-e", "_ws.col.Info", "-e", "_ws.expert.message"];
     let table = tshark(&capture, &[&arguments[..], &rest].concat());
-    golden("columns.txt", &table.replace('\t', " "));
+    compare("columns.txt", &table.replace('\t', " "));
 }
 
 #[test]
 fn the_explanation_of_all_services_is_the_golden() {
     let folder = Folder::new();
-    let (_, story) = captured(&folder);
-    golden("services.trace", &services().to_string());
-    golden("services.txt", &story);
+    let (_, explained) = captured(&folder);
+    compare("services.trace", &services().to_string());
+    compare("services.txt", &explained);
 }
 
 /// A capture file of telegrams without times, as `decode --out` writes it.
@@ -468,7 +457,6 @@ fn a_bare_refusal_names_the_service_and_module_status_has_slot_and_specifier() {
     assert!(messages.contains("UE: refuses a request that is not in the capture"), "{messages}");
 }
 
-/// A capture file needs times. Those that a source without times does not have are marked, and are none when the file is read again.
 /// The same telegrams through the flight recorder of a segment.
 #[test]
 fn a_capture_of_the_flight_recorder_is_read_by_wireshark_and_by_decode() {
@@ -500,6 +488,7 @@ fn a_capture_of_the_flight_recorder_is_read_by_wireshark_and_by_decode() {
     assert_eq!(without_times(&decoded), without_times(&explained));
 }
 
+/// A capture file needs times. Those that a source without times does not have are marked, and are none when the file is read again.
 #[test]
 fn invented_times_are_marked_in_the_capture_file() {
     let folder = Folder::new();

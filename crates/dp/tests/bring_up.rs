@@ -390,11 +390,11 @@ fn the_events_report_every_state_in_order() {
     let mut line = Line::new(operating(&[SlaveParameters::new(8, IDENT, &CFG)]));
     line.attach(Plain::new(IDENT, &CFG), 8);
     line.run_until(100_000, |line| line.master.user.inputs(8).is_some());
-    let story: Vec<Event> = std::iter::from_fn(|| line.master.user.next_event()).collect();
-    let reported: Vec<String> = story.iter().map(|event| event.kind.to_string()).collect();
+    let events: Vec<Event> = std::iter::from_fn(|| line.master.user.next_event()).collect();
+    let reported: Vec<String> = events.iter().map(|event| event.kind.to_string()).collect();
     assert_eq!(reported, ["DIAG1", "new diagnosis", "PRM", "CFG", "DIAG2", "new diagnosis", "DATA"]);
-    assert!(story.iter().all(|event| event.address == 8));
-    assert!(story.is_sorted_by_key(|event| event.at));
+    assert!(events.iter().all(|event| event.address == 8));
+    assert!(events.is_sorted_by_key(|event| event.at));
 }
 
 #[test]

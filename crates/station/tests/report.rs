@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
 use jiff::tz::{TimeZone, offset};
 use profivac_recorder::{Deadband, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
 use profivac_station::config::Config;
@@ -113,18 +116,9 @@ fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
-#[track_caller]
-fn golden(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap_or_default();
-    let place = expected.lines().zip(text.lines()).position(|(expected, came)| expected != came);
-    let place = place.unwrap_or_else(|| expected.lines().count().min(text.lines().count())) + 1;
-    assert!(expected == text, "{} differs from line {place} on; PROFIVAC_BLESS=1 replaces it", path.display());
+/// Compares with a file of `tests/golden`.
+fn compare(name: &str, text: &str) {
+    golden::compare(&format!("crates/station/tests/golden/{name}"), text);
 }
 
 /// Rounds to six digits: further digits depend on the mathematics library of the computer.
@@ -157,9 +151,9 @@ fn a_report_has_the_page_and_the_numbers_of_the_goldens() {
     let page = page(&report).replace(version, "VERSION");
     let (head, rest) = page.split_once("<style>").unwrap();
     let (_, rest) = rest.split_once("</style>").unwrap();
-    golden("report/page.html", &format!("{head}<style>...</style>{rest}"));
+    compare("report/page.html", &format!("{head}<style>...</style>{rest}"));
     let numbers = rounded(serde_json::to_value(&report).unwrap());
-    golden(
+    compare(
         "report/numbers.json",
         &(serde_json::to_string_pretty(&numbers).unwrap().replace(version, "VERSION") + "\n"),
     );

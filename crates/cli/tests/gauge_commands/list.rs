@@ -1,7 +1,7 @@
 //! `list` and `dump`: the complete tree.
 
 use crate::common::run;
-use crate::{Line, golden};
+use crate::{Line, compare};
 use serde_json::Value;
 
 const DEVICES: [&str; 12] = [
@@ -22,7 +22,7 @@ fn every_device_is_listed_without_a_bus() {
         assert_eq!(code, Some(0), "{message}");
         // Other tests cover the differences between the gauges of a series.
         if ["pcg550", "psg550", "bpg400", "hpg400", "bcg450", "tpg300", "img400"].contains(&device) {
-            golden(&format!("list/{device}.txt"), &printed);
+            compare(&format!("list/{device}.txt"), &printed);
         }
         let (_, json, _) = listed(&["--device", device, "--json"]);
         let rows: Vec<Value> = serde_json::from_str(&json).unwrap();
@@ -68,7 +68,7 @@ fn an_unknown_name_cannot_be_listed() {
 fn a_dump_has_every_value() {
     let line = Line::with(&["bcg450@5", "pcg550@6", "img400@7", "bpg400@8"]);
     for (address, device) in [(5, "bcg450"), (6, "pcg550"), (7, "img400"), (8, "bpg400")] {
-        golden(&format!("dump/{device}.txt"), &line.output("dump", address, &[]));
+        compare(&format!("dump/{device}.txt"), &line.output("dump", address, &[]));
     }
     let rows: Vec<Value> = serde_json::from_str(&line.output("dump", 5, &["--json", "safe"])).unwrap();
     assert_eq!(rows.len(), 6);
@@ -86,5 +86,5 @@ fn a_controller_without_acyclic_services_is_dumped_by_the_parameter_channel() {
         1,
         "tpg300 or tpg500 at address 6: no parameter of it can be read by this service; say --via pkw",
     );
-    golden("dump/tpg500.txt", &line.output("dump", 6, &["--via", "pkw", "--own"]));
+    compare("dump/tpg500.txt", &line.output("dump", 6, &["--via", "pkw", "--own"]));
 }

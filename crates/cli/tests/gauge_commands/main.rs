@@ -6,6 +6,8 @@
 mod common;
 
 mod commands;
+#[path = "../../../../tests/support/golden.rs"]
+mod golden;
 mod harmless;
 mod list;
 mod ownership;
@@ -14,7 +16,6 @@ mod settings;
 mod write;
 
 use common::{Folder, Program, run};
-use std::path::Path;
 
 /// A loaded computer delays answers; the slot time is longer than usual, so that no answer comes too late.
 const PATIENTLY: &str = "--slot-time=4000";
@@ -84,13 +85,7 @@ impl Line {
     }
 }
 
-/// Compares with a golden, or writes it when `PROFIVAC_BLESS` is 1.
-fn golden(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, text).unwrap();
-    }
-    let expected = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(text == expected, "{name} differs; PROFIVAC_BLESS=1 accepts it:\n{text}");
+/// Compares with a file of `tests/golden`.
+fn compare(name: &str, text: &str) {
+    golden::compare(&format!("crates/cli/tests/golden/{name}"), text);
 }

@@ -4,6 +4,7 @@
 //! time. It proves that a device accepts from a foreign master what its tables declare; the result is `docs/pyprofibus.md`.
 
 use crate::common::{Folder, Program, text};
+use crate::golden;
 use crate::profirust_master;
 use crate::pyprofibus_rows::{Outcome, Rows};
 use crate::slave::Slave;
@@ -11,7 +12,6 @@ use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
 use profivac_virtual::device_spec::DeviceSpec;
 use std::io::Write;
-use std::path::Path;
 
 /// The address of the first device; the others have the next addresses.
 const FIRST: u8 = 10;
@@ -130,16 +130,6 @@ fn page(rows: &[[String; 6]]) -> String {
     format!("{PAGE}{}|{rule}\n{}", line(HEADING), rows.collect::<String>())
 }
 
-/// Compares with the page in `docs`, or writes it when `PROFIVAC_BLESS` is 1.
-fn compare(text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pyprofibus.md");
-    if std::env::var("PROFIVAC_BLESS").is_ok_and(|bless| bless == "1") {
-        std::fs::write(&path, text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(golden == text, "docs/pyprofibus.md is not what comes out now");
-}
-
 #[test]
 fn pyprofibus_brings_up_every_device_in_every_configuration() {
     let (folder, variants) = (Folder::new(), variants());
@@ -156,7 +146,7 @@ fn pyprofibus_brings_up_every_device_in_every_configuration() {
     for row in &rows {
         assert_eq!(row[5], "Data_Exchange", "{} {}", row[0], row[1]);
     }
-    compare(&page);
+    golden::compare("docs/pyprofibus.md", &page);
 }
 
 /// In the default configuration, the answer to Get_Cfg.

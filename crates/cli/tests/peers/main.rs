@@ -12,6 +12,8 @@ mod common;
 
 mod every_device;
 mod gauge;
+#[path = "../../../../tests/support/golden.rs"]
+mod golden;
 mod profirust_master;
 mod pyprofibus_master;
 mod pyprofibus_rows;
