@@ -480,8 +480,7 @@ test('dragging sets start and end of a rise, and the fit separates leak and outg
 test('events are found by kind and by word', async () => {
   await visit('/events', async (page) => {
     const rows = page.locator('.events tbody tr')
-    await rows.first().waitFor()
-    assert.match(await text(rows.first()), /the station starts/)
+    await rows.filter({ hasText: 'the station starts' }).waitFor()
     await page.getByLabel('Kind').selectOption('note')
     assert.equal(await rows.count(), 1)
     await page.getByLabel('Kind').selectOption('')
