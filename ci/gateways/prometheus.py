@@ -101,7 +101,11 @@ def check_values(plant, server):
     plant.tell("pressure 1 mbar")
     wait_for("the alarm in Prometheus", lambda: server.value('profivac_alarm_active{alarm="Chamber high",priority="high"}') == 1)
     wait_for("the rule about the limit", lambda: server.query('ALERTS{alertname="ProfivacPressureHigh",gauge="chamber"}'))
+    plant.tell("pressure 2000 mbar")
+    wait_for("the end of the series above the range", lambda: server.query(pressure) == [])
+    wait_for("the rule about the range", lambda: server.query('ALERTS{alertname="ProfivacPressureAboveRange",gauge="chamber"}'))
     plant.tell("pressure 1e-3 mbar")
+    wait_for("the series again", lambda: server.query(pressure))
 
 
 def check_unplugged(plant, server):
