@@ -48,6 +48,11 @@ impl Inputs {
         }
     }
 
+    /// Whether the gauges of this segment are virtual.
+    fn is_simulated(&self, segment: &str) -> bool {
+        self.segments.iter().any(|it| it.name == segment && is_virtual(&it.port))
+    }
+
     /// The state of a station of this file before it starts: without data, with the points that it will have.
     #[must_use]
     pub fn planned(config: &Config) -> Self {
@@ -69,7 +74,7 @@ impl Inputs {
         }
     }
 
-    /// A number that differs if the points differ: their subjects, ranges and limits, not their values.
+    /// A number that differs if the points differ: their subjects, segments, ranges and limits, not their values.
     #[must_use]
     pub fn structure(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
@@ -87,7 +92,8 @@ impl Inputs {
         }
         for alarm in &self.alarms {
             let limit = alarm.limit.map(f64::to_bits);
-            (&alarm.name, alarm.condition as u8, &alarm.series, alarm.priority, limit).hash(&mut hasher);
+            (&alarm.name, &alarm.segment, alarm.condition as u8, &alarm.series, alarm.priority, limit)
+                .hash(&mut hasher);
         }
         hasher.finish()
     }
@@ -351,8 +357,7 @@ fn microseconds(us: u64) -> f64 {
 }
 
 fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Sink) {
-    let segment = inputs.segments.iter().find(|segment| segment.name == gauge.segment);
-    let is_simulated = segment.is_some_and(|segment| is_virtual(&segment.port));
+    let is_simulated = inputs.is_simulated(&gauge.segment);
     let bus =
         inputs.buses.get(&gauge.segment).and_then(|bus| bus.stations.iter().find(|it| it.address == gauge.address));
     sink.subject(|| {
@@ -424,19 +429,16 @@ const fn priority_position(priority: Priority) -> u16 {
 }
 
 fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Sink) {
-    sink.subject(|| {
-        let port = inputs.segments.iter().find(|segment| segment.name == gauge.segment).map(|segment| &segment.port);
-        PointOf {
-            subject: Subject::Reading {
-                gauge: Arc::from(gauge.name.as_str()),
-                channel: (gauge.readings.len() > 1).then_some(reading.instance),
-                series: Arc::from(reading.series.as_str()),
-            },
-            segment: Some(Arc::from(gauge.segment.as_str())),
-            range_pa: range_pa(gauge, reading),
-            limits: limits(&inputs.alarms, &reading.series),
-            is_simulated: port.is_some_and(|port| is_virtual(port)),
-        }
+    sink.subject(|| PointOf {
+        subject: Subject::Reading {
+            gauge: Arc::from(gauge.name.as_str()),
+            channel: (gauge.readings.len() > 1).then_some(reading.instance),
+            series: Arc::from(reading.series.as_str()),
+        },
+        segment: Some(Arc::from(gauge.segment.as_str())),
+        range_pa: range_pa(gauge, reading),
+        limits: limits(&inputs.alarms, &reading.series),
+        is_simulated: inputs.is_simulated(&gauge.segment),
     });
     let state = State::of(gauge, reading);
     let pressure = reading.bound_pa().filter(|_| state.codes().has_value);
@@ -461,13 +463,12 @@ fn quality(reading: &Reading, state: State) -> u16 {
 
 fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink: &mut impl Sink) {
     sink.subject(|| {
-        let port = inputs.segments.iter().find(|segment| segment.name == gauge.segment).map(|segment| &segment.port);
         let subject = Subject::Parameter {
             gauge: Arc::from(gauge.name.as_str()),
             target: Arc::from(parameter.target.as_str()),
             name: Arc::from(parameter.name.as_str()),
         };
-        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), port.is_some_and(|port| is_virtual(port)))
+        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), inputs.is_simulated(&gauge.segment))
     });
     // A gauge that is not in data exchange may have lost what was read.
     let answers = matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault);
@@ -480,14 +481,14 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     sink.point(Signal::ParameterText, text, state, at);
 }
 
-/// A pressure or a state, as a text of up to 39 characters, which is what EPICS allows.
+/// A pressure, or a state with its cause. A gateway whose protocol has short texts cuts it.
 fn state_text(reading: &Reading, state: State) -> String {
     let pressure = |pa: f64| format!("{pa:.2e} Pa");
     match (state, reading.bound_pa(), &reading.cause) {
         (State::Ok, Some(pa), _) => pressure(pa),
         (State::UnderRange, Some(pa), _) => format!("< {}", pressure(pa)),
         (State::OverRange, Some(pa), _) => format!("> {}", pressure(pa)),
-        (_, _, Some(cause)) => format!("{}: {cause}", state.label()).chars().take(39).collect(),
+        (_, _, Some(cause)) => format!("{}: {cause}", state.label()),
         _ => state.label().to_owned(),
     }
 }

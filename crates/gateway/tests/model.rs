@@ -157,3 +157,30 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
 }
+
+#[test]
+fn the_state_in_words_has_the_whole_cause() {
+    let mut inputs = measuring(1.0, 1_000);
+    let reading = &mut inputs.gauges[0].readings[0];
+    let cause = "a cause that is longer than the 39 octets of a text of EPICS";
+    (reading.quality, reading.pa, reading.cause) = (Quality::Off, None, Some(cause.to_owned()));
+    let snapshot = Modeller::default().next(inputs, Micros(1));
+    let text = &snapshot.values[position(&snapshot, "chamber", Signal::StateText)].value;
+    assert_eq!(text.to_string(), format!("Off: {cause}"));
+}
+
+/// An alarm about a line belongs to a segment; a changed file may give it another one.
+#[test]
+fn an_alarm_that_moves_to_another_segment_is_described_again() {
+    let mut modeller = Modeller::default();
+    let alarm_of = |segment: &str| {
+        let mut inputs = planned();
+        inputs.alarms.truncate(1);
+        inputs.alarms[0].segment = Some(segment.to_owned());
+        inputs
+    };
+    modeller.next(alarm_of("hall"), Micros(1));
+    let moved = modeller.next(alarm_of("lab"), Micros(2));
+    let point = &moved.points[position(&moved, "Chamber high", Signal::AlarmState)];
+    assert_eq!(point.segment.as_deref(), Some("lab"));
+}
