@@ -63,22 +63,30 @@ impl Tracker {
     }
 }
 
-/// Whether a signal changes all the time without saying anything new.
+/// Whether a signal changes all the time without saying anything new: counters, durations, and times that pass.
 const fn is_counter(signal: Signal) -> bool {
     matches!(
         signal,
         Signal::LastReading
-            | Signal::Heartbeat
-            | Signal::LostSamples
             | Signal::Requests
             | Signal::Repetitions
             | Signal::LostCycles
             | Signal::DamagedAnswers
+            | Signal::Refusals
+            | Signal::LongestSequence
             | Signal::CycleTime
             | Signal::TokenRotation
+            | Signal::LongestCycle
+            | Signal::LongestRotation
             | Signal::Telegrams
             | Signal::DamagedTelegrams
+            | Signal::DamagedLastMinute
             | Signal::SegmentRepetitions
             | Signal::SegmentLostCycles
+            | Signal::ObservedTime
+            | Signal::Heartbeat
+            | Signal::LostSamples
+            | Signal::LostEvents
+            | Signal::LastWrite
     )
 }

@@ -9,10 +9,13 @@ use profivac_gateway_mqtt::names::names;
 use profivac_gateway_mqtt::plain::layout::{Layout, status};
 use profivac_gateway_mqtt::plain::{default_prefix, discovery};
 use profivac_gateway_mqtt::tracker::{COUNTER_PERIOD, Tracker};
+use profivac_listen::counts::Counts;
+use profivac_listen::report::{BusReport, Distribution, StationReport};
+use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
-use profivac_station::view::BusStationState;
+use profivac_station::view::{BusStationState, RecorderView};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -185,6 +188,78 @@ fn counters_are_published_every_ten_seconds_and_pressures_at_once() {
     assert!(found.contains(&Signal::Pressure) && !found.contains(&Signal::LastReading), "{found:?}");
     let changes = tracker.next(&third, Micros(0).after(COUNTER_PERIOD));
     assert_eq!(signals(&third, &changes.positions), BTreeSet::from([Signal::LastReading]));
+}
+
+/// A station without anything new: its lines go on, its recorder writes, its time passes.
+#[test]
+fn a_station_whose_pressures_stay_publishes_nothing_between_the_counters() {
+    let counted = |number: u64| {
+        let mut inputs = measuring(Some(1.0), Micros(1));
+        inputs.station.now_ms = 1000 * i64::try_from(number).unwrap();
+        let RecorderView { last_write_ms, lost_samples, lost_events, .. } = &mut inputs.station.recorder;
+        (*last_write_ms, *lost_samples, *lost_events) = (Some(inputs.station.now_ms), number, number);
+        inputs.segments[0].cycle_ms = Some(number as f64);
+        inputs.gauges[0].read_at = Some(Micros(1_000_000 * i64::try_from(number).unwrap()));
+        inputs.buses.insert("hall".to_owned(), Arc::new(line(number)));
+        inputs
+    };
+    let mut modeller = Modeller::default();
+    let first = Arc::new(modeller.next(counted(1), Micros(1)));
+    let mut tracker = Tracker::new(Arc::clone(&first), Micros(0));
+    let second = Arc::new(modeller.next(counted(2), Micros(2)));
+    let waiting = second.changes_since(&first).count();
+    let signals = |positions: &[usize]| -> Vec<_> { positions.iter().map(|it| second.points[*it].signal).collect() };
+    assert_eq!(signals(&tracker.next(&second, Micros(1)).positions), []);
+    let due = tracker.next(&second, Micros(0).after(COUNTER_PERIOD)).positions;
+    assert_eq!(due.len(), waiting, "each counter once: {:?}", signals(&due));
+    assert!(waiting > 20, "the counters of station, segment and gauge: {:?}", signals(&due));
+}
+
+/// A line whose counters and times have this value.
+fn line(number: u64) -> BusReport {
+    let times = Distribution { mean_us: Some(number), max_us: Some(number), ..Distribution::default() };
+    let total = Counts {
+        requests: number,
+        lost: number,
+        repeated: number,
+        damaged: number,
+        refused: number,
+        ..Counts::default()
+    };
+    let station = StationReport {
+        address: 5,
+        state: StationState::Exchanging,
+        devices: Vec::new(),
+        ident: None,
+        owner: None,
+        configuration_origin: None,
+        unit: None,
+        unit_origin: None,
+        total,
+        last_minute: Counts::default(),
+        repeated_percent: 0.0,
+        longest_sequence: u32::try_from(number).unwrap(),
+        diagnosis: Vec::new(),
+        diagnosis_history: Vec::new(),
+        interval: Distribution::default(),
+        unknown: Vec::new(),
+    };
+    BusReport {
+        baud: 19_200,
+        observed_ms: 1000 * number,
+        telegrams: number,
+        octets: number,
+        damaged: number,
+        damaged_last_minute: number,
+        damaged_unattributed: 0,
+        ring: Vec::new(),
+        cycle: times.clone(),
+        rotation: times,
+        masters: Vec::new(),
+        stations: vec![station],
+        parameters: Vec::new(),
+        events: Vec::new(),
+    }
 }
 
 #[test]
