@@ -297,6 +297,37 @@ fn a_monitor_of_pv_access_gets_all_first_and_then_the_newest_with_the_overrun() 
 }
 
 #[test]
+fn the_end_of_a_channel_of_pv_access_ends_its_requests_and_no_others() {
+    let (mut plant, status) = (Plant::new(""), status());
+    let world = reading(&mut plant, 100.0);
+    let mut circuit = pva_channel(&status, &world, "CHAMBER:P");
+    let name = [&[12][..], b"CHAMBER:PLOG"].concat();
+    tell(&mut circuit, &world, &pva(7, &[1_u16.to_le_bytes().to_vec(), words(&[8]), name].concat()));
+    let of_channel = |channel: u32, id: u32, sub: u8| pva(13, &[words(&[channel, id]), vec![sub]].concat());
+    for (channel, id) in [(1, 11), (2, 21), (1, 12), (2, 22)] {
+        tell(&mut circuit, &world, &of_channel(channel, id, 8));
+        tell(&mut circuit, &world, &of_channel(channel, id, 0x44));
+    }
+    // One request is destroyed, then its channel with the other one.
+    tell(&mut circuit, &world, &pva(15, &words(&[1, 11])));
+    tell(&mut circuit, &world, &pva(8, &words(&[1, 9])));
+    let updated = |out: &[u8]| {
+        let mut ids = Vec::new();
+        let mut rest = out;
+        while let Some(message) = pva::wire::parse(rest).unwrap() {
+            ids.push(message.payload.rest()[0]);
+            rest = &rest[message.used..];
+        }
+        ids
+    };
+    assert_eq!(updated(&posted(&mut circuit, &world).0), [21, 22]);
+    // The numbers of ended requests are free again.
+    tell(&mut circuit, &world, &of_channel(2, 11, 8));
+    tell(&mut circuit, &world, &of_channel(2, 11, 0x44));
+    assert_eq!(updated(&posted(&mut circuit, &world).0), [11]);
+}
+
+#[test]
 fn a_client_that_counts_gets_no_more_updates_than_it_is_ready_for() {
     let (mut plant, status) = (Plant::new(""), status());
     let world = reading(&mut plant, 100.0);

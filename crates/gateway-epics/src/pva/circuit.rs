@@ -8,7 +8,7 @@ use crate::pva::search::{self, Guid};
 use crate::pva::source::Source;
 use crate::pva::wire::{self, Reader, Writer, command, put};
 use profivac_station::gateway_status::GatewayStatus;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::net::IpAddr;
 use std::ops::Bound;
 use std::sync::Arc;
@@ -56,6 +56,12 @@ struct Operation {
     request: Request,
 }
 
+struct Channel {
+    source: Source,
+    /// Its operations. Kept here, so that the end of a channel does not look at all operations of the client.
+    operations: BTreeSet<u32>,
+}
+
 /// The state of the conversation.
 pub struct Circuit {
     host: IpAddr,
@@ -65,7 +71,7 @@ pub struct Circuit {
     status: Arc<GatewayStatus>,
     slots: Slots,
     puts: Puts<PutRequest>,
-    channels: HashMap<u32, Source>,
+    channels: HashMap<u32, Channel>,
     next_channel: u32,
     operations: BTreeMap<u32, Operation>,
     /// The last operation that this turn has looked at.
@@ -125,17 +131,15 @@ impl Circuit {
             return Err("there is no room for another channel");
         }
         self.next_channel = id.wrapping_add(1);
-        self.channels.insert(id, source);
+        self.channels.insert(id, Channel { source, operations: BTreeSet::new() });
         Ok(id)
     }
 
     fn destroy_channel(&mut self, mut payload: Reader, out: &mut Vec<u8>) -> Result<(), Broken> {
         let (id, client_id) = (payload.word()?, payload.word()?);
-        if self.channels.remove(&id).is_some() {
+        if let Some(channel) = self.channels.remove(&id) {
             self.slots.give();
-            let ended: Vec<_> =
-                self.operations.iter().filter(|(_, operation)| operation.channel == id).map(|(id, _)| *id).collect();
-            ended.into_iter().for_each(|id| self.end(id));
+            channel.operations.into_iter().for_each(|operation| self.end(operation));
         }
         let mut answer = Writer::default();
         answer.word(id);
@@ -145,8 +149,11 @@ impl Circuit {
     }
 
     fn end(&mut self, operation: u32) {
-        if self.operations.remove(&operation).is_some() {
+        if let Some(Operation { channel, .. }) = self.operations.remove(&operation) {
             self.slots.give();
+            if let Some(channel) = self.channels.get_mut(&channel) {
+                channel.operations.remove(&operation);
+            }
         }
     }
 
@@ -178,7 +185,7 @@ impl Circuit {
     }
 
     fn begin(&mut self, command: u8, channel: u32, id: u32, sub: u8, payload: Reader, out: &mut Vec<u8>) {
-        let Some(source) = self.channels.get(&channel).copied() else {
+        let Some(own) = self.channels.get_mut(&channel) else {
             return refuse(out, command, id, sub, "there is no such channel");
         };
         let is_free = self.operations.len() < MAX_PER_CLIENT && !self.operations.contains_key(&id);
@@ -194,19 +201,20 @@ impl Circuit {
             command::PUT => Request::Put,
             _ => Request::Get,
         };
+        own.operations.insert(id);
         self.operations.insert(id, Operation { channel, request });
         let mut answer = Writer::default();
         answer.word(id);
         answer.octet(sub);
         answer.ok();
-        normative::describe(&mut answer, source.shape());
+        normative::describe(&mut answer, own.source.shape());
         put(out, command, &answer);
     }
 
     /// `PUT`: begins the operation, reads the present value, or writes.
     fn put(&mut self, mut payload: Reader, world: &World, out: &mut Vec<u8>) -> Result<(), Broken> {
         let (channel, id, sub) = (payload.word()?, payload.word()?, payload.octet()?);
-        let target = match self.channels.get(&channel) {
+        let target = match self.channels.get(&channel).map(|channel| &channel.source) {
             Some(Source::Record(target, shape)) => Some((*target, *shape)),
             Some(Source::Table) | None => None,
         };
@@ -246,7 +254,7 @@ impl Circuit {
         answer.word(id);
         answer.octet(sub);
         answer.ok();
-        let is_read = self.channels.get(&channel).is_some_and(|channel| channel.put(world, true, &mut answer));
+        let is_read = self.channels.get(&channel).is_some_and(|it| it.source.put(world, true, &mut answer));
         if is_read {
             put(out, command, &answer);
             self.status.sent(1);
@@ -260,9 +268,9 @@ impl Circuit {
         let mut answer = Writer::default();
         answer.word(id);
         match (self.channels.get(&channel), payload.text()?) {
-            (Some(source), "") => {
+            (Some(channel), "") => {
                 answer.ok();
-                normative::describe(&mut answer, source.shape());
+                normative::describe(&mut answer, channel.source.shape());
             }
             (Some(_), _) => answer.error("only the type of the whole channel can be asked for"),
             (None, _) => answer.error("there is no such channel"),
@@ -391,7 +399,7 @@ impl Protocol for Circuit {
             }
             self.cursor = Some(*id);
             let Request::Monitor(monitor) = &mut operation.request else { continue };
-            let Some(source) = self.channels.get(&operation.channel) else { continue };
+            let Some(source) = self.channels.get(&operation.channel).map(|channel| channel.source) else { continue };
             if !monitor.is_started || monitor.window == Some(0) {
                 continue;
             }
@@ -422,7 +430,7 @@ impl Protocol for Circuit {
     }
 
     fn renew(&mut self, old: &World, new: &World) -> Result<(), Broken> {
-        for source in self.channels.values_mut() {
+        for Channel { source, .. } in self.channels.values_mut() {
             let Source::Record(target, shape) = *source else { continue };
             let record = old.database.records.get(target.record).ok_or(Broken::RecordGone)?;
             let found = new.database.find(&record.name).ok_or(Broken::RecordGone)?;
