@@ -90,6 +90,25 @@ test('a change of the volume takes the result away, and the address keeps it', a
   })
 })
 
+test('a time that is being typed stays when the page is drawn again', async () => {
+  await visit(PAGE, async (page) => {
+    await page.locator('summary').click()
+    const end = page.getByLabel('End of the record')
+    await end.fill('2026-05-01 12:')
+    // Another field changes without taking the focus, as a new pressure does.
+    await page.getByRole('spinbutton', { name: 'Volume L' }).evaluate((field) => {
+      field.value = '60'
+      field.dispatchEvent(new Event('input', { bubbles: true }))
+    })
+    await page.waitForFunction(() => new URLSearchParams(location.search).get('litres') === '60')
+    await page.evaluate(() => new Promise(requestAnimationFrame))
+    assert.equal(await end.inputValue(), '2026-05-01 12:')
+    await end.pressSequentially('30:00')
+    await end.press('Tab')
+    await page.waitForFunction(() => new URLSearchParams(location.search).get('to') === '2026-05-01 12:30:00')
+  })
+})
+
 test('a record that cannot be fitted says why', async () => {
   const open = []
   const { page, close } = await openPage(browser, plant.url + PAGE)

@@ -1,6 +1,7 @@
 // Fields of filter bars.
 
 import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
 import { MOMENT_FORM, momentOf } from '../lib/format.ts'
 
 interface ChoiceProps {
@@ -34,8 +35,12 @@ interface MomentProps {
   onChange?: (text: string) => void
 }
 
-/** A time as a text in ISO form: the field of the browser shows it as its language does, also with AM and PM. */
+/**
+ * A time as a text in ISO form: the field of the browser shows it as its language does, also with AM and PM. What is
+ * typed stays until it is a time or the value changes: a page that is drawn again meanwhile does not take it away.
+ */
 export function MomentField({ label, value, onInput, onChange }: MomentProps): JSX.Element {
+  const [typed, setTyped] = useState<{ text: string; over: string } | null>(null)
   return (
     <input
       class="moment"
@@ -44,17 +49,22 @@ export function MomentField({ label, value, onInput, onChange }: MomentProps): J
       title={MOMENT_FORM}
       aria-label={label}
       autocomplete="off"
-      value={value}
+      value={typed?.over === value ? typed.text : value}
       onInput={(event) => {
+        const text = event.currentTarget.value
         event.currentTarget.setCustomValidity('')
-        onInput?.(event.currentTarget.value)
+        setTyped({ text, over: value })
+        onInput?.(text)
       }}
       onChange={(event) => {
         const text = event.currentTarget.value
         const isWrong = text !== '' && momentOf(text) === null
         event.currentTarget.setCustomValidity(isWrong ? `Expected a time like ${MOMENT_FORM}, got ${text}` : '')
         if (isWrong) event.currentTarget.reportValidity()
-        else onChange?.(text)
+        else if (onChange) {
+          setTyped(null)
+          onChange(text)
+        }
       }}
     />
   )
