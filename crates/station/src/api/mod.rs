@@ -218,6 +218,15 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/webhooks", get(alarms::webhooks))
 }
 
+/// Login, logout, and change of the password. They need the middleware of [`crate::server::Server`] alone.
+pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    Router::new()
+        .route("/api/session", get(session::session))
+        .route("/api/login", post(session::login))
+        .route("/api/logout", post(session::logout))
+        .route("/api/password", post(session::password))
+}
+
 /// The API of a station, and the dashboard.
 pub fn router(services: Arc<Services>) -> Router {
     let readers = DatabaseReaders::of(Arc::clone(&services));
@@ -243,10 +252,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/export.csv", get(history::export))
         .route("/api/export.parquet", get(history::export_parquet))
         .merge(alarm_routes())
-        .route("/api/session", get(session::session))
-        .route("/api/login", post(session::login))
-        .route("/api/logout", post(session::logout))
-        .route("/api/password", post(session::password))
+        .merge(session_routes())
         .route("/api/audit", get(audit::audit))
         .route("/api/audit.csv", get(audit::csv))
         .merge(control_routes())
