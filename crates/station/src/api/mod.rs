@@ -43,7 +43,7 @@
 //! | `problem` | problem documents |
 //! | `openapi` | answers of the middleware in the description |
 //! | `body`, `query` | bodies and query parameters |
-//! | `merge_patch`, `compression` | the changes of the live stream, and their compression |
+//! | `live_source`, `merge_patch`, `compression` | a state and its changes as a stream, and their compression |
 //! | `database` | queries on blocking threads |
 //! | `fits` | fits of plants, one at a time |
 //! | the others | the handlers |
@@ -62,6 +62,7 @@ pub mod headers;
 mod history;
 mod identify;
 mod live;
+pub mod live_source;
 mod merge_patch;
 pub mod middleware;
 mod notes;
@@ -79,7 +80,7 @@ use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
 use database::DatabaseReaders;
 use fits::Fits;
-use live::SnapshotSource;
+use live_source::LiveSource;
 use openapi::CommonResponses;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -158,7 +159,7 @@ struct Shared {
     services: Arc<Services>,
     readers: DatabaseReaders,
     fits: Fits,
-    snapshots: Arc<SnapshotSource>,
+    snapshots: Arc<LiveSource>,
 }
 
 impl FromRef<Shared> for Arc<Services> {
@@ -179,7 +180,7 @@ impl FromRef<Shared> for Fits {
     }
 }
 
-impl FromRef<Shared> for Arc<SnapshotSource> {
+impl FromRef<Shared> for Arc<LiveSource> {
     fn from_ref(shared: &Shared) -> Self {
         Self::clone(&shared.snapshots)
     }
@@ -230,7 +231,7 @@ pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
 /// The API of a station, and the dashboard.
 pub fn router(services: Arc<Services>) -> Router {
     let readers = DatabaseReaders::of(Arc::clone(&services));
-    let snapshots = Arc::new(SnapshotSource::of(Arc::clone(&services)));
+    let snapshots = Arc::new(live::source(Arc::clone(&services)));
     Router::new()
         .route("/api/station", get(snapshot::station))
         .route("/api/segments", get(snapshot::segments))
