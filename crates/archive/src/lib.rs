@@ -16,6 +16,7 @@
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
 //! | `session` | what a session reports, and the pause before the next one |
+//! | [`view`] | one view of all stations: API and page |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
 //! | `post` | the client of that server, at the station |
 //! | `nats` | connections to the servers, names of subjects and messages |
@@ -33,6 +34,7 @@ pub mod schema;
 pub mod service;
 mod session;
 pub mod store;
+pub mod view;
 
 pub use nats::NatsError;
 pub use post::PostError;

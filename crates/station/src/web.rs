@@ -28,7 +28,8 @@ pub async fn archive_file(uri: Uri) -> Response {
 
 fn file_or(uri: &Uri, page: &'static str) -> Response {
     let name = uri.path().trim_start_matches('/');
-    let file = DASHBOARD.get_file(name);
+    // The page of the other program is no file of this one.
+    let file = DASHBOARD.get_file(name).filter(|_| !name.ends_with(".html"));
     if file.is_none() && name.starts_with(HASHED) {
         return StatusCode::NOT_FOUND.into_response();
     }

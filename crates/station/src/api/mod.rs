@@ -69,7 +69,7 @@ mod notes;
 mod openapi;
 mod problem;
 mod pump_downs;
-mod query;
+pub mod query;
 mod report;
 mod session;
 mod snapshot;
