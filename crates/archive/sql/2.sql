@@ -43,7 +43,7 @@ INSERT INTO profivac_data.alarm_state (station, alarm, epoch, id, at, change, st
 
 -- Alarms of the present database of each station that are not normal, without those that were removed from the station's file.
 CREATE VIEW profivac.active_alarm WITH (security_barrier) AS
-    SELECT plant, station.name AS station, alarm.alarm, alarm.state, alarm.priority, alarm.subject, alarm.at, alarm.change, alarm.user_name,
+    SELECT plant, station.name AS station, alarm.alarm, alarm.state, alarm.priority, alarm.occurrence, alarm.subject, alarm.at, alarm.change, alarm.user_name,
         alarm.value, alarm.unit, alarm.text
     FROM profivac_data.alarm_state AS alarm JOIN profivac_data.readable AS station ON station.id = alarm.station AND station.epoch = alarm.epoch
     WHERE alarm.state <> 'normal' AND alarm.change <> 'removed';

@@ -184,6 +184,9 @@ pub enum ValueProblem {
          --role viewer FILE.toml` adds the first"
     )]
     ViewNeedsUsers,
+    /// The archive has no users.
+    #[error("expected users = \"archive.users\" in [view], found none: the page of this archive has no users")]
+    NoUsersFile,
     /// `replicas`.
     #[error("expected replicas = 1, 3 or 5, found {0}")]
     Replicas(u8),
@@ -303,6 +306,21 @@ impl Config {
             view: toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?,
         })
     }
+}
+
+/// The file of the users of an archive; `None` if `file` is not that of an archive.
+///
+/// # Errors
+/// [`ConfigError`] when the file of an archive names no users.
+pub fn users_file(file: &Path) -> Result<Option<PathBuf>, ConfigError> {
+    let Ok(text) = text_file::read(file) else { return Ok(None) };
+    let Ok(tables) = text.parse::<toml::Table>() else { return Ok(None) };
+    if !tables.contains_key("postgres") {
+        return Ok(None);
+    }
+    let users = tables.get("view").and_then(|view| view.get("users")).and_then(toml::Value::as_str);
+    let missing = || ConfigError::Value { file: file.to_owned(), problem: ValueProblem::NoUsersFile };
+    Ok(Some(file.parent().unwrap_or(Path::new("")).join(users.ok_or_else(missing)?)))
 }
 
 /// `[view]`.

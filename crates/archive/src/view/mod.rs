@@ -6,14 +6,16 @@
 //! | `watch` | the state, read from the database again and again |
 //! | `pool` | connections to the database for requests |
 //! | `history` | trends and events |
+//! | `stations` | requests to the stations: acknowledgements, trends from their own databases |
 //! | `api` | the paths |
 //!
-//! The view reads. Control, and the settings of alarms, stay at the stations.
+//! The view reads, and passes acknowledgements on to the station, which decides. Control, and the settings of alarms, stay there.
 
 mod api;
 mod history;
 mod pool;
 mod state;
+mod stations;
 mod watch;
 
 pub use api::description;
@@ -47,7 +49,8 @@ pub fn start(
     watch: &Watch,
     log: impl Fn(&str) + Send + Sync + 'static,
 ) -> Result<Server, ServerError> {
-    Server::start_with(api::router(&config.database, watch), Arc::new(Log(log)), setup(view))
+    let log = Arc::new(Log(log));
+    Server::start_with(api::router(config, watch, log.clone()), log, setup(view))
 }
 
 /// Checks the files that `[view]` names, without listening.

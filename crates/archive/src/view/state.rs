@@ -63,6 +63,8 @@ pub struct ActiveAlarm {
     pub state: String,
     /// The priority: `high`, `medium` or `low`.
     pub priority: String,
+    /// The number of the occurrence, which an acknowledgement names.
+    pub occurrence: i64,
     /// The gauge or the segment that the alarm is about.
     pub subject: Option<String>,
     /// When the state began, in milliseconds since 1970.

@@ -42,7 +42,7 @@ const READINGS: &str = "
     WHERE series.station = ANY ($1)";
 
 const ALARMS: &str = "
-    SELECT plant, station, alarm, state, priority, subject, (extract(epoch FROM at) * 1000)::bigint AS at, user_name, text,
+    SELECT plant, station, alarm, state, priority, occurrence, subject, (extract(epoch FROM at) * 1000)::bigint AS at, user_name, text,
         count(*) OVER () AS total
     FROM profivac.active_alarm
     ORDER BY CASE state WHEN 'unacknowledged' THEN 0 WHEN 'returned' THEN 1 WHEN 'acknowledged' THEN 2 ELSE 3 END,
@@ -65,6 +65,12 @@ pub struct Watch {
 }
 
 impl Watch {
+    /// The plant of a station.
+    pub(super) fn plant_of(&self, station: &str) -> Option<String> {
+        let state = self.state.read().unwrap_or_else(PoisonError::into_inner);
+        state.stations.get(station).map(|station| station.plant.clone())
+    }
+
     /// The present state, with the present time.
     pub(super) fn state(&self) -> State {
         let state = self.state.read().unwrap_or_else(PoisonError::into_inner).clone();
@@ -159,6 +165,7 @@ fn alarm(row: &Row) -> ActiveAlarm {
         alarm: row.get("alarm"),
         state: row.get("state"),
         priority: row.get("priority"),
+        occurrence: row.get("occurrence"),
         subject: row.get("subject"),
         at_ms: row.get("at"),
         user: row.get("user_name"),

@@ -52,7 +52,7 @@ mod alarm_settings;
 mod alarms;
 mod audit;
 pub mod authenticator;
-mod body;
+pub mod body;
 mod bus;
 mod compression;
 mod control;

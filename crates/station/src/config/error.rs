@@ -474,6 +474,9 @@ pub enum ArchiveProblem {
     /// The table has two destinations.
     #[error("expected [archive.nats] or [archive.https], found both: delete one of them")]
     TwoTransports,
+    /// Requests of the archive come over NATS alone.
+    #[error("requests need [archive.nats]: over HTTPS the station only sends; delete requests")]
+    RequestsWithoutNats,
     /// The URL is not that of an archive.
     #[error("expected a URL like https://archive.example:8443, without a user and a path")]
     Url,

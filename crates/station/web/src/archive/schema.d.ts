@@ -56,6 +56,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/stations/{station}/alarms/{alarm}/acknowledge": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Acknowledge an alarm at its station
+         * @description The station decides, and writes the name of the user into its audit trail. The changed state comes in the live stream.
+         */
+        post: operations["acknowledge"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/trend": {
         parameters: {
             query?: never;
@@ -80,6 +100,15 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description The occurrence of an alarm that a user has seen. */
+        Acknowledge: {
+            /**
+             * Format: int64
+             * @description The number of the occurrence.
+             * @example 1
+             */
+            occurrence: number;
+        };
         /** @description An alarm that is not normal. */
         ActiveAlarm: {
             /** @description The name of the alarm. */
@@ -89,6 +118,11 @@ export interface components {
              * @description When the state began, in milliseconds since 1970.
              */
             at_ms: number;
+            /**
+             * Format: int64
+             * @description The number of the occurrence, which an acknowledgement names.
+             */
+            occurrence: number;
             /** @description The plant. */
             plant: string;
             /** @description The priority: `high`, `medium` or `low`. */
@@ -330,6 +364,93 @@ export interface operations {
             };
         };
     };
+    acknowledge: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The station
+                 * @example hall-1
+                 */
+                station: string;
+                /**
+                 * @description The alarm
+                 * @example chamber too high
+                 */
+                alarm: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Acknowledge"];
+            };
+        };
+        responses: {
+            /** @description The alarm is acknowledged */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description The body is malformed */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The archive has no such station */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The station refuses */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The archive has no servers of NATS */
+            501: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The station does not answer */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_trend: {
         parameters: {
             query: {
@@ -350,6 +471,8 @@ export interface operations {
                 to: number;
                 /** @description The most entries of the trend, 1 to 20000. */
                 pixels?: number;
+                /** @description Whether the station is asked for the trend of its own database, which has all samples; then `pixels` is 4000 at most. */
+                full?: boolean;
             };
             header?: never;
             path?: never;
@@ -374,7 +497,34 @@ export interface operations {
                     "application/json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer */
+            /** @description The archive has no such station */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The station refuses */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The archive has no servers of NATS */
+            501: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database or the station does not answer */
             503: {
                 headers: {
                     [name: string]: unknown;

@@ -4,6 +4,8 @@ import '../components/series-list.css'
 import '../pages/trends/trends.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
+import { getFrom } from '../api/request.ts'
+import type { Trend } from '../api/types.ts'
 import { ChartTable } from '../components/chart-table.tsx'
 import { SearchField } from '../components/fields.tsx'
 import { useWidth } from '../components/hooks.ts'
@@ -28,6 +30,15 @@ export function trendPath(series: string[]): string {
   return `/trends?${new URLSearchParams(series.map((name) => ['s', name]))}`
 }
 
+/** The most entries of a trend that a station sends. */
+const MOST_FULL = 4_000
+
+/** The trend of a series from the database of its station, which has all samples. */
+function fullTrend(series: string, from: number, to: number, pixels: number, signal: AbortSignal): Promise<Trend> {
+  const query = { series, from: `${from}`, to: `${to}`, pixels: `${Math.min(pixels, MOST_FULL)}`, full: 'true' }
+  return getFrom(`/api/trend?${new URLSearchParams(query)}`, signal)
+}
+
 export function Trends(): JSX.Element {
   const { now } = useLive()
   const unit = useUnit()
@@ -36,7 +47,8 @@ export function Trends(): JSX.Element {
   const { series: chosen, range } = choice
   const [box, width] = useWidth()
   const [cursor, setCursor] = useState<number | null>(null)
-  const query = useTrends(chosen, range, trendPixels(width))
+  const [isFull, setFull] = useState(false)
+  const query = useTrends(chosen, range, trendPixels(width), isFull ? 'full' : '', isFull ? fullTrend : undefined)
   const data = useChartData(query.value, range, unit, now)
   const window = windowOf(range, now)
   const at = cursor === null ? null : window[0] + cursor * (window[1] - window[0])
@@ -73,6 +85,14 @@ export function Trends(): JSX.Element {
       </p>
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
+        <button
+          type="button"
+          aria-pressed={isFull}
+          onClick={() => setFull(!isFull)}
+          title="Ask the stations for the samples of their own databases"
+        >
+          Full resolution
+        </button>
       </div>
       <ChartTable
         caption="Pressures"
