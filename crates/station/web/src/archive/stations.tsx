@@ -93,7 +93,7 @@ const silence = ({ stored_ms }: Station, now: number): string =>
 export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
   return (
     <span class="alarm-line">
-      <PriorityMark priority={alarm.priority} /> <AlarmStateMark state={alarm.state} /> {alarm.text}
+      <PriorityMark priority={alarm.priority} /> <AlarmStateMark state={alarm.state} /> {alarm.text || alarm.alarm}
     </span>
   )
 }
