@@ -105,6 +105,23 @@ pub enum TargetError {
     /// The numbers are not a slot, an instance and an index.
     #[error("expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got {0:?}")]
     InvalidNumbers(String),
+    /// No table has a parameter at this slot and index with this instance.
+    #[error("{device} has no parameter {text}; {}", other_instances(.known))]
+    UnknownInstance {
+        /// The device.
+        device: &'static str,
+        /// The numbers that were searched for.
+        text: String,
+        /// The numbers of the parameters at this slot and index, none for a record outside the tables.
+        known: Vec<String>,
+    },
+}
+
+fn other_instances(known: &[String]) -> String {
+    if known.is_empty() {
+        return "a record outside its tables has no instance: expected SLOT/INDEX".to_owned();
+    }
+    format!("expected {}", known.join(" or "))
 }
 
 fn suggestion(alike: &[String]) -> String {
@@ -268,7 +285,7 @@ impl ParameterNames {
     /// [`TargetError`] with the most similar names, or with all that match.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
         if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
-            return self.by_numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()));
+            return self.by_numbers(device, text);
         }
         let wanted = key(text);
         let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&NamedParameter> {
@@ -291,15 +308,19 @@ impl ParameterNames {
         }
     }
 
-    fn by_numbers(&self, text: &str) -> Option<Target<'_>> {
-        let (slot, instance, index) = numbers(text)?;
-        let raw = Target::Raw { slot, index };
+    fn by_numbers(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
+        let (slot, instance, index) = numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()))?;
+        if let Some(instance) = instance {
+            return self.at(slot, instance, index).map(Target::Parameter).ok_or_else(|| {
+                let known = self.at_index(slot, index).map(|named| named.parameter.numbers()).collect();
+                TargetError::UnknownInstance { device, text: text.to_owned(), known }
+            });
+        }
         let mut found = self.at_index(slot, index);
-        Some(match (instance, found.next(), found.next()) {
-            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Parameter),
-            (None, None, _) => raw,
-            (None, Some(only), None) => Target::Parameter(only),
-            (None, Some(_), Some(_)) => Target::CurrentInstance { slot, index },
+        Ok(match (found.next(), found.next()) {
+            (None, _) => Target::Raw { slot, index },
+            (Some(only), None) => Target::Parameter(only),
+            (Some(_), Some(_)) => Target::CurrentInstance { slot, index },
         })
     }
 
@@ -311,8 +332,13 @@ impl ParameterNames {
             similarity(&wanted, &slug(name)).max(similarity(&wanted, row))
         };
         let parameters = self.list.iter().map(|named| named.name.clone());
-        let commands = self.commands().map(|(named, code)| command_name(named, code));
-        let mut alike: Vec<_> = parameters.chain(commands).map(|name| (likeness(&name), name)).collect();
+        // A command without its last word: `degas` in place of `degas on`.
+        let begin = format!("{wanted}-");
+        let commands = self.commands().map(|(named, code)| {
+            let name = command_name(named, code);
+            (if code.name.starts_with(&begin) { 1.0 } else { likeness(&name) }, name)
+        });
+        let mut alike: Vec<_> = parameters.map(|name| (likeness(&name), name)).chain(commands).collect();
         alike.retain(|(likeness, _)| *likeness >= MIN_SIMILARITY);
         alike.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
@@ -539,11 +565,24 @@ mod tests {
         assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
         assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter or command \"xyz\"");
         assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
+        let command = "bcg450 has no parameter or command \"degas\"; did you mean ba.degas-off or ba.degas-on?";
+        assert_eq!(numbers_of("bcg450", "degas"), command);
         let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
         assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
         let numbers = "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/300\"";
         assert_eq!(numbers_of("bcg450", "1/300"), numbers);
         assert!(numbers_of("bcg450", "").starts_with("bcg450 has no parameter"));
+    }
+
+    /// The record of another instance is never read in its place.
+    #[test]
+    fn an_instance_that_no_table_has_is_an_error_with_the_known_ones() {
+        let other = "bcg450 has no parameter 1:9/19; expected 1:1/19 or 1:2/19 or 1:3/19";
+        assert!(numbers_of("bcg450", "1:9/19").starts_with(other), "{}", numbers_of("bcg450", "1:9/19"));
+        assert_eq!(numbers_of("bcg450", "0:1/25"), "bcg450 has no parameter 0:1/25; expected 0/25");
+        let outside =
+            "bcg450 has no parameter 1:2/200; a record outside its tables has no instance: expected SLOT/INDEX";
+        assert_eq!(numbers_of("bcg450", "1:2/200"), outside);
     }
 
     #[test]
