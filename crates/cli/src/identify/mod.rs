@@ -82,11 +82,11 @@ pub struct Arguments {
 /// How an indication depends on the gas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum GaugeKind {
-    /// It does not
+    /// A capacitance diaphragm gauge, whose indication does not depend on the gas
     Diaphragm,
-    /// A hot or cold cathode
+    /// A gauge with a hot or a cold cathode
     Ion,
-    /// By the conduction of heat
+    /// A Pirani gauge, which measures the conduction of heat
     Pirani,
 }
 
