@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod decoded;
+
 use profivac_dp::link::Baud;
 use profivac_explain::Decoder;
 use profivac_explain::frame::{Piece, PieceKind};
@@ -60,7 +62,7 @@ fn characters(row: &[u8]) -> String {
     row.iter().map(|octet| if (0x20..0x7F).contains(octet) { char::from(*octet) } else { '.' }).collect()
 }
 
-/// Octets with signs between them, in lines or in one line, with or without text around them.
+/// Octets with separators between them, in lines or in one line, with or without text around them.
 fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
     let is_upper = random.below(2) == 0;
     let (before, after, between) = match random.below(12) {
@@ -94,8 +96,7 @@ fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
         }
         layout.text += prefix;
         for (number, octet) in row.iter().enumerate() {
-            let sign = if number == 0 { "" } else { between };
-            layout.text += sign;
+            layout.text += if number == 0 { "" } else { between };
             layout.octets(&format!("{before}{}{after}", hex(*octet, is_upper)), &[*octet]);
         }
         layout.text += suffix;
@@ -216,9 +217,7 @@ fn decoded(text: &str, name: &str) -> Decoded {
     let capture =
         Capture::read(text.as_bytes(), Baud::B500000).unwrap_or_else(|error| panic!("{name}: {error}:\n{text}"));
     assert_eq!(capture.kind, SourceKind::Text, "{name}:\n{text}");
-    let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-    decoder.end(&mut explained);
+    let (decoder, explained) = decoded::decoded(&capture, Baud::B500000);
     let counts = decoder.explainer().summary().octets;
     assert_eq!(counts.telegrams + counts.doubtful + counts.damaged, capture.octets, "{name}");
     let octets: Vec<u8> = explained.iter().flat_map(|explained| explained.piece.octets.clone()).collect();
@@ -319,9 +318,7 @@ fn a_pipe_in_portions_of_any_size_has_the_result_of_a_file() {
             _ => telegrams.concat(),
         };
         let whole = Capture::read(&octets, Baud::B500000).unwrap();
-        let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, whole.times), Vec::new());
-        whole.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-        decoder.end(&mut explained);
+        let (_, explained) = decoded::decoded(&whole, Baud::B500000);
         let pieces: Vec<Piece> = explained.into_iter().map(|explained| explained.piece).collect();
         assert_eq!(piped(&octets, number), (whole.kind, pieces), "file {number}");
     }

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
 use profivac_recorder::alarms::{AlarmBatch, StoredAlarm};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
@@ -16,11 +19,9 @@ use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tempfile::TempDir;
-
-/// The longest wait, enough for a busy computer.
-const TIMEOUT: Duration = Duration::from_secs(60);
+use until::until;
 
 struct Fixture {
     _folder: TempDir,
@@ -87,14 +88,6 @@ fn entry(what: AuditAction, of: Option<i64>) -> AuditEntry {
 
 fn start_error(path: &Path) -> String {
     Recorder::start(path, Settings::default()).map(drop).unwrap_err().to_string()
-}
-
-fn until(what: &str, mut seen: impl FnMut() -> bool) {
-    let end = Instant::now() + TIMEOUT;
-    while !seen() {
-        assert!(Instant::now() < end, "timed out: {what}");
-        std::thread::yield_now();
-    }
 }
 
 #[test]
@@ -242,7 +235,7 @@ fn the_recorder_continues_when_the_folder_of_the_database_is_back() {
     let away = folder.with_file_name("away");
     fs::rename(&folder, &away).unwrap();
     push(&recorder, [sample(1, 2.0)]);
-    until("an error", || recorder.health().error.is_some());
+    until("an error", || recorder.health().error.is_some().then_some(()));
     assert!(recorder.health().error.unwrap().contains("the database cannot be opened for writing"));
     fs::rename(&away, &folder).unwrap();
     assert!(recorder.flush());
@@ -258,11 +251,11 @@ fn a_database_locked_by_another_program_blocks_no_sender_and_lost_events_are_cou
     let other = Connection::open(&fixture.path).unwrap();
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
     push(&recorder, [sample(0, 1.0)]);
-    until("an error", || recorder.health().error.is_some());
+    until("an error", || recorder.health().error.is_some().then_some(()));
     assert!(recorder.health().error.unwrap().ends_with("database is locked"));
     (0..MANY).for_each(|number| recorder.record_event(event(&number.to_string())));
     other.execute_batch("COMMIT").unwrap();
-    until("it is written again", || recorder.flush());
+    until("it is written again", || recorder.flush().then_some(()));
     let kept = fixture.reader().events(Micros(0), Micros(i64::MAX), u32::MAX).unwrap().len();
     let lost = usize::try_from(recorder.health().lost_events).unwrap();
     assert!(lost > 0, "more than the memory takes");

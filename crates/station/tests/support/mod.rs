@@ -12,15 +12,15 @@
 pub mod inputs;
 pub mod memory_station;
 pub mod tcp_segment;
+#[path = "../../../../tests/support/until.rs"]
+mod until;
 
 use profivac_recorder::{Recorder, Settings};
 use profivac_station::services::Services;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
-/// The longest wait, enough for a busy computer.
-pub const TIMEOUT: Duration = Duration::from_secs(60);
+pub use until::{TIMEOUT, until};
 
 /// The database of the services in `folder`.
 pub fn database(folder: &Path) -> PathBuf {
@@ -31,16 +31,4 @@ pub fn database(folder: &Path) -> PathBuf {
 pub fn services(folder: &Path) -> Arc<Services> {
     let recorder = Recorder::start(&database(folder), Settings::default()).unwrap();
     Arc::new(Services::new("Target hall".to_owned(), database(folder), recorder))
-}
-
-/// Waits until `seen` returns a value.
-pub fn until<T>(what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + TIMEOUT;
-    loop {
-        if let Some(seen) = seen() {
-            return seen;
-        }
-        assert!(Instant::now() < end, "timed out: {what}");
-        std::thread::yield_now();
-    }
 }
