@@ -27,8 +27,8 @@ use std::time::Duration;
 /// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
 /// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested. A broken rule was
 /// reproduced several times. A rule that was not tested has its reason: the slave lacks the service, or breaks another rule that the test
-/// needs, or the line or the computer damaged or delayed octets in each repetition. Exit code 1 means that the slave breaks a rule, 3 that it does not answer any
-/// more, or that rules were not tested because of the line or the computer.
+/// needs, or the line or the computer damaged or delayed octets in each repetition. Exit code 1 means that the slave breaks a rule, 3 that
+/// it does not answer any more, or that rules were not tested because of the line or the computer.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
