@@ -11,6 +11,11 @@ use rustix::io::Errno;
 use serial2::SerialPort;
 use serial2::rs4xx::{Rs485Config, TransceiverMode};
 use std::fs;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::io;
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::net::{SocketAddr, UnixListener};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -199,6 +204,32 @@ impl OpenEvents {
     pub fn drain(&self) {
         let mut buffer = [0; super::CHUNK];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
+    }
+}
+
+/// Holds the name of the link of a pty among all processes, until it is dropped or its process ends. The name is that of an
+/// abstract Unix socket, which leaves no file behind.
+#[derive(Debug)]
+pub struct LinkClaim {
+    _socket: UnixListener,
+}
+
+impl LinkClaim {
+    /// Claims the link `path`, whatever way leads to its folder.
+    ///
+    /// # Errors
+    /// `EEXIST` when another process holds it; the error of the system when its folder is missing.
+    pub fn of(path: &Path) -> io::Result<Self> {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let folder = fs::metadata(parent.unwrap_or(Path::new(".")))?;
+        let mut name = DefaultHasher::new();
+        (folder.dev(), folder.ino(), path.file_name()).hash(&mut name);
+        let address = SocketAddr::from_abstract_name(format!("profivac-pty-{:016x}", name.finish()))?;
+        let socket = UnixListener::bind_addr(&address).map_err(|error| match error.kind() {
+            io::ErrorKind::AddrInUse => Errno::EXIST.into(),
+            _ => error,
+        })?;
+        Ok(Self { _socket: socket })
     }
 }
 

@@ -3,9 +3,11 @@
 //! A program may open and close the slave side any number of times. While no program has it open nothing is sent, and
 //! unread octets are discarded, so no program reads an answer to the request of another. The kernel reports a hang-up while
 //! the slave side is closed, and inotify reports its opening.
+//!
+//! A process that is killed leaves its link. It dangles, or leads to a later pty that got the same number; both are replaced.
 
 use super::notice::{DropCounter, Notice, Notices};
-use super::system::OpenEvents;
+use super::system::{LinkClaim, OpenEvents};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -18,7 +20,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::os::unix::ffi::OsStringExt;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, symlink};
 use std::path::{Path, PathBuf};
 
 /// The master side of a pty, and the link to the slave side.
@@ -26,6 +28,8 @@ use std::path::{Path, PathBuf};
 pub struct Pty {
     name: String,
     link: PathBuf,
+    /// Tells other processes that the link is in use.
+    _claim: LinkClaim,
     slave_path: PathBuf,
     master: OwnedFd,
     /// Reports every opening of the slave side.
@@ -37,15 +41,17 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Makes a pty and links `path` to its slave side. Replaces a dangling link.
+    /// Makes a pty and links `path` to its slave side. Replaces a link that a killed process has left.
     ///
     /// # Errors
-    /// [`PortError::AlreadyExists`] when `path` is another file, [`PortError::NotCreatable`] when no link can be created there.
+    /// [`PortError::AlreadyExists`] when `path` is another file or a link in use, [`PortError::NotCreatable`] when no link
+    /// can be created there.
     pub fn create(path: &Path) -> Result<Self, PortError> {
         let name = path.display().to_string();
         let opening = |errno| PortError::opening(&name, errno);
+        let claim = LinkClaim::of(path).map_err(|error| link_error(&name, error))?;
         // Must come first: the new pty may get the number that a left-over link leads to.
-        remove_dangling(path).map_err(|error| link_error(&name, error))?;
+        remove_left_over(path).map_err(|error| link_error(&name, error))?;
         let master = open_master().map_err(opening)?;
         rustix::io::ioctl_fionbio(&master, true).map_err(opening)?;
         grantpt(&master).map_err(opening)?;
@@ -57,6 +63,7 @@ impl Pty {
         Ok(Self {
             name,
             link: path.to_owned(),
+            _claim: claim,
             slave_path: side,
             master,
             open_events,
@@ -169,14 +176,82 @@ fn reset(side: &Path) -> Result<(), Errno> {
     tcflush(&other, QueueSelector::IOFlush)
 }
 
-/// Removes a dangling link, which a killed process has left.
-fn remove_dangling(path: &Path) -> io::Result<()> {
-    if path.is_symlink() && !path.exists() { fs::remove_file(path) } else { Ok(()) }
+/// Removes a link that a killed process has left.
+fn remove_left_over(path: &Path) -> io::Result<()> {
+    if is_left_over(path) { fs::remove_file(path) } else { Ok(()) }
+}
+
+/// Whether a link dangles, or leads to a pty that is younger than the link: a process makes its pty before the link.
+fn is_left_over(path: &Path) -> bool {
+    let (Ok(link), true) = (fs::symlink_metadata(path), path.is_symlink()) else { return false };
+    let Ok(target) = fs::metadata(path) else { return !path.exists() };
+    target.file_type().is_char_device() && (target.ctime(), target.ctime_nsec()) > (link.mtime(), link.mtime_nsec())
 }
 
 fn link_error(name: &str, error: io::Error) -> PortError {
     match Errno::from_io_error(&error) {
         Some(Errno::EXIST) => PortError::AlreadyExists(name.to_owned()),
         _ => PortError::NotCreatable { path: name.to_owned(), source: error },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::fs::{AtFlags, CWD, Timestamps, utimensat};
+
+    const AN_HOUR_S: i64 = 3600;
+
+    /// Makes a link to `target` that is an hour older than now.
+    fn old_link(target: &Path, path: &Path) {
+        symlink(target, path).unwrap();
+        let made = fs::symlink_metadata(path).unwrap().mtime();
+        let time = Timespec { tv_sec: made - AN_HOUR_S, tv_nsec: 0 };
+        let times = Timestamps { last_access: time, last_modification: time };
+        utimensat(CWD, path, &times, AtFlags::SYMLINK_NOFOLLOW).unwrap();
+    }
+
+    /// A pty of another program.
+    fn stranger() -> (OwnedFd, PathBuf) {
+        let master = open_master().unwrap();
+        unlockpt(&master).unwrap();
+        let side = PathBuf::from(OsString::from_vec(ptsname(&master, Vec::new()).unwrap().into_bytes()));
+        (master, side)
+    }
+
+    #[test]
+    fn a_left_over_link_to_a_number_that_another_pty_got_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let (_master, side) = stranger();
+        old_link(&side, &path);
+        let ours = Pty::create(&path).unwrap();
+        assert_eq!(fs::read_link(&path).unwrap(), ours.slave_path);
+        assert_ne!(ours.slave_path, side);
+    }
+
+    #[test]
+    fn the_link_of_another_program_to_its_pty_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let (_master, side) = stranger();
+        symlink(&side, &path).unwrap();
+        assert!(matches!(Pty::create(&path), Err(PortError::AlreadyExists(_))));
+        assert_eq!(fs::read_link(&path).unwrap(), side);
+    }
+
+    #[test]
+    fn a_link_in_use_stays_also_when_its_pty_got_another_owner_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let first = Pty::create(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        old_link(&first.slave_path, &path);
+        // Another way to the same folder.
+        let again = folder.path().join("../").join(folder.path().file_name().unwrap()).join("line");
+        assert!(matches!(Pty::create(&again), Err(PortError::AlreadyExists(_))));
+        assert_eq!(fs::read_link(&path).unwrap(), first.slave_path);
+        drop(first);
+        assert!(Pty::create(&path).is_ok());
     }
 }

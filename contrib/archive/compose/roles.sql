@@ -1,0 +1,2 @@
+-- Who may read the plant "hall": GRANT hall_operators TO somebody.
+CREATE ROLE hall_operators;
