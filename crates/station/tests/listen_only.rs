@@ -6,14 +6,12 @@
 mod foreign_bus;
 mod support;
 
-use axum::body::{Body, to_bytes};
-use axum::http::Request;
 use foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
 use jiff::tz::TimeZone;
 use profivac_listen::gauge::Origin;
 use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::api::router;
+use profivac_station::auth::Role;
 use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
@@ -22,11 +20,9 @@ use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Reading, SegmentState};
 use serde_json::Value;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use support::memory_station::MemoryStation;
 use support::until;
-use tower::ServiceExt;
 
 /// A device with several telegrams of five octets.
 const AMBIGUOUS: &str = "psg550";
@@ -241,18 +237,9 @@ fn a_gauge_of_another_master_has_trends_and_reports() {
     };
     until("a sample", valid);
     let to = Micros::now().0 / 1000 + 60_000;
-    let ask = |path: String| {
-        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
-        runtime.block_on(async {
-            let request = Request::builder().uri(&path).body(Body::empty()).unwrap();
-            let response = router(Arc::clone(&services)).oneshot(request).await.unwrap();
-            let status = response.status().as_u16();
-            let body = to_bytes(response.into_body(), 1 << 24).await.unwrap();
-            assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
-            serde_json::from_slice::<Value>(&body).unwrap()
-        })
-    };
-    let trend = ask(format!("/api/trend?series=furnace&from={from}&to={to}&pixels=10"));
+    let path = format!("/api/trend?series=furnace&from={from}&to={to}&pixels=10");
+    let (status, trend) = support::api::request(&services, "GET", &path, String::new(), Role::Viewer);
+    assert_eq!(status, 200, "{trend}");
     let high: Vec<f64> = trend["high"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
     assert!(high.iter().any(|pa| (pa / 0.013_332_2 - 1.0).abs() < 1e-4), "{trend}");
     assert!(services.recorder().flush());

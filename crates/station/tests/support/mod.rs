@@ -2,6 +2,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | `api` | requests to the API without a socket |
 //! | `inputs` | snapshots of one segment with one gauge |
 //! | `memory_station` | a station with a gauge in memory and users who send requests |
 //! | `tcp_segment` | virtual devices behind a TCP port, with faults |
@@ -9,6 +10,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub mod api;
 pub mod inputs;
 pub mod memory_station;
 pub mod tcp_segment;
