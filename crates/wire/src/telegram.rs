@@ -43,6 +43,10 @@ const EXT: u8 = 0x80;
 /// assert_eq!(Telegram::parse(&[0xDC, 5, 2]), Ok(Telegram::Token { da: 5, sa: 2 }));
 /// assert_eq!(Telegram::parse(&[0xE5]), Ok(Telegram::ShortAck));
 /// assert!(Telegram::parse(&[0x10, 8, 2, 0x49, 0x54, 0x16]).is_err());
+///
+/// let mut out = [0; 3];
+/// assert_eq!(Telegram::Token { da: 5, sa: 2 }.emit(&mut out), Ok(3));
+/// assert_eq!(out, [0xDC, 5, 2]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -70,6 +74,7 @@ pub enum Telegram<'a> {
 /// let mut out = [0; MAX_TELEGRAM];
 /// let length = Telegram::Data(request).emit(&mut out)?;
 /// assert_eq!(out[..length], [0x10, 8, 2, 0x49, 0x53, 0x16]);
+/// assert!(matches!(request.control(), Control::Request { .. }));
 /// # Ok::<(), profivac_wire::TooLong>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +140,8 @@ impl core::error::Error for TelegramError {}
 /// assert_eq!(TelegramLength::of(&[0x10]), TelegramLength::Known(6));
 /// assert_eq!(TelegramLength::of(&[0x68, 5]), TelegramLength::Incomplete);
 /// assert_eq!(TelegramLength::of(&[0x68, 5, 5, 0x68]), TelegramLength::Known(11));
+/// assert_eq!(TelegramLength::from_sd2_header([0x68, 5, 5, 0x68]), TelegramLength::Known(11));
+/// assert_eq!(TelegramLength::from_start_delimiter(0xDC), TelegramLength::Known(3));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
