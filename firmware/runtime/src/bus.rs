@@ -136,6 +136,8 @@ pub struct BusStation<D> {
     latest_tbit: u64,
     /// Answers that were not sent, because max T_SDR had passed.
     late: u32,
+    #[cfg(feature = "defmt")]
+    log: crate::log::BusLog,
 }
 
 impl<D: Device> BusStation<D> {
@@ -162,6 +164,8 @@ impl<D: Device> BusStation<D> {
             timing: *timing,
             latest_tbit: timing.latest_tbit(baud),
             late: 0,
+            #[cfg(feature = "defmt")]
+            log: crate::log::BusLog::NEW,
         }
     }
 
@@ -196,8 +200,12 @@ impl<D: Device> BusStation<D> {
     /// A valid telegram ended at `end`. `ticks` is read when the answer is ready: an answer after max T_SDR is dropped, because
     /// the master has given up then and may be sending.
     pub fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>, ticks: impl FnOnce() -> u32) -> Next<'_> {
+        #[cfg(feature = "defmt")]
+        self.log_before(end, Some(telegram));
         let Self { slave, rate, clock, latest_tbit, late, .. } = self;
         if rate.telegram_received(end, telegram, slave.address()) {
+            #[cfg(feature = "defmt")]
+            defmt::info!("the bus has {=u32} bit/s", rate.rate().baud().bits_per_second());
             slave.rate_found(rate.rate().baud());
         }
         if let Rate::Searching(_) = rate.rate() {
@@ -216,14 +224,29 @@ impl<D: Device> BusStation<D> {
     /// Advances the time: watchdog, connections and the search of the rate. To be called at least every 10 ms.
     pub fn poll(&mut self, ticks: u32) -> Next<'static> {
         let now = self.clock.at(ticks);
+        #[cfg(feature = "defmt")]
+        self.log_before(now, None);
         self.slave.poll(now);
         if !self.rate.elapse(now, self.slave.watchdog_is_running()) {
             return Next::Wait;
         }
         let baud = self.baud();
+        #[cfg(feature = "defmt")]
+        defmt::info!("searches the bus at {=u32} bit/s", baud.bits_per_second());
         self.clock = self.clock.restarted(baud, ticks);
         self.latest_tbit = self.timing.latest_tbit(baud);
         Next::SetRate(baud)
+    }
+
+    /// Logs what has changed before this time. A telegram comes next, or the time passes.
+    #[cfg(feature = "defmt")]
+    fn log_before(&mut self, now: BitTime, telegram: Option<&Telegram<'_>>) {
+        let Self { slave, log, late, .. } = self;
+        log.observe(slave.state(), slave.device().ident_number(), *late);
+        log.before(slave.state(), now);
+        if let Some(telegram) = telegram {
+            log.telegram(telegram, slave.address());
+        }
     }
 }
 
