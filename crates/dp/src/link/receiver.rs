@@ -118,6 +118,24 @@ impl Receiver {
         matches!(self.step(end, octet), Step::Complete)
     }
 
+    /// Stores a character of a telegram whose end is not there yet, without a look at the time: for a handler of an interrupt that knows
+    /// already that the line was not idle before it. Returns `false`, and does nothing, where [`collect`](Self::collect) must decide. The
+    /// caller tells the receiver the end of the character with [`continue_at`](Self::continue_at) before it calls anything else.
+    #[inline]
+    pub fn collect_plain(&mut self, octet: u8) -> bool {
+        let is_plain = self.length < self.buffer_until;
+        if is_plain {
+            self.store(octet);
+        }
+        is_plain
+    }
+
+    /// The last character, which [`collect_plain`](Self::collect_plain) has stored, ended at `end`.
+    #[inline]
+    pub const fn continue_at(&mut self, end: BitTime) {
+        self.last = end;
+    }
+
     /// Copies the octets that [`collect`](Self::collect) has completed to the front of `place` and returns them. They may be damaged:
     /// the caller reports octets that are no telegram with [`reject`](Self::reject).
     pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> &'a [u8] {
