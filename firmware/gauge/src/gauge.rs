@@ -22,6 +22,9 @@ const TICKS_PER_US: u32 = board::TICKS_PER_SECOND / 1_000_000;
 /// What the character context owns.
 static LINE: Exclusive<Line> = Exclusive::new();
 
+/// The telegram that the work context serves.
+static TELEGRAM: Exclusive<[u8; MAX_TELEGRAM]> = Exclusive::new();
+
 /// What the work context owns.
 static BUS: Exclusive<BusStation<BusSide>> = Exclusive::new();
 
@@ -47,12 +50,13 @@ fn sent() {
 
 /// A telegram is complete, or time has passed.
 pub(crate) fn work() {
-    let mut place = [0; MAX_TELEGRAM];
-    let taken = board::masked(|| LINE.with(|line| line.take(&mut place)));
-    match taken.flatten() {
-        Some((end, octets)) => serve(end, octets),
-        None => poll(),
-    }
+    TELEGRAM.with(|place| {
+        let taken = board::masked(|| LINE.with(|line| line.take(place)));
+        match taken.flatten() {
+            Some((end, octets)) => serve(end, octets),
+            None => poll(),
+        }
+    });
 }
 
 fn poll() {
@@ -172,6 +176,7 @@ pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud
         use profivac_dp::slave::Device;
         defmt::info!("{=str}: address {=u8}, ident {=u16:04x}", board::NAME, address, side.ident_number());
     }
+    TELEGRAM.set(|| [0; MAX_TELEGRAM]);
     BUS.set(|| BusStation::new(side, address, &TIMING, baud, ticks));
     set_rate(baud.unwrap_or(Baud::B12000000), ticks);
 }
