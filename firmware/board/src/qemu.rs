@@ -1,8 +1,8 @@
 //! The board `mps2-an386` as QEMU emulates it: a Cortex-M4 with CMSDK serial ports and timers.
 //!
 //! The serial port of the emulator has no bit rate, no direction and no defects of characters: octets arrive as fast as the program
-//! takes them. The first port is the bus, the second one a console, the third one has the log. Two pages of a RAM that a reset keeps stand for flash: they are
-//! erased in one step and written word by word, ones to zeros only.
+//! takes them. The first port is the bus, the second one a console, the third one has the log. Two pages of a RAM that a reset keeps stand
+//! for flash: they are erased in one step and written word by word, ones to zeros only.
 
 use crate::cortex::{
     EXCEPTIONS, Vector, handlers, read, register, restart, start_interrupts, start_systick, vectors, write,

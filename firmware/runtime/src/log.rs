@@ -34,7 +34,7 @@ impl Service {
     }
 }
 
-/// What was logged of the slave.
+/// The part of the slave that is in the log.
 #[derive(Clone, Debug)]
 pub struct BusLog {
     state: SlaveState,
