@@ -38,6 +38,9 @@ Examples:
 /// The time between two looks at the thread of the archive.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
+/// The time between two readings of certificate and key of the view, because certificates are renewed.
+const KEYS_PERIOD: Duration = Duration::from_secs(60);
+
 /// The time between two lines about what was stored.
 const REPORT_INTERVAL: Duration = Duration::from_secs(60);
 
@@ -74,7 +77,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         tokio::join!(service::run(&config, server, stopped.clone(), |it| report(&it, &mut reported)), watched);
     });
+    let mut renewed = Instant::now();
     while !archive.is_finished() {
+        if let Some(page) = page.as_ref().filter(|_| renewed.elapsed() >= KEYS_PERIOD) {
+            renewed = Instant::now();
+            // One that cannot be read leaves the former one in use.
+            page.renew().ok();
+        }
         let readable = wait(&[Readiness::of(&signals)], CHECK_PERIOD)?;
         if readable.first() == Some(&true) {
             stop.send_replace(true);

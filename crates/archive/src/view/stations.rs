@@ -6,7 +6,10 @@ use async_nats::{Client, RequestErrorKind};
 use profivac_station::api::Problem;
 use profivac_station::config::gateways::archive::Nats;
 use std::sync::Arc;
-use tokio::sync::OnceCell;
+use tokio::sync::{OnceCell, Semaphore};
+
+/// Requests at the same time, so that no user fills the queue of a station. free choice.
+const MAX_REQUESTS: usize = 8;
 
 /// Why a station has not answered.
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +20,9 @@ pub enum AskError {
     /// The servers cannot be used.
     #[error(transparent)]
     Nats(#[from] NatsError),
+    /// As many requests as possible wait for their answers.
+    #[error("too many requests wait for stations; try again")]
+    Busy,
     /// No station listens.
     #[error("{0} does not listen: it is not connected, or its file has no requests in [archive]")]
     NoStation(String),
@@ -34,7 +40,9 @@ impl From<AskError> for Problem {
         match error {
             AskError::NoNats => Self::not_implemented(detail),
             AskError::Refused(..) => Self::conflict(detail),
-            AskError::Nats(_) | AskError::NoStation(_) | AskError::NoAnswer(..) => Self::unavailable(detail),
+            AskError::Busy | AskError::Nats(_) | AskError::NoStation(_) | AskError::NoAnswer(..) => {
+                Self::unavailable(detail)
+            }
         }
     }
 }
@@ -44,12 +52,13 @@ impl From<AskError> for Problem {
 pub struct Stations {
     nats: Option<Nats>,
     client: Arc<OnceCell<Client>>,
+    places: Arc<Semaphore>,
 }
 
 impl Stations {
     /// The stations that send to these servers.
     pub fn of(nats: Option<Nats>) -> Self {
-        Self { nats, client: Arc::default() }
+        Self { nats, client: Arc::default(), places: Arc::new(Semaphore::new(MAX_REQUESTS)) }
     }
 
     /// Asks a station.
@@ -58,6 +67,7 @@ impl Stations {
     /// [`AskError`].
     pub async fn ask(&self, plant: &str, station: &str, request: &Request) -> Result<Reply, AskError> {
         let nats = self.nats.as_ref().ok_or(AskError::NoNats)?;
+        let _place = self.places.try_acquire().map_err(|_| AskError::Busy)?;
         let connected = async { Ok::<_, NatsError>(connect(nats, "profivac view").await?.client()) };
         let client = self.client.get_or_try_init(|| connected).await?;
         let unreadable = |error: &dyn std::fmt::Display| AskError::NoAnswer(station.to_owned(), error.to_string());
