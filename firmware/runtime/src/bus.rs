@@ -175,11 +175,6 @@ pub enum Next<'a> {
     SetRate(Baud),
 }
 
-/// The control of a fixed rate, or of one that is searched.
-fn first_rate(baud: Option<Baud>) -> RateControl {
-    baud.map_or_else(|| RateControl::automatic(BitTime(0)), RateControl::fixed)
-}
-
 /// The slave, its clock and its rate: what the work interrupt owns.
 #[derive(Clone, Debug)]
 pub struct BusStation<D> {
@@ -210,7 +205,7 @@ impl<D: Device> BusStation<D> {
     /// copy would be on the stack.
     #[inline]
     pub fn new(device: D, address: u8, timing: &Timing, baud: Option<Baud>, ticks: u32) -> Self {
-        let rate = first_rate(baud);
+        let rate = baud.map_or_else(|| RateControl::automatic(BitTime(0)), RateControl::fixed);
         let baud = rate.rate().baud();
         // Before the first part of the station: behind a call the compiler would make the parts on the stack and copy them.
         let (clock, latest_tbit) = (timing.clock(baud, ticks), timing.latest_tbit(baud));
