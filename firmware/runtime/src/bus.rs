@@ -207,12 +207,14 @@ impl<D: Device> BusStation<D> {
     pub fn new(device: D, address: u8, timing: &Timing, baud: Option<Baud>, ticks: u32) -> Self {
         let rate = baud.map_or_else(|| RateControl::automatic(BitTime(0)), RateControl::fixed);
         let baud = rate.rate().baud();
+        // Before the first part of the station: behind a call the compiler would make the parts on the stack and copy them.
+        let (clock, latest_tbit) = (timing.clock(baud, ticks), timing.latest_tbit(baud));
         Self {
             slave: Slave::new(device, address, baud),
             rate,
-            clock: timing.clock(baud, ticks),
+            clock,
             timing: *timing,
-            latest_tbit: timing.latest_tbit(baud),
+            latest_tbit,
             late: 0,
             #[cfg(feature = "defmt")]
             log: crate::log::BusLog::NEW,
