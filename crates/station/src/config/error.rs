@@ -63,6 +63,12 @@ pub enum NamedItem {
     Volume,
     /// `zone` of a volume.
     Zone,
+    /// `group` of a gauge.
+    Group,
+    /// An entry of `tags` of a gauge.
+    Tag,
+    /// `location` of a gauge.
+    Location,
     /// `[[pump]]` or `[[valve]]`.
     PlantPart,
 }
@@ -80,6 +86,9 @@ impl fmt::Display for NamedItem {
             Self::Email => "e-mail or webhook",
             Self::Volume => "volume",
             Self::Zone => "zone",
+            Self::Group => "group",
+            Self::Tag => "tag",
+            Self::Location => "location",
             Self::PlantPart => "pump or valve",
         })
     }
@@ -254,6 +263,35 @@ pub enum ConfigProblem {
         /// The volume that has it.
         volume: String,
     },
+    /// A text has too many characters.
+    #[error("expected a {item} of at most {most} characters, found {found}; shorten it")]
+    LongText {
+        /// The kind of text.
+        item: NamedItem,
+        /// The permitted number.
+        most: usize,
+        /// The number.
+        found: usize,
+    },
+    /// A gauge has too many tags.
+    #[error("expected at most {most} tags for a gauge, found {found}; delete some, or use group")]
+    TooManyTags {
+        /// The permitted number.
+        most: usize,
+        /// The number.
+        found: usize,
+    },
+    /// `calibrated` is no date.
+    #[error("expected the day of the last calibration without quotes and time, such as 2026-05-01, found {0}")]
+    CalibrationDate(String),
+    /// `calibration-interval` is no time, or out of range.
+    #[error("expected a time from 1 day to 36525 days, such as \"365 days\", found {0:?}")]
+    CalibrationInterval(String),
+    /// `calibration-interval` without `calibrated`.
+    #[error(
+        "calibration-interval counts from the last calibration: add calibrated = DATE, such as 2026-05-01, or delete it"
+    )]
+    IntervalWithoutCalibration,
     /// No segment has this name.
     #[error("there is no segment {name:?}{}", hint(.suggestion.as_deref()))]
     UnknownSegment {
@@ -589,6 +627,7 @@ pub enum MqttProblem {
 fn twice_hint(item: NamedItem) -> &'static str {
     match item {
         NamedItem::Port => "put all its gauges into one segment",
+        NamedItem::Tag => "delete one of both",
         NamedItem::Webhook | NamedItem::Email => "give each a name of its own",
         NamedItem::Station
         | NamedItem::Segment
@@ -597,6 +636,8 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Alarm
         | NamedItem::Volume
         | NamedItem::Zone
+        | NamedItem::Group
+        | NamedItem::Location
         | NamedItem::PlantPart => "choose another name",
     }
 }

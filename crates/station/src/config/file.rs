@@ -17,6 +17,7 @@ use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::webhooks::WebhookToml;
 use super::{Config, ConfigSource, TlsFiles, UsersFile};
+use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
@@ -115,7 +116,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without its source, alarms, webhooks, e-mails, plant, retention and gateways.
+    /// The configuration without its source, alarms, webhooks, e-mails, plant, directory, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -136,6 +137,7 @@ impl ConfigToml {
             emails: Vec::new(),
             gateways: Vec::new(),
             plant: PlantPicture::default(),
+            directory: Directory::default(),
             renamed_keys: Vec::new(),
             source: ConfigSource::default(),
         }
