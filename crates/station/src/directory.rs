@@ -1,4 +1,4 @@
-//! What the station's file says about its gauges beside the bus: groups, tags, locations, calibrations.
+//! What the station's file says about its gauges beside the bus: groups, tags, locations, calibrations; and the views of all users.
 //!
 //! The directory changes only with the station's file, and `/api/directory` has it. The live stream has its revision, so that hundreds of
 //! labels do not travel with every connection.
@@ -23,11 +23,65 @@ pub struct GaugeLabels {
     pub calibration_due: Option<String>,
 }
 
+/// The state of a gauge that a view chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViewState {
+    /// An active alarm, no data, or no data exchange.
+    Problems,
+    /// An active alarm.
+    Alarms,
+    /// A fault of the gauge or of a reading.
+    Fault,
+    /// Stale readings, or none.
+    NoData,
+    /// A calibration that is no longer valid.
+    CalibrationOverdue,
+}
+
+impl ViewState {
+    /// All states.
+    pub const ALL: [Self; 5] = [Self::Problems, Self::Alarms, Self::Fault, Self::NoData, Self::CalibrationOverdue];
+
+    /// The word of the station's file and of the API.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Problems => "problems",
+            Self::Alarms => "alarms",
+            Self::Fault => "fault",
+            Self::NoData => "no-data",
+            Self::CalibrationOverdue => "calibration-overdue",
+        }
+    }
+}
+
+/// A view of all users: a filter of the overview, or a group of trends.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct SavedView {
+    /// Its name.
+    pub name: String,
+    /// Words that are searched in name, segment, device and labels.
+    pub search: Option<String>,
+    /// The group.
+    pub group: Option<String>,
+    /// The tag.
+    pub tag: Option<String>,
+    /// The location.
+    pub location: Option<String>,
+    /// The state.
+    pub state: Option<ViewState>,
+    /// The series of the trends: gauges, or channels of a controller. Empty for a filter.
+    pub series: Vec<String>,
+}
+
 /// The directory of the station.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Directory {
     /// The labels of the gauges, by name. A gauge without labels is not listed.
     pub gauges: BTreeMap<String, GaugeLabels>,
+    /// The views of all users, in the order of the file.
+    pub views: Vec<SavedView>,
 }
 
 /// The directory, shared by the threads of a station.
@@ -81,7 +135,8 @@ mod tests {
     fn another_directory_has_another_revision_and_the_same_one_has_not() {
         let store = DirectoryStore::default();
         let labels = GaugeLabels { group: Some("target".to_owned()), ..GaugeLabels::default() };
-        let directory = Directory { gauges: BTreeMap::from([("chamber".to_owned(), labels.clone())]) };
+        let directory =
+            Directory { gauges: BTreeMap::from([("chamber".to_owned(), labels.clone())]), views: Vec::new() };
         store.set(directory.clone());
         let revision = store.revision();
         store.set(directory.clone());

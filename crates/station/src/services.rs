@@ -118,7 +118,7 @@ impl Services {
         &self.plant
     }
 
-    /// The labels of the gauges.
+    /// The labels of the gauges, and the views.
     #[must_use]
     pub const fn directory(&self) -> &DirectoryStore {
         &self.directory

@@ -152,7 +152,7 @@ fn a_gauge_has_its_labels_and_the_directory_lists_them() {
     let station = TestStation::new();
     let empty = json!({"group": null, "tags": [], "location": null, "calibrated": null, "calibration_due": null});
     assert_eq!(station.json("/api/gauges/chamber")["labels"], empty);
-    assert_eq!(station.json("/api/directory"), json!({"gauges": {}}));
+    assert_eq!(station.json("/api/directory"), json!({"gauges": {}, "views": []}));
     let labels = GaugeLabels {
         group: Some("target".to_owned()),
         tags: vec!["bake-out".to_owned()],
@@ -160,7 +160,7 @@ fn a_gauge_has_its_labels_and_the_directory_lists_them() {
         calibrated: Some("2026-05-01".to_owned()),
         calibration_due: None,
     };
-    let directory = Directory { gauges: [("chamber".to_owned(), labels)].into() };
+    let directory = Directory { gauges: [("chamber".to_owned(), labels)].into(), views: Vec::new() };
     station.services.directory().set(directory);
     let expected = json!({
         "group": "target", "tags": ["bake-out"], "location": "rack 4", "calibrated": "2026-05-01", "calibration_due": null

@@ -4,7 +4,7 @@
 use profivac_devices::Principle;
 use profivac_devices::model::{Model, PartSpec};
 use profivac_recorder::Quality;
-use profivac_station::directory::{Directory, GaugeLabels};
+use profivac_station::directory::{Directory, GaugeLabels, SavedView};
 use profivac_station::segment::corrected;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use profivac_vacuum::Gas;
@@ -355,5 +355,17 @@ pub fn directory(fakes: &[Fake]) -> Directory {
             calibration_due,
         }
     };
-    Directory { gauges: fakes.iter().map(|fake| (fake.name.to_owned(), labels(fake))).collect() }
+    let view = |name: &str, group: Option<&str>, series: &[&str]| SavedView {
+        name: name.to_owned(),
+        search: None,
+        group: group.map(str::to_owned),
+        tag: None,
+        location: None,
+        state: None,
+        series: series.iter().map(|&series| series.to_owned()).collect(),
+    };
+    Directory {
+        gauges: fakes.iter().map(|fake| (fake.name.to_owned(), labels(fake))).collect(),
+        views: vec![view("Tunnel", Some("beam line"), &[]), view("Pump stand", None, &["vessel", "pump stand"])],
+    }
 }

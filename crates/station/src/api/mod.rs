@@ -13,7 +13,7 @@
 //! | `/api/armed-commands/{id}`, `/api/armed-commands/{id}/execute` | disarms and executes it |
 //! | `/api/control-authority` and below | control authority |
 //! | `/api/audit`, `/api/audit.csv` | the audit trail |
-//! | `/api/directory` | the labels of the gauges |
+//! | `/api/directory` | the labels of the gauges, and the views |
 //! | `/api/plant` | the plant: volumes, valves, pumps |
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |

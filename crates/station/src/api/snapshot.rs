@@ -100,10 +100,10 @@ pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> 
     Json(services.plant().view())
 }
 
-/// The directory: the labels of the gauges
+/// The directory: the labels of the gauges, and the views
 ///
-/// Groups, tags, locations and calibrations. It changes with the station's file. The live stream has a new `directory_revision` when this
-/// answer changes.
+/// Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
+/// stream has a new `directory_revision` when this answer changes.
 #[utoipa::path(get, path = "/api/directory", responses((status = 200, body = Directory)))]
 pub async fn directory(State(services): State<Arc<Services>>) -> Json<Directory> {
     Json(services.directory().view())

@@ -4,6 +4,7 @@ use super::certificates::CertificateError;
 use super::number_range::NumberRange;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
+use crate::directory::ViewState;
 use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
@@ -69,6 +70,10 @@ pub enum NamedItem {
     Tag,
     /// `location` of a gauge.
     Location,
+    /// `[[view]]`.
+    View,
+    /// `search` of a view.
+    Search,
     /// `[[pump]]` or `[[valve]]`.
     PlantPart,
 }
@@ -89,6 +94,8 @@ impl fmt::Display for NamedItem {
             Self::Group => "group",
             Self::Tag => "tag",
             Self::Location => "location",
+            Self::View => "view",
+            Self::Search => "search",
             Self::PlantPart => "pump or valve",
         })
     }
@@ -272,6 +279,28 @@ pub enum ConfigProblem {
         most: usize,
         /// The number.
         found: usize,
+    },
+    /// A view is neither a filter nor a group of trends, or both.
+    #[error(
+        "expected for the view {0:?} either series, a list for the trends, or a filter of the overview: one or more of search, group, \
+         tag, location and state"
+    )]
+    ViewContent(String),
+    /// The state of a view does not exist.
+    #[error("expected a state out of {}, found {found:?}", view_states())]
+    UnknownViewState {
+        /// The word.
+        found: String,
+    },
+    /// No gauge has this label.
+    #[error("no gauge has the {item} {name:?}{}; add it to a [[segment.gauge]], or change the view", hint(.suggestion.as_deref()))]
+    UnknownLabel {
+        /// The kind of label.
+        item: NamedItem,
+        /// The label.
+        name: String,
+        /// The most similar label.
+        suggestion: Option<String>,
     },
     /// A gauge has too many tags.
     #[error("expected at most {most} tags for a gauge, found {found}; delete some, or use group")]
@@ -638,12 +667,18 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Zone
         | NamedItem::Group
         | NamedItem::Location
+        | NamedItem::View
+        | NamedItem::Search
         | NamedItem::PlantPart => "choose another name",
     }
 }
 
 fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|name| format!("; did you mean {name:?}?")).unwrap_or_default()
+}
+
+fn view_states() -> String {
+    ViewState::ALL.map(ViewState::word).join(", ")
 }
 
 fn priorities(may_be_off: bool) -> String {

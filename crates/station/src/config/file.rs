@@ -15,6 +15,7 @@ use super::names::stem;
 use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
+use super::views::ViewToml;
 use super::webhooks::WebhookToml;
 use super::{Config, ConfigSource, TlsFiles, UsersFile};
 use crate::directory::Directory;
@@ -54,6 +55,8 @@ pub struct ConfigToml {
     pub pump: Vec<PumpToml>,
     #[serde(default)]
     pub valve: Vec<ValveToml>,
+    #[serde(default)]
+    pub view: Vec<ViewToml>,
     modbus: Option<ModbusToml>,
     archive: Option<ArchiveToml>,
     epics: Option<EpicsToml>,

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use toml::{Spanned, Value};
 
 /// The most characters of a group or tag. free choice: a filter shows them in one line.
-const MAX_NAME: usize = 40;
+pub const MAX_NAME: usize = 40;
 
 /// The most characters of a location. free choice: a line of the page of a gauge.
 const MAX_LOCATION: usize = 120;
@@ -29,7 +29,8 @@ pub fn directory(segments: &[SegmentToml]) -> Result<Directory, Located> {
     let gauges = segments.iter().flat_map(|segment| &segment.gauge);
     let labelled = gauges.map(|gauge| Ok((gauge.name.get_ref().clone(), labels(gauge)?)));
     let labelled = labelled.collect::<Result<Vec<_>, Located>>()?;
-    Ok(Directory { gauges: labelled.into_iter().filter(|(_, labels)| *labels != GaugeLabels::default()).collect() })
+    let gauges = labelled.into_iter().filter(|(_, labels)| *labels != GaugeLabels::default()).collect();
+    Ok(Directory { gauges, ..Directory::default() })
 }
 
 fn labels(gauge: &GaugeToml) -> Result<GaugeLabels, Located> {
@@ -54,7 +55,8 @@ fn labels(gauge: &GaugeToml) -> Result<GaugeLabels, Located> {
     })
 }
 
-fn check(item: NamedItem, text: &Spanned<String>, most: usize) -> Result<(), Located> {
+/// Checks a text of at most `most` characters.
+pub fn check(item: NamedItem, text: &Spanned<String>, most: usize) -> Result<(), Located> {
     names::check(item, text)?;
     let found = text.get_ref().chars().count();
     if found > most {

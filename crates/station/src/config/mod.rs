@@ -74,6 +74,7 @@
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
+//! | `views` | `[[view]]` |
 //! | `names`, `number_range`, `values`, `certificates` | rules for names; ranges of numbers; delays and priorities; certificates |
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
@@ -96,6 +97,7 @@ mod retention;
 mod segments;
 mod source;
 mod values;
+mod views;
 mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
@@ -160,7 +162,7 @@ pub struct Config {
     pub gateways: Vec<GatewaySettings>,
     /// The picture of the plant; empty if the file has none.
     pub plant: PlantPicture,
-    /// The labels of the gauges.
+    /// The labels of the gauges, and the views.
     pub directory: Directory,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
@@ -284,7 +286,8 @@ impl Config {
         let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
         let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
         let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
-        let directory = labels::directory(&file.segment).map_err(located)?;
+        let mut directory = labels::directory(&file.segment).map_err(located)?;
+        directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         let source = ConfigSource::new(path, text);

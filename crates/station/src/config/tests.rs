@@ -2,6 +2,7 @@
 
 use super::segments::POLL;
 use super::*;
+use crate::directory::ViewState;
 use crate::plant::PlantPartKind;
 use std::path::Path;
 
@@ -384,4 +385,36 @@ fn wrong_labels_are_refused_with_line_column_and_the_next_step() {
         let found = refused(lines);
         assert!(found.contains(&sentence), "{lines}: {found}");
     }
+}
+
+#[test]
+fn a_view_is_a_filter_of_the_overview_or_a_group_of_trends() {
+    let labelled = format!("{FILE}group = 'target'\ntags = ['bake-out']\nlocation = 'rack 4'\n");
+    let given = |lines: &str| parse(&format!("{labelled}[[view]]\nname = 'a'\n{lines}\n"));
+    let refused = |lines: &str| given(lines).unwrap_err().problem.to_string();
+    let views = given("group = 'target'\ntag = 'bake-out'\nlocation = 'rack 4'\nstate = 'no-data'\nsearch = 'cham'");
+    let view = views.unwrap().directory.views.remove(0);
+    assert_eq!((view.group.as_deref(), view.tag.as_deref()), (Some("target"), Some("bake-out")));
+    assert_eq!((view.location.as_deref(), view.search.as_deref()), (Some("rack 4"), Some("cham")));
+    assert_eq!((view.state, view.series.len()), (Some(ViewState::NoData), 0));
+    let trends = given("series = ['chamber', 'chamber.2']").unwrap().directory.views.remove(0);
+    assert_eq!(trends.series, ["chamber", "chamber.2"]);
+    assert_eq!(
+        refused("group = 'targt'"),
+        "no gauge has the group \"targt\"; did you mean \"target\"?; add it to a [[segment.gauge]], or change the view"
+    );
+    assert!(refused("tag = 'x'").starts_with("no gauge has the tag \"x\""));
+    assert!(refused("location = 'x'").starts_with("no gauge has the location \"x\""));
+    assert_eq!(
+        refused("state = 'bad'"),
+        "expected a state out of problems, alarms, fault, no-data, calibration-overdue, found \"bad\""
+    );
+    assert!(refused("series = ['chambre']").starts_with("there is no gauge \"chambre\"; did you mean \"chamber\"?"));
+    assert_eq!(refused("series = ['chamber', 'chamber']"), "\"chamber\" is twice in the list of gauges");
+    for lines in ["", "series = ['chamber']\nstate = 'fault'"] {
+        assert!(refused(lines).starts_with("expected for the view \"a\" either series, "), "{lines}");
+    }
+    assert!(refused("search = 'a\u{202E}b'").starts_with("expected visible characters in one line, found U+202E in "));
+    let twice = refused("state = 'fault'\n[[view]]\nname = 'a'\nstate = 'fault'");
+    assert_eq!(twice, "the view \"a\" is defined twice; choose another name");
 }

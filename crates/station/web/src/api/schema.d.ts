@@ -364,8 +364,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The directory: the labels of the gauges
-         * @description Groups, tags, locations and calibrations. It changes with the station's file. The live stream has a new `directory_revision` when this
+         * The directory: the labels of the gauges, and the views
+         * @description Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live stream has a new `directory_revision` when this
          *     answer changes.
          */
         get: operations["directory"];
@@ -1504,6 +1504,8 @@ export interface components {
             gauges: {
                 [key: string]: components["schemas"]["GaugeLabels"];
             };
+            /** @description The views of all users, in the order of the file. */
+            views: components["schemas"]["SavedView"][];
         };
         /** @description Durations. */
         Distribution: {
@@ -2403,6 +2405,22 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator" | "engineer";
+        /** @description A view of all users: a filter of the overview, or a group of trends. */
+        SavedView: {
+            /** @description The group. */
+            group: string | null;
+            /** @description The location. */
+            location: string | null;
+            /** @description Its name. */
+            name: string;
+            /** @description Words that are searched in name, segment, device and labels. */
+            search: string | null;
+            /** @description The series of the trends: gauges, or channels of a controller. Empty for a filter. */
+            series: string[];
+            state: components["schemas"]["ViewState"] | null;
+            /** @description The tag. */
+            tag: string | null;
+        };
         /** @description A segment with the stations on its bus. */
         Segment: {
             /**
@@ -2743,6 +2761,11 @@ export interface components {
              */
             s: number;
         };
+        /**
+         * @description The state of a gauge that a view chooses.
+         * @enum {string}
+         */
+        ViewState: "problems" | "alarms" | "fault" | "no-data" | "calibration-overdue";
         /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
         WatchedParameter: {
             /** @description Its number is a pressure in Pa. */

@@ -47,6 +47,8 @@ export type Parameter = Schemas['Parameter']
 
 /** The labels of the gauges, from the station's file. */
 export type Directory = Schemas['Directory']
+/** A view of all users. */
+export type SavedView = Schemas['SavedView']
 export type GaugeLabels = Schemas['GaugeLabels']
 
 /** The plant of the station's file: volumes, and what is between them. */

@@ -11,6 +11,7 @@ import { Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
+import { Views } from '../components/views.tsx'
 import { isActive, PRIORITIES } from '../lib/alarms.ts'
 import { isFiltered as hasFilter, needsLabels } from '../lib/filter.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
@@ -58,6 +59,7 @@ export function Overview(): JSX.Element {
             {shown.length} of {gauges.length} gauges
           </span>
         )}
+        <Views page="/" />
       </div>
       {error && (
         <p class="error" role="alert">

@@ -11,6 +11,7 @@ import { curveColours } from '../../components/palette.ts'
 import { SampleText } from '../../components/pressure.tsx'
 import { SeriesList } from '../../components/series-list.tsx'
 import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
+import { Views } from '../../components/views.tsx'
 import { limitsOf } from '../../lib/alarms.ts'
 import { type Difference, differenceOf, differenceText } from '../../lib/difference.ts'
 import { day, moment } from '../../lib/format.ts'
@@ -75,6 +76,9 @@ export function Trends(): JSX.Element {
     <div class="trends">
       <h1 class="visually-hidden">Trends</h1>
       <Toolbar choice={choice} change={change} />
+      <div class="bar">
+        <Views page="/trends" />
+      </div>
       <div class="trend-chart panel" ref={panel}>
         <div ref={box}>
           <TrendChart
