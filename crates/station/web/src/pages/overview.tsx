@@ -23,7 +23,7 @@ import { useUnit } from '../settings.ts'
 /** A plant with more gauges has rows instead of cards. */
 const MOST_CARDS = 40
 
-interface GaugeProps {
+export interface GaugeProps {
   gauge: Gauge
   labels: GaugeLabels
   alarms: Alarm[]
@@ -60,6 +60,7 @@ export function Overview(): JSX.Element {
           </span>
         )}
         <Views page="/" />
+        <Link to={`/wall${location.search}`}>Wall display</Link>
       </div>
       {error && (
         <p class="error" role="alert">
@@ -157,7 +158,7 @@ function RowList({ rows }: { rows: GaugeProps[] }): JSX.Element {
 }
 
 /** How soon a user must look at a gauge; 0 if it has no problem. */
-function urgency({ gauge, alarms, live }: GaugeProps): number {
+export function urgency({ gauge, alarms, live }: GaugeProps): number {
   const priorities = alarms.filter(isActive).map(({ priority }) => PRIORITIES.length - PRIORITIES.indexOf(priority))
   const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, live.since)
   return Math.max(0, ...priorities) * 2 + Number(hasProblem)
