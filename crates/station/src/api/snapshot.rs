@@ -1,5 +1,6 @@
 //! The present state of the station, its segments and its gauges.
 
+use super::compression::compressed_json;
 use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
@@ -10,6 +11,8 @@ use crate::services::Services;
 use crate::view::{Block, Gauge, Segment, Station};
 use axum::Json;
 use axum::extract::{Path, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use serde::Serialize;
 use std::sync::Arc;
 use utoipa::ToSchema;
@@ -105,8 +108,9 @@ pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> 
 /// Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
 /// stream has a new `directory_revision` when this answer changes.
 #[utoipa::path(get, path = "/api/directory", responses((status = 200, body = Directory)))]
-pub async fn directory(State(services): State<Arc<Services>>) -> Json<Directory> {
-    Json(services.directory().view())
+pub async fn directory(State(services): State<Arc<Services>>, headers: HeaderMap) -> Response {
+    // Texts and lists always have a JSON form.
+    compressed_json(serde_json::to_vec(&services.directory().view()).unwrap_or_default(), &headers)
 }
 
 /// The gateways to control systems, with their clients and errors

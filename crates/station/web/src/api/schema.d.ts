@@ -365,8 +365,8 @@ export interface paths {
         };
         /**
          * The directory: the labels of the gauges, and the views
-         * @description Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live stream has a new `directory_revision` when this
-         *     answer changes.
+         * @description Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
+         *     stream has a new `directory_revision` when this answer changes.
          */
         get: operations["directory"];
         put?: never;

@@ -3,6 +3,7 @@
 import './views.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
+import type { Directory } from '../api/types.ts'
 import {
   LONGEST_NAME,
   type NamedView,
@@ -16,7 +17,6 @@ import {
 import { useSnapshot } from '../live.ts'
 import { Link, useLocation } from '../router.tsx'
 import { createStore, useStore } from '../store.ts'
-import { useDirectory } from './gauge-filter.tsx'
 
 const KEY = 'views'
 
@@ -44,8 +44,7 @@ function keep(views: NamedView[]): void {
 }
 
 /** A list of views that opens, and a form that saves what the page shows. */
-export function Views({ page }: { page: ViewPage }): JSX.Element {
-  const { directory } = useDirectory()
+export function Views({ page, directory }: { page: ViewPage; directory: Directory | null }): JSX.Element {
   const { gauges } = useSnapshot()
   const current = useLocation().query.toString()
   const all = (directory?.views ?? []).map((view) => ofStation(view, gauges)).filter((view) => view.page === page)

@@ -59,7 +59,7 @@ export function Overview(): JSX.Element {
             {shown.length} of {gauges.length} gauges
           </span>
         )}
-        <Views page="/" />
+        <Views page="/" directory={directory} />
         <Link to={`/wall${location.search}`}>Wall display</Link>
       </div>
       {error && (

@@ -6,6 +6,7 @@ import { useRef, useState } from 'preact/hooks'
 import { csvAddress, fetchAlarms, parquetAddress } from '../../api/calls.ts'
 import type { Alarm, StationEvent } from '../../api/types.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
+import { useDirectory } from '../../components/gauge-filter.tsx'
 import { useQuery, useWidth } from '../../components/hooks.ts'
 import { curveColours } from '../../components/palette.ts'
 import { SampleText } from '../../components/pressure.tsx'
@@ -77,7 +78,7 @@ export function Trends(): JSX.Element {
       <h1 class="visually-hidden">Trends</h1>
       <Toolbar choice={choice} change={change} />
       <div class="bar">
-        <Views page="/trends" />
+        <Views page="/trends" directory={useDirectory().directory} />
       </div>
       <div class="trend-chart panel" ref={panel}>
         <div ref={box}>
