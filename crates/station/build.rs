@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The sources of the dashboard.
-const SOURCES: [&str; 6] =
-    ["index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
+const SOURCES: [&str; 7] =
+    ["index.html", "archive.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
 
 fn main() -> Result<()> {
     let web = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("web");

@@ -6,6 +6,9 @@ fn main() {
             println!("cargo:rustc-link-arg-bins=-T{board}.ld");
         }
     }
+    if std::env::var_os("CARGO_FEATURE_DEFMT").is_some() {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    }
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rerun-if-changed=build.rs");
 }

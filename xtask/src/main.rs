@@ -24,7 +24,7 @@ const USAGE: &str =
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist; the records in DESIGN.md
                              have a decision, a reason, alternatives and a cost
        cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; each path has its four kinds of pages
-       cargo xtask doctests  every public function, method and type of the client has an example
+       cargo xtask doctests  every public function, method and type of client and wire has an example
        cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
                              with --wrap: breaks the wide lines
        cargo xtask purity    the inner crates and their dependencies need neither std nor alloc

@@ -27,6 +27,11 @@
 //! name = "hall-1"
 //! token-file = "hall-1.token"   # the same text as in the file of that name at the station
 //!
+//! [view]                        # the page of all stations
+//! listen = "127.0.0.1:8090"     # beyond loopback with [view.tls] and users only
+//! users = "archive.users"       # `profivac user add` makes it; without it every user of this computer may look
+//! hosts = ["archive.example"]   # names of this computer, without ports
+//!
 //! [[plant]]
 //! name = "hall"
 //! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
@@ -71,6 +76,21 @@ pub struct Config {
     pub database: Database,
     /// Plants, with the roles that may read them.
     pub plants: Vec<(String, Vec<String>)>,
+    /// The page of all stations, if the archive serves it.
+    pub view: Option<View>,
+}
+
+/// Where the archive serves the page of all stations.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The address to listen on. With port 0 the system chooses a port.
+    pub listen: SocketAddr,
+    /// The file of the users who log in; without it every user of this computer may look.
+    pub users: Option<PathBuf>,
+    /// Host names and addresses of this computer, without ports.
+    pub hosts: Vec<String>,
+    /// Certificate and key; absent on loopback only.
+    pub tls: Option<TlsFiles>,
 }
 
 /// Where the archive takes batches over HTTPS.
@@ -155,6 +175,18 @@ pub enum ValueProblem {
     /// `[https]` on an address that other computers reach, without `[https.tls]`.
     #[error("listening beyond loopback on {0} needs TLS: add [https.tls] with certificate and key")]
     NeedsTls(SocketAddr),
+    /// `[view]` on an address that other computers reach, without `[view.tls]`.
+    #[error("listening beyond loopback on {0} needs TLS: add [view.tls] with certificate and key")]
+    ViewNeedsTls(SocketAddr),
+    /// `[view]` on an address that other computers reach, or behind a proxy, without users.
+    #[error(
+        "a page that other computers reach needs users: add users = \"archive.users\" to [view], and `profivac user add NAME \
+         --role viewer FILE.toml` adds the first"
+    )]
+    ViewNeedsUsers,
+    /// The archive has no users.
+    #[error("expected users = \"archive.users\" in [view], found none: the page of this archive has no users")]
+    NoUsersFile,
     /// `replicas`.
     #[error("expected replicas = 1, 3 or 5, found {0}")]
     Replicas(u8),
@@ -178,6 +210,17 @@ struct Toml {
     station: Vec<SenderToml>,
     #[serde(default)]
     plant: Vec<PlantToml>,
+    view: Option<ViewToml>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewToml {
+    listen: SocketAddr,
+    users: Option<PathBuf>,
+    #[serde(default)]
+    hosts: Vec<String>,
+    tls: Option<TlsToml>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -260,7 +303,42 @@ impl Config {
             database: Database::new(&toml.postgres, folder)
                 .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
             plants: toml.plant.into_iter().map(|plant| (plant.name, plant.readers)).collect(),
+            view: toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?,
         })
+    }
+}
+
+/// The file of the users of an archive; `None` if `file` is not that of an archive.
+///
+/// # Errors
+/// [`ConfigError`] when the file of an archive names no users.
+pub fn users_file(file: &Path) -> Result<Option<PathBuf>, ConfigError> {
+    let Ok(text) = text_file::read(file) else { return Ok(None) };
+    let Ok(tables) = text.parse::<toml::Table>() else { return Ok(None) };
+    if !tables.contains_key("postgres") {
+        return Ok(None);
+    }
+    let users = tables.get("view").and_then(|view| view.get("users")).and_then(toml::Value::as_str);
+    let missing = || ConfigError::Value { file: file.to_owned(), problem: ValueProblem::NoUsersFile };
+    Ok(Some(file.parent().unwrap_or(Path::new("")).join(users.ok_or_else(missing)?)))
+}
+
+/// `[view]`.
+fn view(ViewToml { listen, users, hosts, tls }: ViewToml, folder: &Path) -> Result<View, ValueProblem> {
+    let is_near = listen.ip().is_loopback();
+    if tls.is_none() && !is_near {
+        return Err(ValueProblem::ViewNeedsTls(listen));
+    }
+    if users.is_none() && !(is_near && hosts.is_empty()) {
+        return Err(ValueProblem::ViewNeedsUsers);
+    }
+    let tls = tls.map(|tls| tls.in_folder(folder));
+    Ok(View { listen, users: users.map(|file| folder.join(file)), hosts, tls })
+}
+
+impl TlsToml {
+    fn in_folder(self, folder: &Path) -> TlsFiles {
+        TlsFiles { certificate: folder.join(self.certificate), key: folder.join(self.key) }
     }
 }
 
@@ -278,8 +356,7 @@ fn https(toml: Option<HttpsToml>, stations: Vec<Sender>, folder: &Path) -> Resul
     if tls.is_none() && !listen.ip().is_loopback() {
         return Err(ValueProblem::NeedsTls(listen));
     }
-    let tls = tls
-        .map(|TlsToml { certificate, key }| TlsFiles { certificate: folder.join(certificate), key: folder.join(key) });
+    let tls = tls.map(|tls| tls.in_folder(folder));
     Ok(Some(Https { listen, tls, stations }))
 }
 
@@ -371,6 +448,14 @@ mod tests {
             (format!("{HTTPS}{POSTGRES}{}", station("hall-1", "short")), "at least 16 characters, found 5"),
             (format!("{HTTPS}{POSTGRES}{}", station("hall-1", "absent")), "absent.token"),
             (format!("{HTTPS}{POSTGRES}{}", station("hall.1", "a")), "archive.toml:7:8: expected 1 to 60 letters"),
+            (format!("{NATS}{POSTGRES}[view]\nlisten = \"0.0.0.0:1\"\n"), "0.0.0.0:1 needs TLS: add [view.tls]"),
+            (
+                format!(
+                    "{NATS}{POSTGRES}[view]\nlisten = \"0.0.0.0:1\"\ntls = {{ certificate = \"c\", key = \"k\" }}\n"
+                ),
+                "needs users: add users = \"archive.users\" to [view]",
+            ),
+            (format!("{NATS}{POSTGRES}[view]\nlisten = \"[::1]:1\"\nhosts = [\"a.example\"]\n"), "needs users"),
         ];
         for (text, expected) in cases {
             let error = read(&text).unwrap_err();

@@ -15,7 +15,9 @@
 //! | [`database`] | the connection to PostgreSQL |
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
+//! | `request`, `responder` | what users of the archive ask a station for, and the station's answers |
 //! | `session` | what a session reports, and the pause before the next one |
+//! | [`view`] | one view of all stations: API and page |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
 //! | `post` | the client of that server, at the station |
 //! | `nats` | connections to the servers, names of subjects and messages |
@@ -29,10 +31,13 @@ pub mod https;
 mod nats;
 mod post;
 pub mod publisher;
+mod request;
+mod responder;
 pub mod schema;
 pub mod service;
 mod session;
 pub mod store;
+pub mod view;
 
 pub use nats::NatsError;
 pub use post::PostError;

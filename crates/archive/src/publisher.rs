@@ -5,6 +5,7 @@
 
 use crate::nats::{NatsError, connect, message_id, subject};
 use crate::post::{PostError, Poster};
+use crate::responder::{self, Responder};
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context as JetStream;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
@@ -73,6 +74,16 @@ impl Destination {
         })
     }
 
+    /// Begins to answer requests of the archive, if the file permits it.
+    async fn answer(&self, settings: &Settings, services: &Arc<Services>) -> Result<Option<Responder>, PublisherError> {
+        match self {
+            Self::JetStream(nats, jetstream) => {
+                Ok(responder::start(jetstream.client(), nats, settings, services).await?)
+            }
+            Self::Archive(_) => Ok(None),
+        }
+    }
+
     fn name(&self) -> String {
         match self {
             Self::JetStream(nats, _) => nats.servers.join(", "),
@@ -97,6 +108,7 @@ impl Destination {
 /// Publishes until it is told to stop, or something fails.
 async fn publish(settings: Settings, mut context: Context) -> Result<(), PublisherError> {
     let mut destination = Destination::open(&settings).await?;
+    let _responder = destination.answer(&settings, &context.services).await?;
     context.status.runs(destination.name());
     let mut cursor = (0, 0);
     loop {

@@ -6,7 +6,7 @@
 use tokio_postgres::{Client, Error};
 
 /// The migrations: number N leads from version N - 1 to version N.
-const MIGRATIONS: [&str; 1] = [include_str!("../sql/1.sql")];
+const MIGRATIONS: [&str; 2] = [include_str!("../sql/1.sql"), include_str!("../sql/2.sql")];
 
 /// The number that locks the database while an archive changes its tables. free choice.
 pub const LOCK: i64 = 0x7066_7663;

@@ -1,4 +1,4 @@
-//! The client of the station against the server of the archive, without a database.
+//! The HTTPS server of an archive: its answers to requests octet by octet, without a database.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -94,7 +94,7 @@ fn a_wrong_token_station_path_method_and_length_are_refused_before_the_body_is_r
         ),
         ("POST", batch, with_token("token-of-hall-1", MAX_BODY + 1), "413", "at most 786432 octets"),
         ("POST", "/v1/hall", with_token("token-of-hall-1", 9), "404", "expected /v1/PLANT/STATION/EPOCH/NUMBER"),
-        ("POST", "/v1/hall/hall-1/x/7", with_token("token-of-hall-1", 9), "400", ""),
+        ("POST", "/v1/hall/hall-1/x/7", with_token("token-of-hall-1", 9), "400", "x"),
         ("GET", batch, with_token("token-of-hall-1", 9), "405", "expected POST"),
     ];
     for (method, path, headers, status, reason) in cases {

@@ -7,6 +7,7 @@ use clap::Args;
 use profivac_archive::config::Config;
 use profivac_archive::https::Server;
 use profivac_archive::service::{self, Report};
+use profivac_archive::view::{self, Watch};
 use profivac_host::readiness::{Readiness, wait};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::PathBuf;
@@ -16,7 +17,8 @@ use std::time::{Duration, Instant};
 ///
 /// A station sends what it records when its file has [archive]. Any number of archives may run with one file, on one computer or on
 /// several: they share the work. A batch is acknowledged after the commit, so that a kill at any moment neither loses nor doubles a row.
-/// While a server or the database is down, batches wait; the archive connects again by itself. docs/archive.md is an introduction.
+/// While a server or the database is down, batches wait; the archive connects again by itself. With [view] it serves a page of all
+/// stations. docs/archive.md is an introduction.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -46,6 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let nats = config.nats.as_ref().map(|nats| nats.servers.join(", "));
         let https = config.https.as_ref().map(|it| format!("{} stations over HTTPS", it.stations.len()));
         let sources = nats.into_iter().chain(https).collect::<Vec<_>>().join(", ");
+        config.view.as_ref().map_or(Ok(()), view::check)?;
         out(&format!("{}: {sources}, {} plants with readers", arguments.file.display(), config.plants.len()));
         return Ok(());
     }
@@ -55,10 +58,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(server) = &server {
         out(&format!("listening on {}", server.url()));
     }
+    let watch = Watch::default();
+    let log = |sentence: &str| notice(&format_args!("{sentence}"));
+    let page = config.view.as_ref().map(|view| view::start(&config, view, &watch, log)).transpose()?;
+    if let Some(page) = &page {
+        out(&format!("view at {}", page.url()));
+    }
     let (stop, stopped) = tokio::sync::watch::channel(false);
     let archive = runtime.spawn(async move {
         let mut reported = Instant::now();
-        service::run(&config, server, stopped, |it| report(&it, &mut reported)).await;
+        let watched = async {
+            if config.view.is_some() {
+                watch.run(&config.database, stopped.clone()).await;
+            }
+        };
+        tokio::join!(service::run(&config, server, stopped.clone(), |it| report(&it, &mut reported)), watched);
     });
     while !archive.is_finished() {
         let readable = wait(&[Readiness::of(&signals)], CHECK_PERIOD)?;

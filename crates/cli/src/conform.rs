@@ -25,10 +25,10 @@ use std::time::Duration;
 ///
 /// The slave may be any DP slave, not only a gauge. The command parameterises it, exchanges data with outputs of zero, and releases
 /// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
-/// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested: then the slave lacks
-/// the service, or breaks a rule that the test needs, which is named, or the line or the computer damaged or delayed octets in each
-/// repetition. A broken rule was reproduced several times. Exit code 1 means that the slave breaks a rule, 3 that it does not answer any
-/// more, or that rules were not tested because of the line or the computer.
+/// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested. A broken rule was
+/// reproduced several times. A rule that was not tested has its reason: the slave lacks the service, or breaks another rule that the test
+/// needs, or the line or the computer damaged or delayed octets in each repetition. Exit code 1 means that the slave breaks a rule, 3 that
+/// it does not answer any more, or that rules were not tested because of the line or the computer.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -1,4 +1,4 @@
-//! `profivac user`: manages the users of a station.
+//! `profivac user`: manages the users of a station or of an archive.
 
 use crate::console::Signals;
 use crate::failure::Failure;
@@ -15,9 +15,9 @@ use std::io::{self, IsTerminal, Stdin, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Manage the users of a station.
+/// Manage the users of a station, or of an archive.
 ///
-/// Names, roles and hashed passwords are in a file beside the station's file, readable by its owner alone. A running station
+/// Names, roles and hashed passwords are in a file beside that of the station, readable by its owner alone. A running station
 /// sees a change within a second and ends the sessions of a user who was removed or got a new password.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -133,8 +133,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn users(station: &Path) -> Result<PathBuf, Failure> {
-    Ok(Config::read_users_file(station)?)
+/// The file of the users of a station, or of an archive.
+fn users(file: &Path) -> Result<PathBuf, Failure> {
+    #[cfg(feature = "archive")]
+    {
+        let found = profivac_archive::config::users_file(file);
+        if let Some(users) = found.map_err(|error| Failure::usage(error.to_string()))? {
+            return Ok(users);
+        }
+    }
+    Ok(Config::read_users_file(file)?)
 }
 
 /// The present users, to check a name before the password is asked for.

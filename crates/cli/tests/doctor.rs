@@ -115,7 +115,7 @@ const STATION: &str = "[station]\nlisten = \"127.0.0.1:0\"\ndatabase = \"plant.d
                        [[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n";
 
 #[test]
-fn the_file_of_a_station_is_checked_with_its_ports_its_record_and_its_address() {
+fn the_file_of_a_station_is_checked_with_its_ports_its_database_and_its_address() {
     let folder = Folder::new();
     fs::write(folder.path("hall.toml"), "devices = [\"bcg450@5\"]\npressure = \"1e-3 mbar\"\n").unwrap();
     let file = folder.name("plant.toml");
@@ -136,7 +136,7 @@ fn the_file_of_a_station_is_checked_with_its_ports_its_record_and_its_address() 
 }
 
 #[test]
-fn a_record_is_checked_whole_and_a_damaged_one_is_a_problem() {
+fn a_database_is_checked_whole_and_a_damaged_one_is_a_problem() {
     let folder = Folder::new();
     fs::write(folder.path("hall.toml"), "devices = [\"bcg450@5\"]\npressure = \"1e-3 mbar\"\n").unwrap();
     let file = folder.name("plant.toml");

@@ -3,9 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
+#[allow(dead_code, reason = "the test does not use the timeout")]
+#[path = "../../../tests/support/until.rs"]
+mod until;
 
 use common::{Folder, Program, run};
 use serde_json::Value;
+use until::until;
 
 const TEXT: &str = "\
 title = \"a chamber that is vented\"
@@ -48,8 +52,8 @@ fn the_scenario_controls_the_chamber() {
         );
     }
     assert_eq!(program.tell("fault 5 sensor2"), "ok");
-    // Only the file vents the chamber. Each answer takes some time, so the loop needs no clock.
-    while true_mbar(&mut program) < 1000.0 {}
+    // Only the file vents the chamber.
+    until("the vented chamber", || (true_mbar(&mut program) >= 1000.0).then_some(()));
     program.terminate();
     assert_eq!(program.exit_code(), 0);
 }

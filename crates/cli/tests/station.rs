@@ -54,8 +54,7 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     assert!(get(address, "/api/gauges").contains("\"Chamber\""));
     station.terminate();
     assert_eq!(station.exit_code(), 0);
-    let record = fs::metadata(folder.name("plant.db")).unwrap();
-    assert!(record.len() > 0);
+    assert!(fs::metadata(folder.name("plant.db")).unwrap().len() > 0);
 }
 
 #[test]
@@ -94,9 +93,9 @@ fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_
     // A listener with a full backlog neither accepts nor refuses connections.
     let full = TcpListener::bind("127.0.0.1:0").unwrap();
     rustix::net::listen(&full, 0).unwrap();
-    let place = full.local_addr().unwrap();
-    let _first = TcpStream::connect(place).unwrap();
-    let text = format!("[[segment]]\nname = \"a\"\nport = \"tcp://{place}\"\n");
+    let address = full.local_addr().unwrap();
+    let _first = TcpStream::connect(address).unwrap();
+    let text = format!("[[segment]]\nname = \"a\"\nport = \"tcp://{address}\"\n");
     private(&file, &text);
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert!(station.complaint().contains("has no [[segment.gauge]]"));
@@ -106,7 +105,7 @@ fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_
     let complaint = station.complaint();
     assert!(complaint.contains("until the station is restarted, then it becomes "), "{complaint}");
     let second = run(&["run", &file, "--listen", "127.0.0.1:0", "--check"]);
-    assert_eq!(second.status.code(), Some(0), "another record");
+    assert_eq!(second.status.code(), Some(0), "another database");
     fs::write(&file, &text).unwrap();
     let second = run(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert_eq!(second.status.code(), Some(2));
@@ -187,8 +186,8 @@ fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
     }
     station.terminate();
     assert_eq!(station.exit_code(), 0);
-    let record = fs::read(folder.name("plant.db")).unwrap();
-    assert!(!record.windows(password.len()).any(|octets| octets == password.as_bytes()), "a password is in the record");
+    let database = fs::read(folder.name("plant.db")).unwrap();
+    assert!(!database.windows(password.len()).any(|octets| octets == password.as_bytes()), "it has no password");
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn expected() -> Vec<(String, usize)> {
 }
 
 #[test]
-fn a_record_of_version_0_1_is_read_without_being_changed() {
+fn a_database_of_version_0_1_is_read_without_being_changed() {
     let folder = Folder::new();
     station(&folder);
     let before = fs::read(folder.path("plant.db")).unwrap();
@@ -52,7 +52,7 @@ fn a_record_of_version_0_1_is_read_without_being_changed() {
 }
 
 #[test]
-fn a_station_of_version_0_1_goes_on_with_its_file_its_record_and_its_alarm() {
+fn a_station_of_version_0_1_continues_with_its_file_its_database_and_its_alarm() {
     let folder = Folder::new();
     let file = station(&folder);
     let check = run(&["run", &file, "--check"]);

@@ -4,6 +4,9 @@
 
 #[path = "support/changing_port.rs"]
 mod changing_port;
+#[allow(dead_code, reason = "the test does not use the timeout")]
+#[path = "../../../tests/support/until.rs"]
+mod until;
 #[allow(dead_code, reason = "the tests call only block_on")]
 #[path = "../examples/watch.rs"]
 mod watch;
@@ -14,6 +17,7 @@ use profivac_host::port::Port;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
+use until::until;
 use watch::block_on;
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
@@ -170,10 +174,8 @@ fn a_kept_connection_is_closed_when_no_request_comes() {
     gauge.keep_connection(Some(Duration::from_millis(100))).wait().unwrap();
     block_on(gauge.device_state()).unwrap();
     // No request: only the thread of the bus closes it.
-    let is_open = |(opened, closed): (usize, usize)| opened != closed;
-    while is_open(connections.counts()) {
-        std::thread::yield_now();
-    }
+    let is_closed = |(opened, closed): (usize, usize)| opened == closed;
+    until("the end of the connection", || is_closed(connections.counts()).then_some(()));
     let before = connections.counts().0;
     block_on(gauge.device_state()).unwrap();
     assert!(connections.counts().0 > before, "the next request opens another one");

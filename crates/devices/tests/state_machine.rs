@@ -1,4 +1,5 @@
-//! The state diagram of the block devices as a text to compare with the manuals: errata-bpg-bcg-tpg 84 to 89.
+//! The state diagram of the block devices as a text to compare with the manuals: errata-bpg-bcg-tpg 84 to 89,
+//! errata-pxg55x-img400 19 and 77.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "this is test code")]
 
 #[allow(dead_code, reason = "the tables are printed elsewhere")]

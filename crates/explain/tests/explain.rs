@@ -3,9 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod decoded;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
 
+use decoded::decoded;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::Model;
 use profivac_dp::link::active::{Active, BusParameters};
@@ -76,9 +78,7 @@ impl TestSegment {
 fn notes_text(trace: &str) -> String {
     let capture = Capture::read(trace.as_bytes(), Baud::B9600).unwrap();
     let baud = capture.baud.unwrap();
-    let (mut decoder, mut explained) = (Decoder::new(baud, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-    decoder.end(&mut explained);
+    let (_, explained) = decoded(&capture, baud);
     let notes = explained.iter().flat_map(|piece| &piece.notes);
     let lines = notes.map(|note| {
         let seconds = note.at.unwrap().0 as f64 / f64::from(baud.bits_per_second());
@@ -171,9 +171,7 @@ fn the_decoder_never_panics_on_a_damaged_file() {
             }
         }
         if let Ok(capture) = Capture::read(&file, Baud::B19200) {
-            let (mut decoder, mut explained) = (Decoder::new(Baud::B19200, capture.times), Vec::new());
-            capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-            decoder.end(&mut explained);
+            let (_, explained) = decoded(&capture, Baud::B19200);
             count += explained.len();
         }
     }
@@ -182,10 +180,7 @@ fn the_decoder_never_panics_on_a_damaged_file() {
 
 /// The sentences about a log.
 fn sentences(log: &str) -> Vec<String> {
-    let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
-    let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-    decoder.end(&mut explained);
+    let (_, explained) = decoded(&Capture::read(log.as_bytes(), BAUD).unwrap(), BAUD);
     explained.into_iter().flat_map(|piece| piece.notes).map(|note| note.text).collect()
 }
 
@@ -241,8 +236,7 @@ fn the_explainer_counts_repetitions_and_reports_a_silent_slave_once() {
     let reply = answer(2, 60, &[0, 0x0C, 0, 2, 0x08, 0xE6]);
     let log = first.clone() + &reply + &request(2, 60, 0x7D, &[]).repeat(4) + &first + &reply;
     let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
-    let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
+    let (decoder, _) = decoded(&capture, BAUD);
     let counters = decoder.explainer().counters(5);
     assert_eq!((counters.requests, counters.repetitions, counters.unanswered), (6, 3, 4));
     let texts = sentences(&log);
@@ -330,9 +324,7 @@ fn an_equal_frame_count_bit_behind_a_damaged_stretch_is_no_repetition() {
     damaged.replace_range(60..62, "FF");
     let log = first.clone() + &reply + &damaged + &first + &reply;
     let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
-    let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-    decoder.end(&mut explained);
+    let (decoder, _) = decoded(&capture, BAUD);
     assert_eq!(decoder.explainer().summary().damaged, 1);
     assert_eq!(decoder.explainer().counters(5).repetitions, 0);
 }
@@ -342,9 +334,7 @@ fn a_station_that_only_answers_is_a_slave() {
     use profivac_explain::explainer::Role;
     let roles = |log: &str| {
         let capture = Capture::read(log.as_bytes(), BAUD).unwrap();
-        let (mut decoder, mut explained) = (Decoder::new(BAUD, capture.times), Vec::new());
-        capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-        decoder.end(&mut explained);
+        let (decoder, _) = decoded(&capture, BAUD);
         decoder.explainer().summary().roles.clone().into_iter().collect::<Vec<_>>()
     };
     assert_eq!(roles("68 05 05 68 04 27 08 00 00 33 16"), [(0x27, Role::Slave)]);

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod decoded;
+
 use profivac_dp::link::Baud;
 use profivac_explain::Decoder;
 use profivac_explain::frame::{Piece, PieceKind};
@@ -60,7 +62,7 @@ fn characters(row: &[u8]) -> String {
     row.iter().map(|octet| if (0x20..0x7F).contains(octet) { char::from(*octet) } else { '.' }).collect()
 }
 
-/// Octets with signs between them, in lines or in one line, with or without text around them.
+/// Octets with separators between them, in lines or in one line, with or without text around them.
 fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
     let is_upper = random.below(2) == 0;
     let (before, after, between) = match random.below(12) {
@@ -94,14 +96,63 @@ fn plain(random: &mut Random, telegrams: &[Vec<u8>]) -> Layout {
         }
         layout.text += prefix;
         for (number, octet) in row.iter().enumerate() {
-            let sign = if number == 0 { "" } else { between };
-            layout.text += sign;
+            layout.text += if number == 0 { "" } else { between };
             layout.octets(&format!("{before}{}{after}", hex(*octet, is_upper)), &[*octet]);
         }
         layout.text += suffix;
         layout.text += "\n";
     }
     layout
+}
+
+/// The octets of a row in groups of `width`, the last octet of a group first if it `swaps`.
+fn words(row: &[u8], swaps: bool, width: usize) -> Vec<String> {
+    let groups = row.chunks(width).map(|group| {
+        let mut group = group.to_vec();
+        if swaps {
+            group.resize(width, 0);
+            group.reverse();
+        }
+        group.iter().map(|octet| hex(*octet, false)).collect::<String>()
+    });
+    groups.collect()
+}
+
+/// The programs and options that a dump may come from: 0 to 3 are od, 4 to 6 hexdump, 7 and 8 xxd.
+type DumpKind = u64;
+
+fn dump_address(kind: DumpKind, radix: u64, at: usize) -> String {
+    match (kind, radix) {
+        (0, 0) => format!("{at:06x}"),
+        (0, 1) => format!("{at:07}"),
+        (0..=3, _) => format!("{at:07o}"),
+        (4 | 5, _) => format!("{at:07x}"),
+        (6, _) => format!("{at:08x}"),
+        _ => format!("{at:08x}:"),
+    }
+}
+
+fn dump_row(kind: DumpKind, row: &[u8], has_characters: bool) -> String {
+    let text = match kind {
+        0 => words(row, false, 1).join(" "),
+        1 | 4 => words(row, true, 2).join(" "),
+        2 => {
+            let number = |pair: &[u8]| u16::from_le_bytes([pair[0], pair.get(1).copied().unwrap_or(0)]);
+            row.chunks(2).map(|pair| format!("{:06o}", number(pair))).collect::<Vec<_>>().join(" ")
+        }
+        3 => row.iter().map(|octet| format!("{octet:03o}")).collect::<Vec<_>>().join(" "),
+        5 => words(row, true, 4).join(" "),
+        6 => row.chunks(8).map(|half| words(half, false, 1).join(" ")).collect::<Vec<_>>().join("  "),
+        7 => words(row, false, 2).join(" "),
+        _ => words(row, false, 1).join(" "),
+    };
+    let shown = match kind {
+        0 if has_characters => format!("  >{}<", characters(row)),
+        6 => format!("  |{}|", characters(row)),
+        7 | 8 => format!("  {}", characters(row)),
+        _ => String::new(),
+    };
+    text + &shown
 }
 
 /// A dump as od, hexdump and xxd print it.
@@ -113,25 +164,6 @@ fn dump(random: &mut Random, octets: &[u8]) -> Layout {
     let radix = random.below(4);
     let mut layout =
         Layout { name: format!("dump {kind} of {columns}, address {radix}, omits {omits}"), ..Layout::default() };
-    let address = |at: usize| match (kind, radix) {
-        (0, 0) => format!("{at:06x}"),
-        (0, 1) => format!("{at:07}"),
-        (0..=3, _) => format!("{at:07o}"),
-        (4 | 5, _) => format!("{at:07x}"),
-        (6, _) => format!("{at:08x}"),
-        _ => format!("{at:08x}:"),
-    };
-    let words = |row: &[u8], swaps: bool, width: usize| {
-        let groups = row.chunks(width).map(|group| {
-            let mut group = group.to_vec();
-            if swaps {
-                group.resize(width, 0);
-                group.reverse();
-            }
-            group.iter().map(|octet| hex(*octet, false)).collect::<String>()
-        });
-        groups.collect::<Vec<_>>()
-    };
     let (mut before, mut is_omitting): (Option<&[u8]>, bool) = (None, false);
     for (number, row) in octets.chunks(columns).enumerate() {
         if omits && before == Some(row) {
@@ -145,33 +177,11 @@ fn dump(random: &mut Random, octets: &[u8]) -> Layout {
             continue;
         }
         (before, is_omitting) = (Some(row), false);
-        let text = match kind {
-            0 => words(row, false, 1).join(" "),
-            1 | 4 => words(row, true, 2).join(" "),
-            2 => {
-                let number = |pair: &[u8]| u16::from_le_bytes([pair[0], pair.get(1).copied().unwrap_or(0)]);
-                row.chunks(2).map(|pair| format!("{:06o}", number(pair))).collect::<Vec<_>>().join(" ")
-            }
-            3 => row.iter().map(|octet| format!("{octet:03o}")).collect::<Vec<_>>().join(" "),
-            5 => words(row, true, 4).join(" "),
-            6 => {
-                let halves: Vec<String> = row.chunks(8).map(|half| words(half, false, 1).join(" ")).collect();
-                halves.join("  ")
-            }
-            7 => words(row, false, 2).join(" "),
-            _ => words(row, false, 1).join(" "),
-        };
-        let shown = match kind {
-            0 if has_characters => format!("  >{}<", characters(row)),
-            6 => format!("  |{}|", characters(row)),
-            7 | 8 => format!("  {}", characters(row)),
-            _ => String::new(),
-        };
-        let line = format!("{} {text}{shown}\n", address(number * columns));
-        layout.octets(&line, row);
+        let address = dump_address(kind, radix, number * columns);
+        layout.octets(&format!("{address} {}\n", dump_row(kind, row, has_characters)), row);
     }
     if kind < 7 {
-        writeln!(layout.text, "{}", address(octets.len())).unwrap();
+        writeln!(layout.text, "{}", dump_address(kind, radix, octets.len())).unwrap();
     }
     layout
 }
@@ -216,9 +226,7 @@ fn decoded(text: &str, name: &str) -> Decoded {
     let capture =
         Capture::read(text.as_bytes(), Baud::B500000).unwrap_or_else(|error| panic!("{name}: {error}:\n{text}"));
     assert_eq!(capture.kind, SourceKind::Text, "{name}:\n{text}");
-    let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, capture.times), Vec::new());
-    capture.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-    decoder.end(&mut explained);
+    let (decoder, explained) = decoded::decoded(&capture, Baud::B500000);
     let counts = decoder.explainer().summary().octets;
     assert_eq!(counts.telegrams + counts.doubtful + counts.damaged, capture.octets, "{name}");
     let octets: Vec<u8> = explained.iter().flat_map(|explained| explained.piece.octets.clone()).collect();
@@ -319,9 +327,7 @@ fn a_pipe_in_portions_of_any_size_has_the_result_of_a_file() {
             _ => telegrams.concat(),
         };
         let whole = Capture::read(&octets, Baud::B500000).unwrap();
-        let (mut decoder, mut explained) = (Decoder::new(Baud::B500000, whole.times), Vec::new());
-        whole.chunks.iter().for_each(|chunk| decoder.push(chunk, &mut explained));
-        decoder.end(&mut explained);
+        let (_, explained) = decoded::decoded(&whole, Baud::B500000);
         let pieces: Vec<Piece> = explained.into_iter().map(|explained| explained.piece).collect();
         assert_eq!(piped(&octets, number), (whole.kind, pieces), "file {number}");
     }

@@ -180,7 +180,7 @@ fn a_lost_gauge_is_invalid_and_its_value_is_not_plausible_unless_it_is_held() {
 }
 
 #[test]
-fn a_virtual_gauge_says_that_it_is_one() {
+fn a_virtual_gauge_is_marked_as_simulated() {
     let mut plant = Plant::new("");
     plant.reads("copy", Quality::Valid, Some(5e-4), 1);
     plant.reads("chamber", Quality::Valid, Some(5e-4), 1);

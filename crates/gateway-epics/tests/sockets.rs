@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod common;
+#[path = "../../../tests/support/until.rs"]
+mod until;
 
 use common::config;
 use profivac_gateway::ReadModel;
@@ -12,10 +14,7 @@ use profivac_station::services::Services;
 use std::io::{Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::sync::Arc;
-use std::time::Duration;
-
-/// A hang, not a duration.
-const BOUND: Duration = Duration::from_secs(60);
+use until::{TIMEOUT, until};
 
 fn header(command: u16, data_type: u16, count: u16, first: u32, second: u32, payload: &[u8]) -> Vec<u8> {
     let mut octets = Vec::new();
@@ -49,18 +48,15 @@ fn a_client_finds_the_heartbeat_and_monitors_it_beside_connections_that_are_sile
     let model = Arc::new(ReadModel::start(Arc::clone(&services)).unwrap());
     let (_, settings) = config("ca-port = 0\npva-port = 0\npva-search-port = 0\nprefix = 'VAC:'");
     let gateway = profivac_gateway_epics::start(settings, model, Arc::clone(&services)).unwrap();
-    let address = loop {
+    let address = until("the addresses of the gateway", || {
         let view = services.gateways().views().remove(0);
         assert_eq!(view.problem, None);
-        match view.address {
-            Some(address) => break address,
-            None => std::thread::yield_now(),
-        }
-    };
+        view.address
+    });
     let ca = address.split(", ").find_map(|it| it.strip_prefix("ca ")).unwrap();
     let pva = address.split(", ").find_map(|it| it.strip_prefix("pva ")).unwrap();
     let search = UdpSocket::bind("127.0.0.1:0").unwrap();
-    search.set_read_timeout(Some(BOUND)).unwrap();
+    search.set_read_timeout(Some(TIMEOUT)).unwrap();
     let request = [header(0, 0, 13, 0, 0, b""), header(6, 5, 13, 3, 3, b"VAC:HEARTBEAT\0")].concat();
     search.send_to(&request, ca).unwrap();
     let mut answer = [0; 64];
@@ -70,13 +66,13 @@ fn a_client_finds_the_heartbeat_and_monitors_it_beside_connections_that_are_sile
     let silent: Vec<_> = [ca, pva].map(|address| TcpStream::connect(address).unwrap()).into();
     for address in [ca, pva] {
         let mut nonsense = TcpStream::connect(address).unwrap();
-        nonsense.set_read_timeout(Some(BOUND)).unwrap();
+        nonsense.set_read_timeout(Some(TIMEOUT)).unwrap();
         nonsense.write_all(&[0xFF; 64]).unwrap();
-        // What the server has said first, and then the end of the connection.
+        // The octets that the server sent first, and then the end of the connection.
         nonsense.read_to_end(&mut Vec::new()).ok();
     }
     let mut client = TcpStream::connect(ca).unwrap();
-    client.set_read_timeout(Some(BOUND)).unwrap();
+    client.set_read_timeout(Some(TIMEOUT)).unwrap();
     client.write_all(&header(18, 0, 0, 1, 13, b"VAC:HEARTBEAT\0")).unwrap();
     let (created, _) = receive(&mut client, 18);
     let mask = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0];

@@ -110,7 +110,7 @@ fn the_channels_of_a_controller_may_not_reach_another_gauge() {
 }
 
 #[test]
-fn every_device_has_place_for_its_parameters() {
+fn the_parameters_of_every_device_fit_into_its_slot() {
     for model in profivac_devices::catalog::MODELS {
         let parameters = profivac_station::segment::planned_parameters(model.name).len();
         assert!(parameters <= PARAMETERS, "{}: {parameters}", model.name);

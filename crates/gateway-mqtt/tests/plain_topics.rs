@@ -123,7 +123,7 @@ fn a_gauge_that_leaves_the_file_leaves_nothing_at_the_broker() {
 }
 
 #[test]
-fn the_will_says_offline() {
+fn the_status_of_an_ended_gateway_is_offline() {
     let will = status("p", false);
     assert_eq!((will.topic.as_str(), &will.payload[..], will.is_retained), ("p/status", &b"offline"[..], true));
 }

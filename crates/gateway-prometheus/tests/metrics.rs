@@ -227,7 +227,11 @@ fn other_computers_need_tls_and_a_token() {
     assert!(problem(&format!("{tls}{exposed}")).contains("which needs token-file"));
     let complete = format!("{tls}{exposed}token-file = \"token\"\n");
     std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o644)).unwrap();
-    assert!(problem(&complete).contains("token"), "a token that others can read");
+    assert!(
+        problem(&complete).contains("token holds secrets and is open to others (mode 644)"),
+        "{}",
+        problem(&complete)
+    );
     std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
     let config = parse(&complete).unwrap();
     let [GatewaySettings::Prometheus(settings)] = &config.gateways[..] else { panic!("one gateway") };

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
 use profivac_gateway::command::is_writable;
 use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
 use profivac_recorder::Micros;
@@ -19,6 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+use until::until;
 
 const SEGMENT: &str = "baud = 1500000\ndevices = [\"bcg450@5\", \"psg550@6\"]\n";
 
@@ -107,17 +111,6 @@ impl Plant {
             format!("{} {} {}: {}", entry.action.word(), entry.user, text(&entry.peer), text(&entry.outcome))
         };
         rows.iter().map(|row| line(&row.entry)).collect()
-    }
-}
-
-fn until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + Duration::from_secs(60);
-    loop {
-        if let Some(value) = condition() {
-            return value;
-        }
-        assert!(Instant::now() < end, "no {what}");
-        std::thread::park_timeout(Duration::from_millis(20));
     }
 }
 

@@ -2,13 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
 use profivac_gateway::{Point, PointValue, ReadModel, Signal, Snapshot, State, Value};
 use profivac_station::config::Config;
 use profivac_station::station::Station;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 use tempfile::TempDir;
+use until::until;
 
 const SEGMENT: &str = r#"
 baud = 1500000
@@ -47,26 +50,8 @@ fn started(folder: &TempDir) -> (Station, ReadModel) {
 }
 
 /// Waits for a snapshot that `is_it`.
-fn until(model: &ReadModel, is_it: impl Fn(&Snapshot) -> bool) -> Arc<Snapshot> {
-    let end = Instant::now() + Duration::from_secs(60);
-    loop {
-        let snapshot = model.snapshot();
-        if is_it(&snapshot) {
-            return snapshot;
-        }
-        assert!(Instant::now() < end, "{}", described(&snapshot));
-        std::thread::park_timeout(Duration::from_millis(50));
-    }
-}
-
-/// The gauges' points, a line each, for the message of a failed test.
-fn described(snapshot: &Snapshot) -> String {
-    let of_gauges = snapshot.iter().filter(|(point, _)| point.subject.gauge().is_some());
-    let line = |(point, value): (&Point, &PointValue)| {
-        let (gauge, name) = (point.subject.gauge().unwrap_or_default(), point.subject.name());
-        format!("{gauge} {name} {}: {:?} {:?}\n", point.signal.key(), value.state, value.value)
-    };
-    of_gauges.map(line).collect()
+fn snapshot_that(model: &ReadModel, is_it: impl Fn(&Snapshot) -> bool) -> Arc<Snapshot> {
+    until("a snapshot", || Some(model.snapshot()).filter(|snapshot| is_it(snapshot)))
 }
 
 /// The value of a point; `None` before the segment has published its gauges.
@@ -84,7 +69,7 @@ fn value<'a>(snapshot: &'a Snapshot, gauge: &str, name: &str, signal: Signal) ->
 fn a_gateway_sees_pressures_trip_points_and_emission_of_running_gauges() {
     let folder = tempfile::tempdir().unwrap();
     let (station, model) = started(&folder);
-    let snapshot = until(&model, |snapshot| {
+    let snapshot = snapshot_that(&model, |snapshot| {
         let is_read =
             |gauge, name, signal| found(snapshot, gauge, name, signal).is_some_and(|it| it.state == State::Ok);
         is_read("chamber", "ba.emission-status", Signal::ParameterText)
@@ -103,7 +88,7 @@ fn a_gateway_sees_pressures_trip_points_and_emission_of_running_gauges() {
 }
 
 #[test]
-fn without_a_gateway_no_parameter_is_read() {
+fn parameters_are_wanted_as_long_as_a_gateway_runs() {
     let folder = tempfile::tempdir().unwrap();
     let (station, model) = started(&folder);
     assert!(station.services().snapshots().are_parameters_wanted());

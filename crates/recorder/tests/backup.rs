@@ -2,12 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+mod common;
+
+use common::keep_everything;
 use profivac_recorder::backup::{BackupError, Existing};
-use profivac_recorder::{Deadband, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Micros, Quality, Reader, Recorder, Sample};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 use tempfile::TempDir;
 
 /// 2026-01-01.
@@ -25,7 +27,7 @@ struct Station {
 impl Station {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let recorder = record_into(&folder.path().join("plant.db"));
+        let recorder = Recorder::start(&folder.path().join("plant.db"), keep_everything()).unwrap();
         Self { folder, recorder }
     }
 
@@ -56,16 +58,6 @@ impl Station {
         names.sort();
         names
     }
-}
-
-fn record_into(path: &Path) -> Recorder {
-    let settings = Settings {
-        deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-        full_rate_window: Duration::ZERO,
-        outbox: None,
-        retention: Retention { samples: None, ..Retention::default() },
-    };
-    Recorder::start(path, settings).unwrap()
 }
 
 fn sample(second: i64) -> Sample {
@@ -104,7 +96,7 @@ fn a_station_continues_in_a_copy() {
     station.record(0..10);
     let to = station.path("copy.db");
     station.reader().backup(&to, Existing::Keep, |_, _| ()).unwrap();
-    let recorder = record_into(&to);
+    let recorder = Recorder::start(&to, keep_everything()).unwrap();
     recorder.push(&Arc::from("chamber"), sample(10));
     assert!(recorder.flush());
     assert_eq!(samples(&to), (0..=10).map(sample).collect::<Vec<_>>());

@@ -241,7 +241,7 @@ fn a_clock_that_jumps_by_years_during_a_run_deletes_nothing_and_is_reported() {
 }
 
 #[test]
-fn with_a_full_record_a_wrong_clock_deletes_neither_new_nor_early_rows() {
+fn a_wrong_clock_deletes_neither_new_nor_early_rows_of_a_full_database() {
     let mut station = Station::new();
     station.stop();
     station.retention = Retention { samples: Some(DAY * 10), ..Retention::default() };

@@ -2,55 +2,29 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+mod common;
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
+use common::{Fixture, keep_everything};
 use profivac_recorder::alarms::{AlarmBatch, StoredAlarm};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
 use profivac_recorder::spans::PendingSpans;
 use profivac_recorder::{
-    AuditAction, AuditEntry, Deadband, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample,
-    Settings,
+    AuditAction, AuditEntry, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use rusqlite::Connection;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-use tempfile::TempDir;
+use std::time::Duration;
+use until::until;
 
-/// The longest wait, enough for a busy computer.
-const TIMEOUT: Duration = Duration::from_secs(60);
-
-struct Fixture {
-    _folder: TempDir,
-    path: PathBuf,
-}
-
-impl Fixture {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        Self { _folder: folder, path }
-    }
-
-    fn recorder(&self) -> Recorder {
-        let settings = Settings {
-            deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-            full_rate_window: Duration::from_secs(5),
-            outbox: None,
-            retention: Retention { samples: None, ..Retention::default() },
-        };
-        Recorder::start(&self.path, settings).unwrap()
-    }
-
-    fn reader(&self) -> Reader {
-        Reader::open(&self.path).unwrap()
-    }
-
-    fn samples(&self) -> Vec<Sample> {
-        self.reader().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap()
-    }
+fn samples(fixture: &Fixture) -> Vec<Sample> {
+    fixture.reader().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap()
 }
 
 fn sample(number: i64, pa: f64) -> Sample {
@@ -89,22 +63,14 @@ fn start_error(path: &Path) -> String {
     Recorder::start(path, Settings::default()).map(drop).unwrap_err().to_string()
 }
 
-fn until(what: &str, mut seen: impl FnMut() -> bool) {
-    let end = Instant::now() + TIMEOUT;
-    while !seen() {
-        assert!(Instant::now() < end, "timed out: {what}");
-        std::thread::yield_now();
-    }
-}
-
 #[test]
 fn a_second_station_cannot_use_the_database() {
     let fixture = Fixture::new();
-    let first = fixture.recorder();
+    let first = fixture.recorder(keep_everything());
     let sentence = format!("{} is in use by another station", fixture.path.display());
     assert_eq!(start_error(&fixture.path), sentence);
     drop(first);
-    drop(fixture.recorder());
+    drop(fixture.recorder(keep_everything()));
 }
 
 #[test]
@@ -136,8 +102,8 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
         ..AlarmBatch::default()
     };
     // States of an earlier run count as well.
-    assert!(fixture.recorder().record_alarms(batch("before", Some("acknowledged")), Vec::new()));
-    let recorder = fixture.recorder();
+    assert!(fixture.recorder(keep_everything()).record_alarms(batch("before", Some("acknowledged")), Vec::new()));
+    let recorder = fixture.recorder(keep_everything());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.record_alarms_with_receipt(batch("high", Some("unacknowledged")), Vec::new()).wait());
     assert!(recorder.record_alarms_with_receipt(batch("gone", Some("returned")), Vec::new()).wait());
@@ -146,7 +112,7 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     push(&recorder, [sample(1, 2.0)]);
     assert!(recorder.flush());
     // The event keeps the full rate of the last seconds, so the new file begins with them.
-    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0)]);
+    assert_eq!(samples(&fixture), [sample(0, 1.0), sample(1, 2.0)]);
     let reader = fixture.reader();
     let events: Vec<_> = reader.events(Micros(0), Micros(i64::MAX), 10).unwrap();
     assert_eq!(events.len(), 1, "{events:?}");
@@ -156,7 +122,7 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     assert_eq!(states, expected.map(|(name, state)| (name.to_owned(), state.to_owned())));
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
-    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0), sample(2, 3.0)]);
+    assert_eq!(samples(&fixture), [sample(0, 1.0), sample(1, 2.0), sample(2, 3.0)]);
     assert_eq!(fixture.reader().events(Micros(0), Micros(i64::MAX), 10).unwrap().len(), 1, "reported once");
 }
 
@@ -170,7 +136,7 @@ fn the_database_its_log_and_its_lock_are_private_also_behind_a_dangling_link() {
     let lock = folder.join("plant.db-lock");
     fs::write(&lock, "").unwrap();
     fs::set_permissions(&lock, fs::Permissions::from_mode(0o666)).unwrap();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
     for file in fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).filter(|file| !file.is_symlink()) {
@@ -205,21 +171,21 @@ fn a_database_of_another_program_is_refused_and_not_changed() {
     }
     fs::write(&fixture.path, "").unwrap();
     assert!(Reader::open(&fixture.path).map(drop).unwrap_err().to_string().contains("found an empty one"));
-    drop(fixture.recorder());
+    drop(fixture.recorder(keep_everything()));
     drop(fixture.reader());
 }
 
 #[test]
 fn an_outcome_is_written_after_the_database_of_its_command_was_deleted() {
     let fixture = Fixture::new();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
     let command = recorder.audit_before_sending(entry(AuditAction::Execute, None)).unwrap();
     fs::remove_file(&fixture.path).unwrap();
     assert!(recorder.audit(entry(AuditAction::Outcome, Some(command))).wait());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
-    assert_eq!((fixture.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
+    assert_eq!((samples(&fixture), recorder.health().error), (vec![sample(0, 1.0)], None));
     let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 10 };
     let rows = fixture.reader().audit(&wanted).unwrap();
     assert_eq!(rows.len(), 1);
@@ -235,18 +201,18 @@ fn the_recorder_continues_when_the_folder_of_the_database_is_back() {
     let fixture = Fixture::new();
     let folder = fixture.path.parent().unwrap().join("disk");
     fs::create_dir(&folder).unwrap();
-    let fixture = Fixture { path: folder.join("plant.db"), ..fixture };
-    let recorder = fixture.recorder();
+    let fixture = fixture.at(folder.join("plant.db"));
+    let recorder = fixture.recorder(keep_everything());
     push(&recorder, [sample(0, 1.0)]);
     assert!(recorder.flush());
     let away = folder.with_file_name("away");
     fs::rename(&folder, &away).unwrap();
     push(&recorder, [sample(1, 2.0)]);
-    until("an error", || recorder.health().error.is_some());
+    until("an error", || recorder.health().error.is_some().then_some(()));
     assert!(recorder.health().error.unwrap().contains("the database cannot be opened for writing"));
     fs::rename(&away, &folder).unwrap();
     assert!(recorder.flush());
-    assert_eq!(fixture.samples(), [sample(0, 1.0), sample(1, 2.0)]);
+    assert_eq!(samples(&fixture), [sample(0, 1.0), sample(1, 2.0)]);
     assert_eq!((recorder.health().error, recorder.health().lost_samples), (None, 0));
 }
 
@@ -254,30 +220,30 @@ fn the_recorder_continues_when_the_folder_of_the_database_is_back() {
 fn a_database_locked_by_another_program_blocks_no_sender_and_lost_events_are_counted() {
     const MANY: usize = 90_000;
     let fixture = Fixture::new();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     let other = Connection::open(&fixture.path).unwrap();
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
     push(&recorder, [sample(0, 1.0)]);
-    until("an error", || recorder.health().error.is_some());
+    until("an error", || recorder.health().error.is_some().then_some(()));
     assert!(recorder.health().error.unwrap().ends_with("database is locked"));
     (0..MANY).for_each(|number| recorder.record_event(event(&number.to_string())));
     other.execute_batch("COMMIT").unwrap();
-    until("it is written again", || recorder.flush());
+    until("it is written again", || recorder.flush().then_some(()));
     let kept = fixture.reader().events(Micros(0), Micros(i64::MAX), u32::MAX).unwrap().len();
     let lost = usize::try_from(recorder.health().lost_events).unwrap();
     assert!(lost > 0, "more than the memory takes");
     assert_eq!(kept + lost, MANY);
-    assert_eq!((fixture.samples(), recorder.health().error), (vec![sample(0, 1.0)], None));
+    assert_eq!((samples(&fixture), recorder.health().error), (vec![sample(0, 1.0)], None));
 }
 
 #[test]
 fn two_samples_of_one_time_are_both_kept_and_a_repeated_sample_once() {
     let fixture = Fixture::new();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     // The clock was set back, and the same time occurs again.
     push(&recorder, [sample(0, 1.0), sample(1, 2.0), sample(0, 3.0), sample(0, 3.0)]);
     assert!(recorder.flush());
-    let pressures: Vec<_> = fixture.samples().iter().map(|sample| sample.pa.unwrap()).collect();
+    let pressures: Vec<_> = samples(&fixture).iter().map(|sample| sample.pa.unwrap()).collect();
     assert_eq!(pressures, [1.0, 3.0, 2.0]);
     assert_eq!(recorder.health().lost_samples, 0);
     let spans = fixture.reader().trend("chamber", Micros(0), sample(100, 1.0).at, 10).unwrap();
@@ -287,7 +253,7 @@ fn two_samples_of_one_time_are_both_kept_and_a_repeated_sample_once() {
 #[test]
 fn a_slow_reader_does_not_let_the_log_grow() {
     let fixture = Fixture::new();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     push(&recorder, (0..10_000).map(|number| sample(number, 1.0)));
     assert!(recorder.flush());
     let mut export = Export::new(fixture.reader(), vec!["chamber".to_owned()], Micros(0), Micros(i64::MAX));
@@ -326,7 +292,7 @@ fn deleted_rows_return_their_pages_to_the_disk() {
 #[test]
 fn a_trend_without_samples_uses_spans() {
     let fixture = Fixture::new();
-    let recorder = fixture.recorder();
+    let recorder = fixture.recorder(keep_everything());
     push(&recorder, (0..100).map(|number| sample(number, 1.0)));
     assert!(recorder.flush());
     Connection::open(&fixture.path).unwrap().execute("DELETE FROM sample", []).unwrap();

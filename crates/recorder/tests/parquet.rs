@@ -2,24 +2,20 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
+mod common;
+
+use common::keep_everything;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use profivac_recorder::{Chunks, Deadband, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Chunks, Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::fs::File;
 use std::sync::Arc;
-use std::time::Duration;
 
 #[test]
 fn a_parquet_file_has_each_sample_with_its_types() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
-    let settings = Settings {
-        deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-        full_rate_window: Duration::ZERO,
-        outbox: None,
-        retention: Retention { samples: None, ..Retention::default() },
-    };
-    let recorder = Recorder::start(&path, settings).unwrap();
+    let recorder = Recorder::start(&path, keep_everything()).unwrap();
     let at = |second: i64| Micros((1_767_225_600 + second) * Micros::SECOND + 7);
     for (name, pa) in [("chamber", Some(1.5e-6)), ("é, \"fore\"", None)] {
         let quality = if pa.is_some() { Quality::Valid } else { Quality::Stale };

@@ -2,47 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_recorder::{
-    Deadband, Event, EventKind, Export, Micros, Quality, Reader, Recorder, Retention, Sample, Settings,
-};
-use std::path::PathBuf;
+mod common;
+
+use common::{Fixture, keep_everything};
+use profivac_recorder::{Event, EventKind, Export, Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::sync::Arc;
 use std::time::Duration;
-use tempfile::TempDir;
 
 /// 2026-01-01.
 const NEW_YEAR: i64 = 1_767_225_600 * Micros::SECOND;
-
-struct Fixture {
-    _folder: TempDir,
-    path: PathBuf,
-}
-
-impl Fixture {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        Self { _folder: folder, path }
-    }
-
-    fn recorder(&self, settings: Settings) -> Recorder {
-        Recorder::start(&self.path, settings).unwrap()
-    }
-
-    fn reader(&self) -> Reader {
-        Reader::open(&self.path).unwrap()
-    }
-}
-
-/// Settings that keep every sample without limit.
-fn keep_everything() -> Settings {
-    Settings {
-        deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
-        full_rate_window: Duration::from_secs(5),
-        outbox: None,
-        retention: Retention { samples: None, ..Retention::default() },
-    }
-}
 
 fn at(second: i64) -> Micros {
     Micros(NEW_YEAR + second * Micros::SECOND)

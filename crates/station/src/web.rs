@@ -7,23 +7,36 @@ use include_dir::{Dir, include_dir};
 
 static DASHBOARD: Dir<'_> = include_dir!("$OUT_DIR/web/dist");
 
-/// The page, which is the answer to every path without a file.
+/// The page of a station, which is the answer to every path without a file.
 const PAGE: &str = "index.html";
+
+/// The page of an archive.
+const ARCHIVE_PAGE: &str = "archive.html";
 
 /// Names in this folder contain a hash of the contents, so browsers may cache them for ever.
 const HASHED: &str = "assets/";
 
-/// A file of the dashboard; the page if there is no such file.
+/// A file of the dashboard; the page of a station if there is no such file.
 pub async fn file(uri: Uri) -> Response {
+    file_or(&uri, PAGE)
+}
+
+/// A file of the dashboard; the page of an archive if there is no such file.
+pub async fn archive_file(uri: Uri) -> Response {
+    file_or(&uri, ARCHIVE_PAGE)
+}
+
+fn file_or(uri: &Uri, page: &'static str) -> Response {
     let name = uri.path().trim_start_matches('/');
-    let file = DASHBOARD.get_file(name);
+    // The page of the other program is no file of this one.
+    let file = DASHBOARD.get_file(name).filter(|_| !name.ends_with(".html"));
     if file.is_none() && name.starts_with(HASHED) {
         return StatusCode::NOT_FOUND.into_response();
     }
     let (name, cache_control) = match file {
         Some(_) if name.starts_with(HASHED) => (name, "public, max-age=31536000, immutable"),
         Some(_) => (name, "no-cache"),
-        None => (PAGE, "no-cache"),
+        None => (page, "no-cache"),
     };
     let contents = DASHBOARD.get_file(name).map_or(&[][..], |file| file.contents());
     ([(CONTENT_TYPE, content_type(name)), (CACHE_CONTROL, cache_control)], contents).into_response()

@@ -4,12 +4,8 @@
 
 mod support;
 
-use axum::body::{Body, to_bytes};
-use axum::http::Request;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::api::middleware::Peer;
-use profivac_station::api::router;
-use profivac_station::auth::{Role, User};
+use profivac_station::auth::Role;
 use profivac_station::config::Config;
 use profivac_station::services::Services;
 use serde_json::{Value, json};
@@ -17,7 +13,6 @@ use std::path::Path;
 use std::sync::Arc;
 use support::inputs::{inputs, snapshot};
 use tempfile::TempDir;
-use tower::ServiceExt;
 
 const FILE: &str = r#"
 [[segment]]
@@ -66,17 +61,7 @@ impl Fixture {
     }
 
     fn ask(&self, method: &str, path: &str, body: &str, role: Role) -> (u16, Value) {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
-        runtime.block_on(async {
-            let request = Request::builder().method(method).uri(path).header("content-type", "application/json");
-            let mut request = request.body(Body::from(body.to_owned())).unwrap();
-            request.extensions_mut().insert(User { name: Arc::from("Ada"), role });
-            request.extensions_mut().insert(Peer([10, 0, 0, 7].into()));
-            let response = router(Arc::clone(&self.services)).oneshot(request).await.unwrap();
-            let status = response.status().as_u16();
-            let octets = to_bytes(response.into_body(), usize::MAX).await.unwrap();
-            (status, serde_json::from_slice(&octets).unwrap())
-        })
+        support::api::request(&self.services, method, path, body.to_owned(), role)
     }
 
     fn get(&self, path: &str) -> Value {

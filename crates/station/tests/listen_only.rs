@@ -2,178 +2,50 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+#[path = "../../../tests/support/foreign_bus.rs"]
+mod foreign_bus;
 mod support;
 
-use axum::body::{Body, to_bytes};
-use axum::http::Request;
+use foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
 use jiff::tz::TimeZone;
-use profivac_devices::catalog::model_named;
 use profivac_listen::gauge::Origin;
 use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::api::router;
+use profivac_station::auth::Role;
 use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Reading, SegmentState};
-use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use serde_json::Value;
-use std::io::{ErrorKind, Read, Write};
-use std::net::TcpListener;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
+use std::sync::atomic::Ordering;
 use support::memory_station::MemoryStation;
 use support::until;
-use tower::ServiceExt;
-
-const MASTER: u8 = 2;
-const SLAVE: u8 = 12;
 
 /// A device with several telegrams of five octets.
 const AMBIGUOUS: &str = "psg550";
 
-/// A bus of another master behind a TCP port. It counts the octets that a listener sends.
-struct ForeignBus {
-    port: u16,
-    sent_by_listener: Arc<AtomicU64>,
-    /// The master starts its slave again.
-    restart: Arc<AtomicBool>,
+/// The file of a station that listens to the bus.
+fn text(bus: &ForeignBus) -> String {
+    format!(
+        "[[segment]]\nname = \"plc\"\nport = \"tcp://127.0.0.1:{}\"\nlisten-only = true\n\
+         [[segment.gauge]]\nname = \"furnace\"\naddress = {SLAVE}\ndevice = \"bcg450\"\npoll = \"50 ms\"\n\
+         [[alarm]]\nname = \"repetitions\"\nsegment = \"plc\"\nstation = {SLAVE}\nrepetitions = 1.0\ndelay = \"0 s\"\n",
+        bus.port
+    )
 }
 
-fn emit(da: u8, sa: u8, saps: Option<(u8, u8)>, fc: u8, du: &[u8]) -> Vec<u8> {
-    let mut octets = vec![0; MAX_TELEGRAM];
-    let (dsap, ssap) = saps.map_or((None, None), |(dsap, ssap)| (Some(dsap), Some(ssap)));
-    let length = Telegram::Data(DataTelegram { da, sa, dsap, ssap, fc, du }).emit(&mut octets).unwrap();
-    octets.truncate(length);
-    octets
-}
-
-/// One start-up of a BCG450 with pressures in Torr, as a PLC does it.
-fn start_up() -> Vec<Vec<u8>> {
-    let model = model_named("bcg450").unwrap();
-    let torr = model.unit_named("Torr").unwrap();
-    let user = model.user_prm.iter().find(|prm| prm.unit_code() == torr.code).unwrap();
-    let [high, low] = model.ident.to_be_bytes();
-    let prm = [&[0x88, 1, 100, 11, high, low, 0][..], user.octets].concat();
-    let diagnosis = [0x00, 0x0C, 0x00, MASTER, high, low];
-    vec![
-        emit(SLAVE, MASTER, Some((61, 62)), 0x6D, &prm),
-        vec![0xE5],
-        emit(SLAVE, MASTER, Some((62, 62)), 0x5D, model.configurations[1].octets),
-        vec![0xE5],
-        emit(SLAVE, MASTER, Some((60, 62)), 0x7D, &[]),
-        emit(MASTER, SLAVE, Some((62, 60)), 0x08, &diagnosis),
-    ]
-}
-
-/// One cycle: a token, an exchange, and every tenth time a repetition.
-fn cycle(number: u64) -> Vec<Vec<u8>> {
-    let inputs = [&[0x80, 0x00, 0x02][..], &1.0e-4_f32.to_be_bytes()].concat();
-    let request = emit(SLAVE, MASTER, None, if number.is_multiple_of(2) { 0x7D } else { 0x5D }, &[]);
-    let answer = emit(MASTER, SLAVE, None, 0x08, &inputs);
-    let repetition = if number.is_multiple_of(10) { vec![request.clone()] } else { Vec::new() };
-    [vec![vec![0xDC, MASTER, MASTER]], repetition, vec![request, answer]].concat()
-}
-
-/// A fault on the bus from its twentieth cycle on.
-#[derive(Clone, Copy)]
-enum Incident {
-    None,
-    Lost,
-    Burst,
-    Diagnosis,
-    /// The master starts its slave when a test says so.
-    LateStartUp,
-    /// The same, and the slave sends five octets: a float behind Exception Status, or an integer behind status and selector.
-    FiveOctets,
-}
-
-/// The first cycle of an incident.
-const INCIDENT: u64 = 20;
-
-impl Incident {
-    fn cycle(self, number: u64) -> Vec<Vec<u8>> {
-        let usual = cycle(number);
-        let is_now = number >= INCIDENT;
-        match self {
-            Self::Lost if is_now => usual.into_iter().filter(|telegram| telegram.get(4) != Some(&MASTER)).collect(),
-            Self::Burst if is_now => [usual, vec![vec![0x68, 0x05, 0x05, 0x68, 0x01]]].concat(),
-            Self::Diagnosis if number == INCIDENT => {
-                let [high, low] = model_named("bcg450").unwrap().ident.to_be_bytes();
-                // Ext_Diag, and a device-related diagnosis with one octet.
-                let diagnosis = [0x08, 0x0C, 0x00, MASTER, high, low, 0x02, 0x80];
-                let asked = emit(SLAVE, MASTER, Some((60, 62)), 0x7D, &[]);
-                [usual, vec![asked, emit(MASTER, SLAVE, Some((62, 60)), 0x08, &diagnosis)]].concat()
-            }
-            Self::FiveOctets => {
-                let inputs = [&[0x80][..], &1.0e-4_f32.to_be_bytes()].concat();
-                let others = usual.into_iter().filter(|telegram| telegram.get(4) != Some(&MASTER));
-                others.chain([emit(MASTER, SLAVE, None, 0x08, &inputs)]).collect()
-            }
-            Self::None | Self::Lost | Self::Burst | Self::Diagnosis | Self::LateStartUp => usual,
-        }
-    }
-}
-
-impl ForeignBus {
-    fn begin() -> Self {
-        Self::with(Incident::None)
-    }
-
-    fn with(incident: Incident) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = listener.local_addr().unwrap().port();
-        let sent_by_listener = Arc::new(AtomicU64::new(0));
-        let counter = Arc::clone(&sent_by_listener);
-        let restart = Arc::new(AtomicBool::new(!matches!(incident, Incident::LateStartUp | Incident::FiveOctets)));
-        let starts = Arc::clone(&restart);
-        std::thread::spawn(move || {
-            let Ok((mut stream, _)) = listener.accept() else { return };
-            // The time in which the listener could send paces the bus.
-            stream.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
-            stream.set_nodelay(true).unwrap();
-            for number in 0_u64.. {
-                let is_start = number >= 3 && starts.swap(false, Ordering::Relaxed);
-                let telegrams = if is_start { start_up() } else { incident.cycle(number) };
-                for telegram in telegrams {
-                    if stream.write_all(&telegram).is_err() {
-                        return;
-                    }
-                    match stream.read(&mut [0; 64]) {
-                        Ok(0) => return,
-                        Ok(count) => drop(counter.fetch_add(count as u64, Ordering::Relaxed)),
-                        Err(error) => assert!(matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)),
-                    }
-                }
-            }
-        });
-        Self { port, sent_by_listener, restart }
-    }
-
-    fn config(&self, folder: &Path) -> Config {
-        Config::parse(&self.text(), &folder.join("plant.toml")).unwrap()
-    }
-
-    /// The file of a station.
-    fn text(&self) -> String {
-        format!(
-            "[[segment]]\nname = \"plc\"\nport = \"tcp://127.0.0.1:{}\"\nlisten-only = true\n\
-             [[segment.gauge]]\nname = \"furnace\"\naddress = {SLAVE}\ndevice = \"bcg450\"\npoll = \"50 ms\"\n\
-             [[alarm]]\nname = \"repetitions\"\nsegment = \"plc\"\nstation = {SLAVE}\nrepetitions = 1.0\ndelay = \"0 s\"\n",
-            self.port
-        )
-    }
+fn config(bus: &ForeignBus, folder: &Path) -> Config {
+    Config::parse(&text(bus), &folder.join("plant.toml")).unwrap()
 }
 
 #[test]
 fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::begin();
-    let station = Station::start(bus.config(folder.path())).unwrap();
+    let station = Station::start(config(&bus, folder.path())).unwrap();
     let services = station.services();
     assert!(services.snapshots().gauge("furnace").is_some(), "the first request finds the gauge");
     let gauge = until("the gauge", || {
@@ -239,7 +111,7 @@ fn a_pressure_in_an_assumed_unit_is_shown_and_recorded_as_assumed_until_the_unit
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::with(Incident::LateStartUp);
     let limit = "[[alarm]]\nname = \"high\"\ngauge = \"furnace\"\nabove = \"5e-5 mbar\"\ndelay = \"0 s\"\n";
-    let config = Config::parse(&(bus.text() + limit), &folder.path().join("plant.toml")).unwrap();
+    let config = Config::parse(&(text(&bus) + limit), &folder.path().join("plant.toml")).unwrap();
     let station = Station::start(config).unwrap();
     let services = station.services();
     let assumed = until("a reading", || reading(&services));
@@ -271,7 +143,7 @@ fn a_pressure_in_an_assumed_unit_is_shown_and_recorded_as_assumed_until_the_unit
 fn nothing_of_an_assumed_configuration_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::with(Incident::FiveOctets);
-    let text = bus.text().replace("bcg450", AMBIGUOUS).replace("poll =", "unit = \"mbar\"\npoll =");
+    let text = text(&bus).replace("bcg450", AMBIGUOUS).replace("poll =", "unit = \"mbar\"\npoll =");
     let station = Station::start(Config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let services = station.services();
     let assumed = until("a reading", || reading(&services));
@@ -287,15 +159,15 @@ fn nothing_of_an_assumed_configuration_is_recorded() {
     assert_eq!(reader.samples("furnace", Micros(0), Micros(i64::MAX)).unwrap(), []);
 }
 
-/// The alarm of [`ForeignBus::config`].
+/// The beginning of the alarm in the file of the station.
 const ALARM: &str = "[[alarm]]";
 
 /// Waits for a capture of a bus with an incident. Returns the event that says why it was made.
 fn capture_event(incident: Incident, has_alarm: bool) -> String {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::with(incident);
-    let text = bus.text();
-    let text = if has_alarm { text.as_str() } else { text.split(ALARM).next().unwrap() };
+    let whole = text(&bus);
+    let text = if has_alarm { whole.as_str() } else { whole.split(ALARM).next().unwrap() };
     let station = Station::start(Config::parse(text, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let services = station.services();
     let event = until("the event of a capture", || {
@@ -337,7 +209,7 @@ fn an_alarm_triggers_a_capture() {
 fn a_capture_that_cannot_be_written_is_an_event_and_the_segment_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::begin();
-    let station = Station::start(bus.config(folder.path())).unwrap();
+    let station = Station::start(config(&bus, folder.path())).unwrap();
     let services = station.services();
     until("the report", || services.snapshots().buses().report("plc"));
     std::fs::write(services.recorder().captures(), "no folder").unwrap();
@@ -356,7 +228,7 @@ fn a_capture_that_cannot_be_written_is_an_event_and_the_segment_goes_on() {
 fn a_gauge_of_another_master_has_trends_and_reports() {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::begin();
-    let station = Station::start(bus.config(folder.path())).unwrap();
+    let station = Station::start(config(&bus, folder.path())).unwrap();
     let services = station.services();
     let from = Micros::now().0 / 1000 - 60_000;
     let valid = || {
@@ -365,23 +237,14 @@ fn a_gauge_of_another_master_has_trends_and_reports() {
     };
     until("a sample", valid);
     let to = Micros::now().0 / 1000 + 60_000;
-    let ask = |path: String| {
-        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
-        runtime.block_on(async {
-            let request = Request::builder().uri(&path).body(Body::empty()).unwrap();
-            let response = router(Arc::clone(&services)).oneshot(request).await.unwrap();
-            let status = response.status().as_u16();
-            let body = to_bytes(response.into_body(), 1 << 24).await.unwrap();
-            assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
-            serde_json::from_slice::<Value>(&body).unwrap()
-        })
-    };
-    let trend = ask(format!("/api/trend?series=furnace&from={from}&to={to}&pixels=10"));
+    let path = format!("/api/trend?series=furnace&from={from}&to={to}&pixels=10");
+    let (status, trend) = support::api::request(&services, "GET", &path, String::new(), Role::Viewer);
+    assert_eq!(status, 200, "{trend}");
     let high: Vec<f64> = trend["high"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
     assert!(high.iter().any(|pa| (pa / 0.013_332_2 - 1.0).abs() < 1e-4), "{trend}");
     assert!(services.recorder().flush());
     let reader = services.recorder().open_reader().unwrap();
-    let config = bus.config(folder.path());
+    let config = config(&bus, folder.path());
     let request = ReportRequest {
         title: "Furnace".to_owned(),
         station: None,

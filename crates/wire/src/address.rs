@@ -9,7 +9,11 @@ use crate::octets::{Reader, TooLong, TooShort, Writer};
 ///
 /// let request = SetSlaveAdd::parse(&[8, 0x12, 0x34, 0])?;
 /// assert_eq!((request.address, request.ident), (8, 0x1234));
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 4];
+/// assert_eq!(request.emit(&mut out)?, 4);
+/// assert_eq!(out, [8, 0x12, 0x34, 0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

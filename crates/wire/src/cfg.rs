@@ -16,6 +16,12 @@ pub struct Identifier<'a> {
 }
 
 /// The size of one direction of an identifier.
+///
+/// ```
+/// use profivac_wire::cfg::Area;
+///
+/// assert_eq!(Area { units: 4, words: true, consistent: true }.octets(), 8);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Area {
@@ -79,11 +85,11 @@ impl core::error::Error for CfgError {}
 /// Iterates over the identifiers of a configuration. Ends after the first truncated one.
 ///
 /// ```
-/// use profivac_wire::cfg::Identifiers;
+/// use profivac_wire::cfg::{Area, Identifiers};
 ///
 /// // One octet in, one octet out.
 /// let identifiers: Vec<_> = Identifiers::new(&[0x10, 0x20]).flatten().collect();
-/// assert_eq!(identifiers[0].input.map(|area| area.octets()), Some(1));
+/// assert_eq!(identifiers[0].input, Some(Area { units: 1, words: false, consistent: false }));
 /// assert_eq!(identifiers[1].output.map(|area| area.octets()), Some(1));
 /// ```
 #[derive(Clone, Debug)]

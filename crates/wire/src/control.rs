@@ -3,11 +3,16 @@
 /// The fields of FC.
 ///
 /// ```
-/// use profivac_wire::control::{Control, FrameCount, Function};
+/// use profivac_wire::control::{Control, FrameCount, Function, StationType, Status};
 ///
 /// let control = Control::from_octet(0x6D);
 /// assert_eq!(control, Control::Request { function: Function::SrdHigh, count: FrameCount::First });
 /// assert_eq!(control.to_octet(), 0x6D);
+///
+/// // A slave answers with data of low priority; a master in the token ring has another station type.
+/// assert_eq!(Control::slave(Status::DataLow).to_octet(), 0x08);
+/// let answer = Control::from_octet(0x38);
+/// assert_eq!(answer, Control::Response { station: StationType::MasterInRing, status: Status::DataLow });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -140,12 +145,18 @@ pub enum StationType {
 }
 
 /// The status of a response.
+///
+/// ```
+/// use profivac_wire::control::Status;
+///
+/// assert!(Status::DataLow.carries_data() && !Status::NoReply.carries_data());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// OK: positive acknowledgement.
     Ok,
-    /// UE: error of the user layer of the remote station.
+    /// UE: error of the FDL user of the remote station.
     UserError,
     /// RR: no resource for the data.
     NoResource,

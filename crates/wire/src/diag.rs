@@ -86,7 +86,11 @@ pub const NO_MASTER: u8 = 0xFF;
 /// let diag = SlaveDiag::parse(&[0x02, 0x05, 0x00, 0xFF, 0x12, 0x34])?;
 /// assert!(diag.status.contains(StationStatus::PRM_REQ));
 /// assert_eq!((diag.master_add, diag.ident), (NO_MASTER, 0x1234));
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 6];
+/// assert_eq!(diag.emit(&mut out)?, 6);
+/// assert_eq!(out, [0x02, 0x05, 0x00, 0xFF, 0x12, 0x34]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

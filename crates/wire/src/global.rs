@@ -29,7 +29,11 @@ bitflags::bitflags! {
 /// let control = GlobalControl::parse(&[0x20, 0x06])?;
 /// assert_eq!(control.command, ControlCommand::SYNC);
 /// assert!(control.selects(0x02) && !control.selects(0x08));
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 2];
+/// assert_eq!(control.emit(&mut out)?, 2);
+/// assert_eq!(out, [0x20, 0x06]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

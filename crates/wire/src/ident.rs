@@ -9,7 +9,11 @@ use crate::octets::{Reader, TooLong, TooShort, Writer};
 ///
 /// let ident = Ident::parse(b"\x02\x01\x01\x01ABC12")?;
 /// assert_eq!((ident.vendor, ident.software), (&b"AB"[..], &b"2"[..]));
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 9];
+/// assert_eq!(ident.emit(&mut out)?, 9);
+/// assert_eq!(&out, b"\x02\x01\x01\x01ABC12");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -36,10 +36,12 @@ impl core::error::Error for TooLong {}
 /// ```
 /// use profivac_wire::Reader;
 ///
-/// let mut reader = Reader::new(&[0x08, 0x12, 0x34, 0xFF]);
+/// let mut reader = Reader::new(&[0x08, 0x12, 0x34, 1, 2, 0xFF]);
 /// assert_eq!(reader.octet()?, 8);
 /// assert_eq!(reader.word()?, 0x1234);
+/// assert_eq!(reader.take(2)?, [1, 2]);
 /// assert_eq!(reader.rest(), [0xFF]);
+/// assert!(reader.is_empty());
 /// # Ok::<(), profivac_wire::TooShort>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -104,12 +106,13 @@ impl<'a> Reader<'a> {
 /// ```
 /// use profivac_wire::{TooLong, Writer};
 ///
-/// let mut out = [0; 3];
+/// let mut out = [0; 5];
 /// let mut writer = Writer::new(&mut out);
 /// writer.octet(8)?;
 /// writer.word(0x1234)?;
+/// writer.octets(&[1, 2])?;
 /// assert_eq!(writer.octet(0), Err(TooLong));
-/// assert_eq!(writer.written(), 3);
+/// assert_eq!(writer.written(), 5);
 /// # Ok::<(), TooLong>(())
 /// ```
 #[derive(Debug)]

@@ -90,7 +90,11 @@ bitflags::bitflags! {
 /// let prm = SetPrm::parse(&[0x88, 10, 10, 11, 0x12, 0x34, 1])?;
 /// assert_eq!(prm.status, PrmStatus::LOCK_REQ | PrmStatus::WD_ON);
 /// assert_eq!((prm.ident, prm.min_tsdr), (0x1234, 11));
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 7];
+/// assert_eq!(prm.emit(&mut out)?, 7);
+/// assert_eq!(out, [0x88, 10, 10, 11, 0x12, 0x34, 1]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -43,6 +43,10 @@ const EXT: u8 = 0x80;
 /// assert_eq!(Telegram::parse(&[0xDC, 5, 2]), Ok(Telegram::Token { da: 5, sa: 2 }));
 /// assert_eq!(Telegram::parse(&[0xE5]), Ok(Telegram::ShortAck));
 /// assert!(Telegram::parse(&[0x10, 8, 2, 0x49, 0x54, 0x16]).is_err());
+///
+/// let mut out = [0; 3];
+/// assert_eq!(Telegram::Token { da: 5, sa: 2 }.emit(&mut out), Ok(3));
+/// assert_eq!(out, [0xDC, 5, 2]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -70,6 +74,7 @@ pub enum Telegram<'a> {
 /// let mut out = [0; MAX_TELEGRAM];
 /// let length = Telegram::Data(request).emit(&mut out)?;
 /// assert_eq!(out[..length], [0x10, 8, 2, 0x49, 0x53, 0x16]);
+/// assert!(matches!(request.control(), Control::Request { .. }));
 /// # Ok::<(), profivac_wire::TooLong>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +140,8 @@ impl core::error::Error for TelegramError {}
 /// assert_eq!(TelegramLength::of(&[0x10]), TelegramLength::Known(6));
 /// assert_eq!(TelegramLength::of(&[0x68, 5]), TelegramLength::Incomplete);
 /// assert_eq!(TelegramLength::of(&[0x68, 5, 5, 0x68]), TelegramLength::Known(11));
+/// assert_eq!(TelegramLength::from_sd2_header([0x68, 5, 5, 0x68]), TelegramLength::Known(11));
+/// assert_eq!(TelegramLength::from_start_delimiter(0xDC), TelegramLength::Known(3));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -192,8 +199,26 @@ impl TelegramLength {
 }
 
 /// The arithmetic sum of `octets`, modulo 256. profibus-wire 1.6.
+#[cfg(not(target_arch = "arm"))]
 fn sum(octets: &[u8]) -> u8 {
     octets.iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet))
+}
+
+#[cfg(target_arch = "arm")]
+use sum_of_words as sum;
+
+/// [`sum`] for a processor with words of 32 bits and no vectors, of at most 256 octets: the four octets of a word are added in two lanes
+/// of 16 bits. Not inlined: firmware has it once.
+#[cfg(any(test, target_arch = "arm"))]
+#[inline(never)]
+fn sum_of_words(octets: &[u8]) -> u8 {
+    let words = octets.chunks_exact(4);
+    let rest = words.remainder().iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
+    let lanes = words.filter_map(|word| word.first_chunk()).fold(0, |lanes: u32, word| {
+        let word = u32::from_le_bytes(*word);
+        lanes.wrapping_add(word & 0x00FF_00FF).wrapping_add(word >> 8 & 0x00FF_00FF)
+    });
+    rest.wrapping_add(lanes as u8).wrapping_add((lanes >> 16) as u8)
 }
 
 impl<'a> Telegram<'a> {
@@ -367,6 +392,16 @@ mod tests {
 
     const SLAVE_DIAG: DataTelegram<'_> =
         DataTelegram { da: 8, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
+
+    #[test]
+    fn the_sum_of_words_is_that_of_their_octets() {
+        let (ones, rising) = ([0xFF; 256], core::array::from_fn::<u8, 256, _>(|at| at.wrapping_mul(37) as u8));
+        for length in 0..=256 {
+            for octets in [&ones, &rising] {
+                assert_eq!(sum_of_words(&octets[..length]), sum(&octets[..length]), "{length} octets");
+            }
+        }
+    }
 
     /// Telegrams of profibus-wire 1.6, 1.13, 1.15, 2.3 and 2.8 with their content, in the formats of profibus-wire 1.2.
     fn printed() -> [(&'static str, Telegram<'static>); 6] {

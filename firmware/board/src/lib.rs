@@ -16,6 +16,8 @@
 
 mod cortex;
 mod exclusive;
+#[cfg(feature = "defmt")]
+mod log;
 #[cfg(target_abi = "eabihf")]
 mod memory;
 mod outgoing;
@@ -29,6 +31,8 @@ mod stm32f4;
 
 pub use cortex::{request_work, restart, wait};
 pub use exclusive::Exclusive;
+#[cfg(feature = "defmt")]
+pub use log::time_us;
 pub use outgoing::prepare;
 #[cfg(feature = "qemu")]
 pub use qemu::*;

@@ -1,8 +1,8 @@
 //! The board `mps2-an386` as QEMU emulates it: a Cortex-M4 with CMSDK serial ports and timers.
 //!
 //! The serial port of the emulator has no bit rate, no direction and no defects of characters: octets arrive as fast as the program
-//! takes them. The first port is the bus, the second one a console. Two pages of a RAM that a reset keeps stand for flash: they are
-//! erased in one step and written word by word, ones to zeros only.
+//! takes them. The first port is the bus, the second one a console, the third one has the log. Two pages of a RAM that a reset keeps stand
+//! for flash: they are erased in one step and written word by word, ones to zeros only.
 
 use crate::cortex::{
     EXCEPTIONS, Vector, handlers, read, register, restart, start_interrupts, start_systick, vectors, write,
@@ -29,6 +29,8 @@ pub const RATES: (u32, u32) = (9_600, 6_000_000);
 
 const BUS: usize = 0x4000_4000;
 const CONSOLE: usize = 0x4000_5000;
+#[cfg(feature = "defmt")]
+const LOG: usize = 0x4000_6000;
 /// Counts down from `u32::MAX`: the time.
 const TIME: usize = 0x4000_0000;
 /// Counts down once: the alarm.
@@ -113,6 +115,11 @@ pub fn start_timer() {
     write(CONSOLE + CONTROL, 0b11);
     write(BUS + BAUD_DIVIDER, 16);
     write(BUS + CONTROL, 0b11);
+    #[cfg(feature = "defmt")]
+    {
+        write(LOG + BAUD_DIVIDER, 16);
+        write(LOG + CONTROL, 0b01);
+    }
 }
 
 fn send_next() {
@@ -192,9 +199,19 @@ pub fn console_octet() -> Option<u8> {
 
 /// Writes to the console and waits until it is sent.
 pub fn print(text: &[u8]) {
-    for octet in text {
-        while read(CONSOLE + STATE) & 1 != 0 {}
-        write(CONSOLE + DATA, u32::from(*octet));
+    write_all(CONSOLE, text);
+}
+
+/// Writes to the log and waits until it is sent.
+#[cfg(feature = "defmt")]
+pub(crate) fn log_octets(octets: &[u8]) {
+    write_all(LOG, octets);
+}
+
+fn write_all(port: usize, octets: &[u8]) {
+    for octet in octets {
+        while read(port + STATE) & 1 != 0 {}
+        write(port + DATA, u32::from(*octet));
     }
 }
 

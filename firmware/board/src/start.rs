@@ -88,19 +88,32 @@ pub fn free_stack() -> (u32, u32) {
 /// Calls `action` while no other context runs.
 #[inline]
 pub fn masked<R>(action: impl FnOnce() -> R) -> R {
+    let before = mask();
+    let result = action();
+    unmask(before);
+    result
+}
+
+/// Allows no interrupt; what was allowed before, for [`unmask`].
+#[inline]
+pub fn mask() -> u32 {
     let primask: u32;
-    // SAFETY: the register is restored below.
+    // SAFETY: `unmask` restores the register.
     unsafe {
         asm!("mrs {}, PRIMASK", "cpsid i", out(reg) primask);
     }
-    let result = action();
-    if primask & 1 == 0 {
+    primask
+}
+
+/// Allows interrupts if they were allowed before [`mask`].
+#[inline]
+pub fn unmask(before: u32) {
+    if before & 1 == 0 {
         // SAFETY: interrupts were allowed before.
         unsafe {
             asm!("cpsie i");
         }
     }
-    result
 }
 
 /// Calls `action` while the work context does not run; the character context goes on where the processor allows it.

@@ -22,6 +22,9 @@ const TICKS_PER_US: u32 = board::TICKS_PER_SECOND / 1_000_000;
 /// What the character context owns.
 static LINE: Exclusive<Line> = Exclusive::new();
 
+/// The telegram that the work context serves.
+static TELEGRAM: Exclusive<[u8; MAX_TELEGRAM]> = Exclusive::new();
+
 /// What the work context owns.
 static BUS: Exclusive<BusStation<BusSide>> = Exclusive::new();
 
@@ -47,12 +50,13 @@ fn sent() {
 
 /// A telegram is complete, or time has passed.
 pub(crate) fn work() {
-    let mut place = [0; MAX_TELEGRAM];
-    let taken = board::masked(|| LINE.with(|line| line.take(&mut place)));
-    match taken.flatten() {
-        Some((end, octets)) => serve(end, octets),
-        None => poll(),
-    }
+    TELEGRAM.with(|place| {
+        let taken = board::masked(|| LINE.with(|line| line.take(place)));
+        match taken.flatten() {
+            Some((end, octets)) => serve(end, octets),
+            None => poll(),
+        }
+    });
 }
 
 fn poll() {
@@ -97,6 +101,8 @@ pub(crate) fn set_rate(baud: Baud, ticks: u32) {
         if board::set_rate(baud.bits_per_second()) {
             LINE.set(|| Line::new(&TIMING, baud, ticks));
         } else {
+            #[cfg(feature = "defmt")]
+            defmt::warn!("the port does not have {=u32} bit/s: it hears nothing", baud.bits_per_second());
             LINE.clear();
         }
     });
@@ -121,6 +127,11 @@ impl<B: Behaviour, S: Store> Gauge<B, S> for NoSensors {
     fn measure(&mut self, _device: &mut BlockDevice<B, S>, _seconds: f64) {}
 }
 
+/// The rate of the bus for [`run`]: the port of the emulator has no rate, so there the gauge does not search one unless the feature
+/// `baud-search` is on.
+pub const BUS_RATE: Option<Baud> =
+    if cfg!(all(feature = "qemu", not(feature = "baud-search"))) { Some(Baud::B19200) } else { None };
+
 /// Runs a gauge. `baud` is the rate of the bus; `None` searches it.
 pub fn run<B: Behaviour, S: Store>(
     device: &mut BlockDevice<B, S>,
@@ -143,6 +154,9 @@ pub fn run<B: Behaviour, S: Store>(
         publish(&mut application);
         board::request_work();
         board::feed_watchdog();
+        // The time of the log follows the timer, also while nothing is logged.
+        #[cfg(feature = "defmt")]
+        board::time_us();
         #[cfg(feature = "diagnostics")]
         crate::diagnostics::serve();
         while board::ticks().wrapping_sub(last) < PERIOD_US.wrapping_mul(TICKS_PER_US) && !has_tasks() {
@@ -157,6 +171,12 @@ pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud
     let ticks = board::ticks();
     let side = BusSide::new(device);
     let address = side.address();
+    #[cfg(feature = "defmt")]
+    {
+        use profivac_dp::slave::Device;
+        defmt::info!("{=str}: address {=u8}, ident {=u16:04x}", board::NAME, address, side.ident_number());
+    }
+    TELEGRAM.set(|| [0; MAX_TELEGRAM]);
     BUS.set(|| BusStation::new(side, address, &TIMING, baud, ticks));
     set_rate(baud.unwrap_or(Baud::B12000000), ticks);
 }

@@ -16,7 +16,7 @@ mod measure;
 mod pages;
 mod panic;
 
-pub use gauge::{Counters, Gauge, NoSensors, counters, run};
+pub use gauge::{BUS_RATE, Counters, Gauge, NoSensors, counters, run};
 #[cfg(feature = "diagnostics")]
 pub use measure::{Request, measure};
 pub use pages::{BoardFlash, store};

@@ -42,6 +42,15 @@ impl Timing {
 pub struct Line {
     receiver: Receiver,
     clock: TickClock,
+    /// The ticks of the last character.
+    last: u32,
+    /// A character within these ticks after the last one continues its telegram: a little less than the gap that the receiver allows, so
+    /// that the receiver decides whether there was one; 0 while the timer may wrap.
+    gap: u32,
+    /// The last character was stored without its time, which the receiver does not know yet.
+    is_ahead: bool,
+    /// A little less than the longest gap, in ticks.
+    longest_gap: u32,
     /// The end of the character that completed a telegram.
     end: BitTime,
     /// A telegram waits.
@@ -54,9 +63,14 @@ impl Line {
     /// Begins to listen.
     #[must_use]
     pub fn new(timing: &Timing, baud: Baud, ticks: u32) -> Self {
+        let clock = timing.clock(baud, ticks);
         Self {
             receiver: Receiver::with_idle(BitTime(0), timing.idle_tbit(baud)),
-            clock: timing.clock(baud, ticks),
+            last: ticks,
+            gap: 0,
+            is_ahead: false,
+            longest_gap: clock.ticks_in(timing.idle_tbit(baud)),
+            clock,
             end: BitTime(0),
             is_complete: false,
             lost: 0,
@@ -64,9 +78,33 @@ impl Line {
     }
 
     /// A character ended; `None` for one with an error. Returns whether a telegram may be complete.
+    ///
+    /// Most characters of a telegram are only stored, with their time in ticks; bit times are computed where the receiver decides.
     #[inline]
     pub fn character(&mut self, ticks: u32, octet: Option<u8>) -> bool {
+        if let Some(octet) = octet
+            && ticks.wrapping_sub(self.last) < self.gap
+            && self.receiver.collect_plain(octet)
+        {
+            (self.last, self.is_ahead) = (ticks, true);
+            return false;
+        }
+        self.decide(ticks, octet)
+    }
+
+    /// A character after which the receiver decides, or one with an error.
+    #[inline(never)]
+    fn decide(&mut self, ticks: u32, octet: Option<u8>) -> bool {
+        let has_no_gap = ticks.wrapping_sub(self.last) < self.gap;
+        if !has_no_gap {
+            self.catch_up();
+        }
         let end = self.clock.at(ticks);
+        if core::mem::take(&mut self.is_ahead) {
+            // Without a gap, any time within it leads to the same decision.
+            self.receiver.continue_at(end);
+        }
+        (self.last, self.gap) = (ticks, self.longest_gap);
         if self.is_complete {
             self.lose();
         }
@@ -78,6 +116,14 @@ impl Line {
             (self.end, self.is_complete) = (end, true);
         }
         self.is_complete
+    }
+
+    /// Tells the receiver the time of the last character.
+    fn catch_up(&mut self) {
+        if core::mem::take(&mut self.is_ahead) {
+            let last = self.clock.at(self.last);
+            self.receiver.continue_at(last);
+        }
     }
 
     #[cold]
@@ -99,7 +145,11 @@ impl Line {
 
     /// Lets the clock follow a timer that wraps. The caller keeps the interrupt away meanwhile.
     pub fn follow(&mut self, ticks: u32) {
+        self.catch_up();
         self.clock.at(ticks);
+        if ticks.wrapping_sub(self.last) >= self.gap {
+            self.gap = 0;
+        }
     }
 
     /// The number of damaged telegrams, and of those that were not taken in time.
@@ -136,6 +186,8 @@ pub struct BusStation<D> {
     latest_tbit: u64,
     /// Answers that were not sent, because max T_SDR had passed.
     late: u32,
+    #[cfg(feature = "defmt")]
+    log: crate::log::BusLog,
 }
 
 impl<D: Device> BusStation<D> {
@@ -162,6 +214,8 @@ impl<D: Device> BusStation<D> {
             timing: *timing,
             latest_tbit: timing.latest_tbit(baud),
             late: 0,
+            #[cfg(feature = "defmt")]
+            log: crate::log::BusLog::NEW,
         }
     }
 
@@ -196,8 +250,12 @@ impl<D: Device> BusStation<D> {
     /// A valid telegram ended at `end`. `ticks` is read when the answer is ready: an answer after max T_SDR is dropped, because
     /// the master has given up then and may be sending.
     pub fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>, ticks: impl FnOnce() -> u32) -> Next<'_> {
+        #[cfg(feature = "defmt")]
+        self.log_before(end, Some(telegram));
         let Self { slave, rate, clock, latest_tbit, late, .. } = self;
         if rate.telegram_received(end, telegram, slave.address()) {
+            #[cfg(feature = "defmt")]
+            defmt::info!("the bus has {=u32} bit/s", rate.rate().baud().bits_per_second());
             slave.rate_found(rate.rate().baud());
         }
         if let Rate::Searching(_) = rate.rate() {
@@ -216,14 +274,29 @@ impl<D: Device> BusStation<D> {
     /// Advances the time: watchdog, connections and the search of the rate. To be called at least every 10 ms.
     pub fn poll(&mut self, ticks: u32) -> Next<'static> {
         let now = self.clock.at(ticks);
+        #[cfg(feature = "defmt")]
+        self.log_before(now, None);
         self.slave.poll(now);
         if !self.rate.elapse(now, self.slave.watchdog_is_running()) {
             return Next::Wait;
         }
         let baud = self.baud();
+        #[cfg(feature = "defmt")]
+        defmt::info!("searches the bus at {=u32} bit/s", baud.bits_per_second());
         self.clock = self.clock.restarted(baud, ticks);
         self.latest_tbit = self.timing.latest_tbit(baud);
         Next::SetRate(baud)
+    }
+
+    /// Logs what has changed before this time. A telegram comes next, or the time passes.
+    #[cfg(feature = "defmt")]
+    fn log_before(&mut self, now: BitTime, telegram: Option<&Telegram<'_>>) {
+        let Self { slave, log, late, .. } = self;
+        log.observe(slave.state(), slave.device().ident_number(), *late);
+        log.before(slave.state(), now);
+        if let Some(telegram) = telegram {
+            log.telegram(telegram, slave.address());
+        }
     }
 }
 
@@ -292,6 +365,69 @@ mod tests {
         assert!(!is_complete && line.errors().1 == 1);
         let (_, is_complete) = receive(&mut line, ticks + 1000, 110, &FDL_STATUS);
         assert!(is_complete);
+    }
+
+    /// The same line with bit times at every character.
+    fn asks_always(receiver: &mut Receiver, clock: &mut TickClock, ticks: u32, octet: Option<u8>) -> bool {
+        let end = clock.at(ticks);
+        match octet {
+            Some(octet) => receiver.collect(end, octet),
+            None => {
+                receiver.character_error(end);
+                false
+            }
+        }
+    }
+
+    /// Characters that follow each other at once, after gaps around the idle time, and after more than a wrap of the timer.
+    #[test]
+    fn a_line_that_stores_most_characters_without_their_time_receives_the_same_telegrams() {
+        let mut random = 1_u32;
+        let mut below = |end: u32| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) % end
+        };
+        let telegram = [0x68, 5, 5, 0x68, 0x85, 0x82, 0x6D, 0x3C, 0x3E, 0xEE, 0x16];
+        for baud in [Baud::B9600, Baud::B1500000, Baud::B12000000] {
+            let timing = Timing { ticks_per_second: 84_000_000, ..TIMING };
+            let mut line = Line::new(&timing, baud, 0);
+            let mut receiver = Receiver::with_idle(BitTime(0), timing.idle_tbit(baud));
+            let mut clock = timing.clock(baud, 0);
+            let per_bit = 84_000_000 / baud.bits_per_second();
+            let (mut ticks, mut complete) = (0_u32, 0);
+            for _ in 0..20_000 {
+                let octets: &[u8] = if below(4) == 0 { &FDL_STATUS } else { &telegram };
+                for (number, octet) in octets.iter().enumerate() {
+                    let bits = match below(60) {
+                        _ if number == 0 => 60,
+                        0 => 40 + below(8),
+                        1 => below(100),
+                        _ => 11,
+                    };
+                    ticks = ticks.wrapping_add(bits * per_bit + below(per_bit));
+                    if below(100) == 0 {
+                        // The main loop looks at the clock while the line is idle, for a whole turn of the timer or less.
+                        let pause = if below(2) == 0 { 1 << 31 } else { below(1 << 31) };
+                        for _ in 0..2 {
+                            ticks = ticks.wrapping_add(pause);
+                            line.follow(ticks);
+                            clock.at(ticks);
+                        }
+                    }
+                    let octet = Some(*octet).filter(|_| below(200) > 0);
+                    let expected = asks_always(&mut receiver, &mut clock, ticks, octet);
+                    assert_eq!(line.character(ticks, octet), expected, "at {baud}");
+                    if expected {
+                        let (mut place, mut other) = ([0; MAX_TELEGRAM], [0; MAX_TELEGRAM]);
+                        let (end, taken) = line.take(&mut place).unwrap();
+                        assert_eq!((end, taken), (clock.at(ticks), receiver.take(&mut other)), "at {baud}");
+                        complete += 1;
+                    }
+                    assert_eq!(line.errors(), (receiver.damaged(), 0), "at {baud}");
+                }
+            }
+            assert!(complete > 1_000, "{complete} telegrams at {baud}");
+        }
     }
 
     /// A line at 500 kbit/s, whose characters look damaged at every other rate.

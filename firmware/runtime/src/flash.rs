@@ -92,6 +92,18 @@ impl<P: Pages> FlashStore<P> {
             store.is_clean =
                 (store.end..P::OCTETS).step_by(WORD).all(|offset| store.pages.word(page, offset) == ERASED);
         }
+        #[cfg(feature = "defmt")]
+        match store.page {
+            Some(page) => {
+                defmt::info!(
+                    "flash: page {=usize} holds {=usize} octets; its end is erased: {=bool}",
+                    page,
+                    store.end,
+                    store.is_clean
+                );
+            }
+            None => defmt::info!("flash: no values are stored"),
+        }
         store
     }
 
@@ -232,6 +244,8 @@ impl<P: Pages> FlashStore<P> {
         values: &mut dyn Iterator<Item = (Key, Octets)>,
     ) -> Result<(), StoreError> {
         let to = self.page.map_or(0, |page| usize::from(page == 0));
+        #[cfg(feature = "defmt")]
+        defmt::info!("flash: erases page {=usize} and copies all values to it", to);
         self.pages.erase(to);
         let mut writer = Writer { page: to, offset: HEADER, checksum: !0 };
         let (new_end, next) = appended.map_or((self.end, None), |appended| (appended.end, Some(appended.next)));
@@ -289,6 +303,21 @@ impl<P: Pages> Store for FlashStore<P> {
     }
 
     fn save_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
+        let result = self.write_all(values);
+        #[cfg(feature = "defmt")]
+        match result {
+            Ok(()) => defmt::info!("flash: saved; page {=usize} has {=usize} octets", self.page.unwrap_or(0), self.end),
+            Err(StoreError) => {
+                defmt::error!("flash: not saved; the values do not fit, or a word did not keep its value")
+            }
+        }
+        result
+    }
+}
+
+impl<P: Pages> FlashStore<P> {
+    /// Saves the values: all or none.
+    fn write_all(&mut self, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), StoreError> {
         let mut values = values.peekable();
         if values.peek().is_none() {
             return Ok(());

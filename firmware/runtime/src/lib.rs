@@ -14,6 +14,8 @@
 pub mod bus;
 pub mod clock;
 pub mod flash;
+#[cfg(feature = "defmt")]
+mod log;
 pub mod pirani;
 pub mod scenario;
 pub mod sensor;

@@ -1,4 +1,4 @@
-//! Checks that every public function, method and type of the client has an example that compiles.
+//! Checks that every public function, method and type of the client and of `wire` has an example that compiles.
 //!
 //! An item has an example in its own documentation, or another example shows it:
 //!
@@ -19,15 +19,18 @@ use anyhow::Result;
 use items::{Item, Kind, Library};
 use std::collections::BTreeSet;
 
+/// The crates that programs use first.
+const CRATES: [&str; 2] = ["client", "wire"];
+
 /// Prints the items without an example, or their number.
 pub fn check() -> Result<()> {
-    let client = root().join("crates/client");
-    let readme = std::fs::read_to_string(client.join("README.md"))?;
-    let library = Library::read(&client.join("src"), &readme)?;
-    let defects: Vec<String> =
-        without_example(&library).iter().map(|name| format!("client: {name} has no example")).collect();
-    if defects.is_empty() {
-        println!("doctests: {} public functions, methods and types of the client", library.items.len());
+    let mut defects = Vec::new();
+    for name in CRATES {
+        let folder = root().join("crates").join(name);
+        let readme = std::fs::read_to_string(folder.join("README.md"))?;
+        let library = Library::read(&folder.join("src"), &readme)?;
+        defects.extend(without_example(&library).iter().map(|item| format!("{name}: {item} has no example")));
+        println!("doctests: {} public functions, methods and types of {name}", library.items.len());
     }
     verdict("doctests", &defects)
 }

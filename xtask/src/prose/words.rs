@@ -35,7 +35,7 @@ pub enum Scope {
 use Scope::{Identifiers, Nowhere};
 
 /// Words of the column "Not" with another meaning, and that meaning.
-pub const AMBIGUOUS: [(&str, Scope, &str); 25] = [
+pub const AMBIGUOUS: [(&str, Scope, &str); 24] = [
     ("member", Identifiers, "a member of a set or of the ring"),
     ("frame", Nowhere, "the frame control octet, the frame count bit, a frame of the terminal"),
     ("packet", Nowhere, "a packet of a capture file"),
@@ -58,7 +58,6 @@ pub const AMBIGUOUS: [(&str, Scope, &str); 25] = [
     ("act", Identifiers, "to act"),
     ("order", Nowhere, "the order of a list, ORDER_ID"),
     ("fire", Identifiers, "fire"),
-    ("bus", Nowhere, "a bus master, bus parameters"),
     ("tbit", Nowhere, "the unit at the end of a name"),
     ("participant", Identifiers, "a participant of the bus, in its definition"),
 ];

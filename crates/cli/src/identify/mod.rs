@@ -82,11 +82,11 @@ pub struct Arguments {
 /// How an indication depends on the gas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum GaugeKind {
-    /// It does not
+    /// A capacitance diaphragm gauge, whose indication does not depend on the gas
     Diaphragm,
-    /// A hot or cold cathode
+    /// A gauge with a hot or a cold cathode
     Ion,
-    /// By the conduction of heat
+    /// A Pirani gauge, which measures the conduction of heat
     Pirani,
 }
 
@@ -108,7 +108,7 @@ Examples:
   profivac identify pressures.csv --gauge 5 --dose 0.2 --dose-at '2026-11-21 14:30' --json
 
 How to record: start to record, pump down to the base pressure, close the valve to the pump, wait until the pressure has risen at
-least tenfold, open the valve. The longer the pump-down, the better leak and outgassing are told apart.";
+least tenfold, open the valve. The longer the pump-down, the better leak and outgassing can be distinguished.";
 
 /// Reads the record, fits and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

@@ -75,6 +75,14 @@ pub fn run(arguments: &[&str]) -> Output {
     command(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
+/// The commands that the help of the program lists, without `help` itself.
+pub fn commands() -> Vec<String> {
+    let help = String::from_utf8(run(&["--help"]).stdout).unwrap();
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names = listed.map(|line| line.split_whitespace().next().unwrap().to_owned());
+    names.filter(|name| name != "help").collect()
+}
+
 /// Runs a command with this text on its standard input.
 pub fn run_with(arguments: &[&str], input: &str) -> Output {
     let mut command = command(arguments);
@@ -177,7 +185,7 @@ impl Program {
         }
     }
 
-    /// Sends a line.
+    /// Sends a line without waiting for an answer.
     pub fn say(&mut self, line: &str) {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
     }

@@ -269,6 +269,7 @@ mod tests {
     use super::*;
     use profivac_devices::catalog::MODELS;
 
+    /// profibus-wire 7
     #[test]
     fn a_file_is_ascii_text_and_names_its_origin() {
         for model in MODELS {

@@ -20,9 +20,9 @@ pub(super) fn write(source: &mut Source, model: &Model, telegram: &Telegram) {
 
 /// Where the status of a value is.
 enum Status {
-    /// One octet, at this place.
+    /// One octet, at this offset.
     Gauge(usize),
-    /// Half an octet for each channel, from this place.
+    /// Half an octet for each channel, from this offset.
     Channels(usize),
     /// One octet behind each value.
     Measurement,
@@ -55,21 +55,21 @@ impl Decoder<'_> {
         source.end_block();
     }
 
-    /// The place of each pressure, and its field.
+    /// The offset of each pressure, and its field.
     fn pressures(&self) -> Vec<(usize, Field)> {
         self.telegram.layout().filter(|(_, field)| is_pressure(*field)).collect()
     }
 
-    fn place(&self, wanted: impl Fn(Field) -> bool) -> Option<usize> {
+    fn offset(&self, wanted: impl Fn(Field) -> bool) -> Option<usize> {
         self.telegram.layout().find(|(_, field)| wanted(*field)).map(|(start, _)| start)
     }
 
     fn exception(&self) -> Option<usize> {
-        self.place(|field| field == Field::ExceptionStatus)
+        self.offset(|field| field == Field::ExceptionStatus)
     }
 
     fn selector(&self) -> Option<usize> {
-        self.place(|field| field == Field::PvSelector)
+        self.offset(|field| field == Field::PvSelector)
     }
 
     fn relays(&self) -> Option<(usize, u8)> {
@@ -80,11 +80,11 @@ impl Decoder<'_> {
     }
 
     fn status(&self) -> Status {
-        let extension = self.place(|field| field == Field::StatusExtension).map(Status::Gauge);
-        let channels = || self.place(|field| field == Field::ChannelStatus).map(Status::Channels);
+        let extension = self.offset(|field| field == Field::StatusExtension).map(Status::Gauge);
+        let channels = || self.offset(|field| field == Field::ChannelStatus).map(Status::Channels);
         let measurement =
-            || self.place(|field| matches!(field, Field::MeasurementStatus(_))).map(|_| Status::Measurement);
-        let ttr = || self.place(|field| field == Field::TtrValue).map(|_| Status::Ttr);
+            || self.offset(|field| matches!(field, Field::MeasurementStatus(_))).map(|_| Status::Measurement);
+        let ttr = || self.offset(|field| field == Field::TtrValue).map(|_| Status::Ttr);
         extension.or_else(channels).or_else(measurement).or_else(ttr).unwrap_or(Status::None)
     }
 
@@ -97,7 +97,7 @@ impl Decoder<'_> {
         source.line(&format!("(* Decodes these {} octets of inputs:", self.telegram.octets()));
         for (start, field) in self.telegram.layout() {
             let last = start.saturating_add(field.octets()).saturating_sub(1);
-            let place = if start == last { start.to_string() } else { format!("{start} to {last}") };
+            let offset = if start == last { start.to_string() } else { format!("{start} to {last}") };
             let channel = match field {
                 Field::ChannelValue(channel, _)
                 | Field::ChannelMantissa(channel)
@@ -112,7 +112,7 @@ impl Decoder<'_> {
                 Field::ChannelMantissa(_) => ", mantissa and exponent",
                 _ => "",
             };
-            source.line(&format!("   {place:<8} {}{channel}{number}", field.name()));
+            source.line(&format!("   {offset:<8} {}{channel}{number}", field.name()));
         }
         if self.has_unit() {
             source.line("   UNIT is Data Units of the device, as its user parameters select it:");
@@ -202,30 +202,30 @@ impl Decoder<'_> {
 
     /// The statements before those for each value.
     fn common(&self, source: &mut Source) {
-        if let Some(place) = self.exception() {
-            source.line(&format!("EXCEPTION := BYTE_TO_INT(OCTETS[{place}]);"));
+        if let Some(offset) = self.exception() {
+            source.line(&format!("EXCEPTION := BYTE_TO_INT(OCTETS[{offset}]);"));
             source.line(&format!("ALARM := {};", any_bit("EXCEPTION", ExceptionStatus::ALARM)));
             let warnings = ExceptionStatus::WARNING_COMMON
                 | ExceptionStatus::WARNING_DEVICE
                 | ExceptionStatus::WARNING_MANUFACTURER;
             source.line(&format!("WARNING := {};", any_bit("EXCEPTION", warnings)));
         }
-        if let Some(place) = self.selector() {
-            source.line(&format!("INSTANCE := BYTE_TO_INT(OCTETS[{place}]);"));
+        if let Some(offset) = self.selector() {
+            source.line(&format!("INSTANCE := BYTE_TO_INT(OCTETS[{offset}]);"));
         }
-        if let Some((place, count)) = self.relays() {
+        if let Some((offset, count)) = self.relays() {
             source.open(&format!("FOR I := 1 TO {count} DO"));
-            source.line(&format!("RELAY[I] := BYTE_TO_INT(OCTETS[{} + I]) <> 0;", place.saturating_sub(1)));
+            source.line(&format!("RELAY[I] := BYTE_TO_INT(OCTETS[{} + I]) <> 0;", offset.saturating_sub(1)));
             source.close("END_FOR;");
         }
         match self.status() {
-            Status::Gauge(place) => {
-                source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{place}]);"));
+            Status::Gauge(offset) => {
+                source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{offset}]);"));
                 source.line(&format!("INVALID := {};", bit("STATUS", StatusExtension::INVALID.bits())));
             }
-            Status::Channels(place) => {
+            Status::Channels(offset) => {
                 source.line("MEASURES := FALSE;");
-                for octet in [place, place.saturating_add(1)] {
+                for octet in [offset, offset.saturating_add(1)] {
                     source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{octet}]);"));
                     let invalid = StatusExtension::INVALID.bits();
                     let (low, high) = (bit("STATUS", invalid), bit("STATUS", invalid << 4));
@@ -377,16 +377,16 @@ impl Decoder<'_> {
     }
 
     fn verdict(&self, source: &mut Source, pressures: &[(usize, Field)]) {
-        if let Status::Channels(place) = self.status() {
+        if let Status::Channels(offset) = self.status() {
             source.lines(&format!(
-                "STATUS := BYTE_TO_INT(OCTETS[{place} + (CHANNEL - 1) / 2]);\n\
+                "STATUS := BYTE_TO_INT(OCTETS[{offset} + (CHANNEL - 1) / 2]);\n\
                  IF CHANNEL MOD 2 = 0 THEN\n    STATUS := STATUS / 16;\nEND_IF;\nINVALID := {};",
                 bit("STATUS", StatusExtension::INVALID.bits())
             ));
         }
         if let (Status::Measurement, Some((first, field))) = (self.status(), pressures.first()) {
-            let place = first.saturating_add(field.octets()).saturating_sub(*first);
-            source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[AT_OCTET + {place}]);"));
+            let offset = first.saturating_add(field.octets()).saturating_sub(*first);
+            source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[AT_OCTET + {offset}]);"));
         }
         if matches!(self.status(), Status::Ttr) {
             source.line("ERROR := B0 >= 128;");

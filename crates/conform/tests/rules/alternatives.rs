@@ -5,7 +5,7 @@ use super::faulty::{
     CHK_CFG, Fault, Frame, MANAGER, MS1, RR, RS, Reaction, SET_PRM, SLAVE_DIAG, is_exchanging, request, sc, status,
 };
 use super::slave::{CFG, MASTER};
-use Fault::{Answers, Reacts, Says};
+use Fault::{Answers, ChangesAnswer, Reacts};
 use profivac_conform::probe::Received;
 use std::collections::VecDeque;
 
@@ -24,9 +24,9 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.dsap == CHK_CFG => {
                     let owned = line.slave.state().owner().is_some_and(|owner| owner.master == request.sa);
-                    if owned { line.hear(octets) } else { status(&request, RS) }
+                    if owned { line.send(octets) } else { status(&request, RS) }
                 }
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
@@ -37,7 +37,7 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
                 Some(request) if request.is_exchange() && is_exchanging(&line.slave) && request.du.len() != 2 => {
                     status(&request, RR)
                 }
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
@@ -48,8 +48,8 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
                 let unlocks = Frame::parse(octets)
                     .filter(|request| request.dsap == SET_PRM && request.du.first().is_some_and(|one| one & 0x40 != 0));
                 match unlocks {
-                    Some(unlock) => line.hear(&Frame { sa: MASTER, ..unlock }.octets()),
-                    None => line.hear(octets),
+                    Some(unlock) => line.send(&Frame { sa: MASTER, ..unlock }.octets()),
+                    None => line.send(octets),
                 }
             })
         }),
@@ -58,10 +58,10 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
         "sends the response of DP-V1 at once (point 21)",
         Reacts(|| {
             Box::new(|line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 match Frame::parse(octets) {
                     Some(pdu) if is_acyclic(&pdu) && !pdu.du.is_empty() && received == sc() && pdu.du[0] != 0x58 => {
-                        line.hear(&Frame { du: Vec::new(), ..pdu }.octets())
+                        line.send(&Frame { du: Vec::new(), ..pdu }.octets())
                     }
                     _ => received,
                 }
@@ -75,7 +75,7 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
     ),
     (
         "keeps Diag_Master_Add after a fault (point 31)",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == SLAVE_DIAG && answer.du[0] & 0x44 != 0 {
                 answer.du[3] = MASTER;
             }
@@ -110,7 +110,7 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
         Reacts(|| {
             let mut left = 0;
             Box::new(move |line, octets| {
-                let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
+                let Some(request) = Frame::parse(octets) else { return line.send(octets) };
                 if request.dsap == CHK_CFG && request.sa == MASTER {
                     left = 5;
                 }
@@ -119,7 +119,7 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
                     left -= 1;
                     return status(&request, RS);
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),
@@ -128,19 +128,19 @@ pub static ALTERNATIVES: &[(&str, Fault)] = &[
         Reacts(|| {
             let mut cfg = CFG.to_vec();
             Box::new(move |line, octets| {
-                let Some(heard) = Frame::parse(octets) else { return line.hear(octets) };
-                match heard.dsap {
-                    CHK_CFG if profivac_wire::cfg::lengths(&heard.du).is_ok() => {
-                        cfg.clone_from(&heard.du);
-                        line.hear(&request(heard.sa, 62, &CFG))
+                let Some(received_request) = Frame::parse(octets) else { return line.send(octets) };
+                match received_request.dsap {
+                    CHK_CFG if profivac_wire::cfg::lengths(&received_request.du).is_ok() => {
+                        cfg.clone_from(&received_request.du);
+                        line.send(&request(received_request.sa, 62, &CFG))
                     }
-                    Some(59) if heard.da != MASTER => {
-                        let answer = line.hear(octets);
+                    Some(59) if received_request.da != MASTER => {
+                        let answer = line.send(octets);
                         let Some(mut answer) = Frame::parse_answer(&answer) else { return answer };
                         answer.du.clone_from(&cfg);
                         Received::Telegram(answer.octets())
                     }
-                    _ => line.hear(octets),
+                    _ => line.send(octets),
                 }
             })
         }),
@@ -157,7 +157,7 @@ fn held_back(service: fn(&Frame) -> bool, polls: usize) -> Box<Reaction> {
     let mut waiting: VecDeque<(Option<u8>, usize, Received)> = VecDeque::new();
     Box::new(move |line, octets| {
         let Some(request) = Frame::parse(octets).filter(|request| service(request) && request.sa == MASTER) else {
-            return line.hear(octets);
+            return line.send(octets);
         };
         if let Some(place) = waiting.iter().position(|(sap, ..)| *sap == request.dsap)
             && request.du.is_empty()
@@ -171,7 +171,7 @@ fn held_back(service: fn(&Frame) -> bool, polls: usize) -> Box<Reaction> {
         }
         // Abort drops a response.
         waiting.retain(|(sap, ..)| *sap != request.dsap);
-        let received = line.hear(octets);
+        let received = line.send(octets);
         let has_data = Frame::parse_answer(&received).is_some_and(|answer| !answer.du.is_empty());
         if !has_data {
             return received;

@@ -2,7 +2,7 @@
 
 use super::faulty::{CHK_CFG, Fault, Frame, GLOBAL_CONTROL, MS1, Reaction, SET_PRM, SLAVE_DIAG, is_waiting, leave, sc};
 use super::slave::{ADDRESS, MASTER};
-use Fault::{Answers, Hears, Reacts, Says};
+use Fault::{Answers, ChangesAnswer, ChangesRequest, Reacts};
 use profivac_conform::probe::Received;
 
 /// The rule that is broken, what the slave does, and how.
@@ -21,17 +21,17 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
         Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.fc & 0x40 != 0 => {
-                    let received = line.hear(&Frame { da: ADDRESS, ..request.clone() }.octets());
+                    let received = line.send(&Frame { da: ADDRESS, ..request.clone() }.octets());
                     if request.dsap == GLOBAL_CONTROL && request.da == 127 { sc() } else { received }
                 }
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
     (
         "layer2.own-source",
         "does not look at the source",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if matches!(request.sa, ADDRESS | 127) {
                 request.sa = 1;
             }
@@ -40,7 +40,7 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
     (
         "watchdog.expiry",
         "has no watchdog",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.dsap == SET_PRM && request.du.len() >= 7 {
                 request.du[0] &= !0x08;
             }
@@ -49,7 +49,7 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
     (
         "control.sync",
         "has neither Sync nor Freeze and does not say so",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == SLAVE_DIAG && answer.du.len() >= 6 {
                 answer.du[1] &= !0x30;
             }
@@ -67,7 +67,7 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
     (
         "ms1.low-priority",
         "sends responses of DP-V1 with high priority",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if (request.dsap == MS1 || request.is_connection()) && answer.fc == 8 {
                 answer.fc = 0x0A;
             }
@@ -76,7 +76,7 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
     (
         "ms1.error-decode",
         "sends a reserved Error_Decode",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if (request.dsap == MS1 || request.is_connection()) && answer.du.first() == Some(&0xDE) {
                 answer.du[1] = 0x81;
             }
@@ -87,15 +87,15 @@ pub static COMPOUND: &[(&str, &str, Fault)] = &[
 /// A slave that any master parameterises, configures, commands and exchanges data with.
 fn ignores_the_owner() -> Box<Reaction> {
     Box::new(|line, octets| {
-        let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
+        let Some(request) = Frame::parse(octets) else { return line.send(octets) };
         let of_owner = request.is_exchange() || matches!(request.dsap, CHK_CFG | GLOBAL_CONTROL | MS1);
         let owner = line.slave.state().owner().map(|owner| owner.master);
         if request.dsap == SET_PRM && owner.is_some_and(|owner| owner != request.sa) && !is_waiting(&line.slave) {
             leave(line);
         }
         match owner {
-            Some(owner) if of_owner && owner != request.sa => line.hear(&Frame { sa: owner, ..request }.octets()),
-            _ => line.hear(octets),
+            Some(owner) if of_owner && owner != request.sa => line.send(&Frame { sa: owner, ..request }.octets()),
+            _ => line.send(octets),
         }
     })
 }

@@ -63,7 +63,7 @@ impl Memory {
     }
 
     /// Answers a request from the memory, or passes it on.
-    pub fn hear(&mut self, octets: &[u8], pass_on: &mut dyn FnMut(&[u8]) -> Received) -> Received {
+    pub fn receive(&mut self, octets: &[u8], pass_on: &mut dyn FnMut(&[u8]) -> Received) -> Received {
         let Some(request) = Frame::parse(octets) else {
             if self.kind == Counting::CountsDamaged
                 && let Some(fc) = octets.get(6)

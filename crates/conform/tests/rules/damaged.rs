@@ -8,20 +8,20 @@ use profivac_wire::Telegram;
 pub fn repaired(repair: fn(&mut Vec<u8>)) -> Box<Reaction> {
     Box::new(move |line, octets| {
         if octets.len() < 6 || Telegram::parse(octets).is_ok() {
-            return line.hear(octets);
+            return line.send(octets);
         }
         let mut whole = octets.to_vec();
         repair(&mut whole);
-        if Telegram::parse(&whole).is_ok() { line.hear(&whole) } else { line.hear(octets) }
+        if Telegram::parse(&whole).is_ok() { line.send(&whole) } else { line.send(octets) }
     })
 }
 
-/// A slave that hears nothing for a telegram after one that was cut off.
-pub fn deaf() -> Box<Reaction> {
-    let mut deaf = false;
+/// A slave that ignores the telegram after one that was cut off.
+pub fn ignores_the_next() -> Box<Reaction> {
+    let mut ignores = false;
     Box::new(move |line, octets| {
-        let was_deaf = std::mem::replace(&mut deaf, is_cut_off(octets));
-        if was_deaf { Received::Nothing } else { line.hear(octets) }
+        let is_ignored = std::mem::replace(&mut ignores, is_cut_off(octets));
+        if is_ignored { Received::Nothing } else { line.send(octets) }
     })
 }
 

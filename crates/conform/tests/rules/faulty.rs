@@ -98,9 +98,9 @@ pub fn is_rs(received: &Received) -> bool {
 /// How a faulty slave differs from the correct one.
 pub enum Fault {
     /// It takes a request for another one.
-    Hears(fn(&mut Frame)),
+    ChangesRequest(fn(&mut Frame)),
     /// It changes its answers that are data telegrams. The first argument is the request.
-    Says(fn(&Frame, &mut Frame)),
+    ChangesAnswer(fn(&Frame, &mut Frame)),
     /// It changes its diagnosis.
     Reports(fn(&mut [u8])),
     /// It changes the data that it returns on an access point.
@@ -128,21 +128,21 @@ pub struct FaultyLine {
 impl FaultyLine {
     pub fn new(line: Line<SampleSlave>, fault: &Fault) -> Self {
         let react: Box<Reaction> = match *fault {
-            Fault::Hears(change) => Box::new(move |line, octets| {
-                let Some(mut request) = Frame::parse(octets) else { return line.hear(octets) };
+            Fault::ChangesRequest(change) => Box::new(move |line, octets| {
+                let Some(mut request) = Frame::parse(octets) else { return line.send(octets) };
                 change(&mut request);
-                line.hear(&request.octets())
+                line.send(&request.octets())
             }),
-            Fault::Says(change) => says(change),
-            Fault::Reports(change) => says(move |request, answer| diagnosis(request, answer, change)),
-            Fault::Returns(dsap, change) => says(move |request, answer| {
+            Fault::ChangesAnswer(change) => changes_answer(change),
+            Fault::Reports(change) => changes_answer(move |request, answer| diagnosis(request, answer, change)),
+            Fault::Returns(dsap, change) => changes_answer(move |request, answer| {
                 const DATA_LOW: u8 = 8;
                 if request.dsap == dsap && answer.fc == DATA_LOW {
                     change(&mut answer.du);
                 }
             }),
             Fault::RefusesOthers(dsap) => Box::new(move |line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 match Frame::parse(octets) {
                     Some(request) if request.dsap == dsap && request.sa != MASTER && received != Received::Nothing => {
                         status(&request, RS)
@@ -151,13 +151,13 @@ impl FaultyLine {
                 }
             }),
             Fault::Answers(change) => Box::new(move |line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 match Frame::parse(octets) {
                     Some(request) => change(&line.slave, &request, received),
                     None => received,
                 }
             }),
-            Fault::Counts(_) => Box::new(Line::hear),
+            Fault::Counts(_) => Box::new(Line::send),
             Fault::Reacts(make) => make(),
         };
         let counting = if let Fault::Counts(counting) = fault { *counting } else { Counting::Correct };
@@ -166,9 +166,9 @@ impl FaultyLine {
 }
 
 /// A slave that changes its answers that are data telegrams.
-fn says(change: impl Fn(&Frame, &mut Frame) + 'static) -> Box<Reaction> {
+fn changes_answer(change: impl Fn(&Frame, &mut Frame) + 'static) -> Box<Reaction> {
     Box::new(move |line, octets| {
-        let received = line.hear(octets);
+        let received = line.send(octets);
         let (Some(request), Some(mut answer)) = (Frame::parse(octets), Frame::parse_answer(&received)) else {
             return received;
         };
@@ -191,7 +191,7 @@ impl Link for FaultyLine {
 
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
         let Self { line, memory, react } = self;
-        Ok(memory.hear(octets, &mut |octets| react(line, octets)))
+        Ok(memory.receive(octets, &mut |octets| react(line, octets)))
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {

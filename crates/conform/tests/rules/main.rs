@@ -232,7 +232,7 @@ fn a_wrong_answer_that_does_not_come_again_leaves_a_rule_untested() {
     let once = faulty::Fault::Reacts(|| {
         let mut is_first = true;
         Box::new(move |line, octets| {
-            let received = line.hear(octets);
+            let received = line.send(octets);
             let is_status =
                 faulty::Frame::parse(octets).is_some_and(|request| request.function() == faulty::FDL_STATUS);
             if is_status && std::mem::take(&mut is_first) { faulty::sc() } else { received }

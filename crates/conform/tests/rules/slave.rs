@@ -39,7 +39,7 @@ impl<S: Station> Line<S> {
     }
 
     /// Sends octets to the slave. Returns its answer.
-    pub fn hear(&mut self, octets: &[u8]) -> Received {
+    pub fn send(&mut self, octets: &[u8]) -> Received {
         self.now = self.now + 60;
         self.slave.poll(self.now);
         let mut received = Received::Nothing;
@@ -77,7 +77,7 @@ impl<S: Station> Link for Line<S> {
     }
 
     fn send_and_receive(&mut self, octets: &[u8]) -> Result<Received, PortError> {
-        Ok(self.hear(octets))
+        Ok(self.send(octets))
     }
 
     fn wait(&mut self, time: Duration) -> Result<(), PortError> {

@@ -84,6 +84,8 @@ pub struct ParameterChannel {
     rules: &'static ChannelRules,
     /// The present request; AK 0 for none.
     request: Request,
+    /// The octets of the last cycle: the same ones again change nothing, which is the usual cycle.
+    octets: [u8; OCTETS],
     answer: [u8; OCTETS],
 }
 
@@ -91,7 +93,7 @@ impl ParameterChannel {
     /// A channel without a request.
     #[must_use]
     pub fn new(rules: &'static ChannelRules) -> Self {
-        Self { rules, request: Request::default(), answer: [0; OCTETS] }
+        Self { rules, request: Request::default(), octets: [0; OCTETS], answer: [0; OCTETS] }
     }
 
     /// Accepts the octets of this cycle. Returns a write that has to be executed now; the caller passes its result to
@@ -100,6 +102,10 @@ impl ParameterChannel {
     /// Where the manual asks for AK 0 between two requests, a changed request without it is ignored and the old answer
     /// stays.
     pub fn accept(&mut self, octets: [u8; OCTETS]) -> Option<WriteTask> {
+        if octets == self.octets {
+            return None;
+        }
+        self.octets = octets;
         let request = Request::new(octets, self.rules);
         if !self.is_new(&request) {
             return None;
@@ -118,7 +124,7 @@ impl ParameterChannel {
     /// Whether [`accept`](Self::accept) would change nothing with these octets.
     #[must_use]
     pub fn keeps(&self, octets: [u8; OCTETS]) -> bool {
-        !self.is_new(&Request::new(octets, self.rules))
+        octets == self.octets || !self.is_new(&Request::new(octets, self.rules))
     }
 
     /// Whether a request takes the place of the present one.

@@ -28,7 +28,7 @@ fn the_identity_is_that_of_the_manual() {
     // xxx_y.yy (36)
     let revision = tester.get(0, 21);
     assert_eq!((revision.len(), revision[3], revision[5]), (8, b'_', b'.'));
-    // (31)
+    // Types of Appendix B (32), constant (117), as a word and two zeros (31).
     assert_eq!(tester.get(0, 16), hex("00 01 00 00"));
     assert_eq!(tester.get(1, 16), hex("00 03 00 00"));
     for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00"), (3, "00 0E 00 00"), (4, "01 00 00 00")] {

@@ -15,7 +15,7 @@ fn log_counts(mbar: f64) -> f64 {
     3511.0 * (mbar * 1_048_576.0).log10() + 1.0
 }
 
-/// Instance, and its Full Scale, Overrange and Underrange in mbar (86).
+/// Instance, and its Full Scale, Overrange (90) and Underrange in mbar (86).
 const PCG_LIMITS: [(u8, [f64; 3]); 3] =
     [(1, [1500.0, 1500.0, 1.0]), (2, [1000.0, 1200.0, 5e-5]), (3, [1200.0, 1200.0, 300.0])];
 const PSG_LIMITS: [(u8, [f64; 3]); 1] = [(1, [1000.0, 1200.0, 5e-5])];

@@ -118,6 +118,24 @@ impl Receiver {
         matches!(self.step(end, octet), Step::Complete)
     }
 
+    /// Stores a character of a telegram whose end is not there yet, without a look at the time: for a handler of an interrupt that knows
+    /// already that the line was not idle before it. Returns `false`, and does nothing, where [`collect`](Self::collect) must decide. The
+    /// caller tells the receiver the end of the character with [`continue_at`](Self::continue_at) before it calls anything else.
+    #[inline]
+    pub fn collect_plain(&mut self, octet: u8) -> bool {
+        let is_plain = self.length < self.buffer_until;
+        if is_plain {
+            self.store(octet);
+        }
+        is_plain
+    }
+
+    /// The last character, which [`collect_plain`](Self::collect_plain) has stored, ended at `end`.
+    #[inline]
+    pub const fn continue_at(&mut self, end: BitTime) {
+        self.last = end;
+    }
+
     /// Copies the octets that [`collect`](Self::collect) has completed to the front of `place` and returns them. They may be damaged:
     /// the caller reports octets that are no telegram with [`reject`](Self::reject).
     pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> &'a [u8] {
@@ -356,6 +374,25 @@ mod tests {
 
     const FDL_STATUS: [u8; 6] = [0x10, 8, 2, 0x49, 0x53, 0x16];
     const SLAVE_DIAG: [u8; 11] = [0x68, 5, 5, 0x68, 0x88, 0x82, 0x6D, 0x3C, 0x3E, 0xF1, 0x16];
+
+    /// The octets between the header and the last one need no decision.
+    #[test]
+    fn characters_without_their_time_are_stored_where_no_decision_is_needed() {
+        let mut receiver = Receiver::new(BitTime(0));
+        let mut end = BitTime(100);
+        let mut plain = 0;
+        for (number, octet) in SLAVE_DIAG.iter().enumerate() {
+            end = end + CHARACTER_TBIT;
+            if receiver.collect_plain(*octet) {
+                receiver.continue_at(end);
+                plain += 1;
+            } else {
+                assert_eq!(receiver.collect(end, *octet), number == SLAVE_DIAG.len() - 1, "octet {number}");
+            }
+        }
+        assert_eq!((plain, receiver.damaged()), (8, 0));
+        assert_eq!(receiver.take(&mut [0; MAX_TELEGRAM]), SLAVE_DIAG);
+    }
 
     /// A line: characters follow each other without idle bits, except for `idle` bit times where the test says so.
     struct Line {

@@ -39,6 +39,16 @@ impl fmt::Display for BitTime {
 }
 
 /// A transmission rate of RS-485.
+///
+/// ```
+/// use profivac_dp::link::{Baud, BitTime};
+///
+/// let baud = Baud::B19200;
+/// assert_eq!((baud.bits_per_second(), Baud::from_bits_per_second(19_200)), (19_200, Some(baud)));
+/// assert_eq!((baud.tbit_of_ms(10), baud.tbit_of_us(10_000)), (192, 192));
+/// assert_eq!((baud.max_tsdr_tbit(), baud.default_slot_tbit()), (60, 100));
+/// assert_eq!(BitTime(1000) + baud.tbit_of_ms(10), BitTime(1192));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Baud {

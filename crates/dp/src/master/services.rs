@@ -6,13 +6,23 @@
 //! status and its length.
 //!
 //! ```
-//! use profivac_dp::link::active::{Confirmation, Failure};
+//! use profivac_dp::link::active::{Answer, Confirmation, Failure};
 //! use profivac_dp::master::services::{self, ServiceError};
+//! use profivac_wire::control::{StationType, Status};
 //!
 //! let request = services::slave_diag(8);
 //! assert_eq!((request.da, request.dsap), (8, Some(60)));
 //! let confirmation = Confirmation::Failed(Failure::Silence);
 //! assert_eq!(services::diagnosis(&confirmation), Err(ServiceError::Failed(Failure::Silence)));
+//!
+//! // Two octets of inputs and two of outputs: the answer to Get_Cfg, and then to RD_Inp.
+//! let answer = |du| Confirmation::Answer(Answer { station: StationType::Slave, status: Status::DataLow, du, repetitions: 0 });
+//! let (octets, lengths) = services::configuration(&answer(&[0x11, 0x21]))?;
+//! assert_eq!((octets, lengths.inputs, lengths.outputs), (&[0x11, 0x21][..], 2, 2));
+//! assert_eq!(services::get_cfg(8).dsap, Some(59));
+//! let inputs = services::image(&answer(&[7, 9]), Some(lengths.inputs.into()))?;
+//! assert_eq!((inputs, services::rd_inp(8).dsap), (&[7, 9][..], Some(56)));
+//! # Ok::<(), ServiceError>(())
 //! ```
 
 use crate::link::active::{Answer, Confirmation, Failure, Request};

@@ -4,8 +4,8 @@
 //!
 //! ```
 //! use profivac_dp::link::{Baud, BitTime, Station};
-//! use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
-//! use profivac_wire::{Telegram, cfg};
+//! use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave, SlaveState};
+//! use profivac_wire::{DataTelegram, Telegram, cfg};
 //!
 //! /// Two octets of outputs, which it returns as inputs.
 //! struct Echo([u8; 2]);
@@ -46,6 +46,18 @@
 //! let answer = slave.telegram(BitTime(1000), &request).expect("an answer");
 //! assert_eq!(answer.octets, [0x10, 2, 8, 0x00, 0x0A, 0x16]);
 //! assert_eq!(answer.not_before, BitTime(1011), "min T_SDR");
+//!
+//! // Master 2 parameterises it: Lock_Req, no watchdog, min T_SDR of 11 bit times, Ident_Number.
+//! let prm = [0x80, 0, 0, 11, 0x12, 0x34, 0];
+//! let request = DataTelegram { da: 8, sa: 2, dsap: Some(61), ssap: Some(62), fc: 0x6D, du: &prm };
+//! assert!(slave.telegram(BitTime(2000), &Telegram::Data(request)).is_some());
+//! assert_eq!(slave.state().to_string(), "WAIT-CFG");
+//! let owner = slave.state().owner().expect("a parameterised slave has an owner");
+//! assert_eq!((owner.master, owner.watchdog), (2, None));
+//! assert!(slave.state().is_locked_against(3) && !slave.state().is_exchanging());
+//!
+//! slave.power_up(8);
+//! assert_eq!(*slave.state(), SlaveState::POWER_UP);
 //! ```
 
 mod acyclic;

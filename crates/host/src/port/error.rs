@@ -123,6 +123,11 @@ fn or_else(offered: Option<u32>) -> String {
     offered.map_or(String::new(), |offered| format!(", it would run at {offered} bit/s"))
 }
 
+/// Whether a name of a port is a path, and not the last part of one (`ttyUSB0`).
+fn is_path(name: &str) -> bool {
+    name.contains('/')
+}
+
 fn rates(tried: &[Baud]) -> String {
     tried.iter().map(|baud| baud.bits_per_second().to_string()).collect::<Vec<_>>().join(", ")
 }
@@ -138,9 +143,12 @@ impl fmt::Display for PortError {
 impl PortError {
     /// What the user can do, if the error shows it.
     #[must_use]
-    pub const fn remedy(&self) -> Option<&'static str> {
+    pub fn remedy(&self) -> Option<&'static str> {
         match self {
-            Self::NotFound(_) => Some("plug in the adapter, or start the program that serves it"),
+            Self::NotFound(name) if is_path(name) => Some("plug in the adapter, or start the program that serves it"),
+            Self::NotFound(_) => {
+                Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")
+            }
             Self::InUse(_) => Some("end that program first; `fuser -v` names it"),
             Self::PermissionDenied(_) => Some("for a serial device, join its group (usually dialout) and log in again"),
             Self::UnsupportedRate { .. } => Some("use another adapter or another rate"),
@@ -248,6 +256,9 @@ mod tests {
             missing.to_string(),
             "there is no port /dev/x: plug in the adapter, or start the program that serves it"
         );
+        let part = PortError::NotFound("ttyUSB0".to_owned());
+        let expected = "there is no port ttyUSB0: give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it";
+        assert_eq!(part.to_string(), expected);
         let address = PortError::InvalidAddress("x".to_owned());
         assert_eq!(address.remedy(), None);
         assert_eq!(address.to_string(), "expected HOST:PORT, got \"x\" (an IPv6 address in brackets: [::1]:4000)");

@@ -59,6 +59,29 @@ pub enum AuthError {
     Random(std::io::Error),
 }
 
+/// What a program does about its users besides checking their passwords.
+pub trait AccessObserver: Send + Sync {
+    /// Records a login, a logout, a refusal, or a change of the users' file. The sentence names no password.
+    fn record(&self, sentence: &str);
+
+    /// Sessions may have ended or roles changed: `ended` says why a user has no session of this role any more.
+    fn sessions_changed(&self, ended: &dyn Fn(&User) -> Option<ReleaseReason>);
+}
+
+/// The event log of the station, and control authority: a user without a session holds none.
+impl AccessObserver for Services {
+    fn record(&self, sentence: &str) {
+        self.recorder().event_now(None, EventKind::Access, sentence);
+    }
+
+    fn sessions_changed(&self, ended: &dyn Fn(&User) -> Option<ReleaseReason>) {
+        let Some(holder) = self.control().holder() else { return };
+        if let Some(reason) = ended(&holder) {
+            self.control().release_user(&holder.name, reason);
+        }
+    }
+}
+
 /// Inode, time of change in s and ns, and size of a file. A different value means different contents.
 type Stamp = (u64, i64, i64, u64);
 
@@ -72,9 +95,9 @@ struct UserDirectory {
     stamp: Mutex<Option<Stamp>>,
 }
 
-/// The authentication of a station.
+/// The authentication of requests.
 pub struct Authenticator {
-    services: Arc<Services>,
+    observer: Arc<dyn AccessObserver>,
     /// The user of every request while there is no directory. The token proves that a change comes from a page of the station.
     anonymous: AuthenticatedUser,
     /// The users who log in.
@@ -90,7 +113,7 @@ impl Authenticator {
     ///
     /// # Errors
     /// [`UsersError`] when the file cannot be read.
-    pub fn new(services: Arc<Services>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
+    pub fn new(observer: Arc<dyn AccessObserver>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
         let token = RandomSecret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
         let (user, directory, awaited) = match access {
             Access::Anonymous(user) => (user, None, None),
@@ -98,7 +121,7 @@ impl Authenticator {
             Access::UsersWhenPresent(file) => (User::anonymous(), None, Some((file, Mutex::default()))),
         };
         let authenticator = Self {
-            services,
+            observer,
             anonymous: AuthenticatedUser { user, token },
             directory: directory.map_or_else(OnceLock::new, OnceLock::from),
             awaited,
@@ -253,14 +276,12 @@ impl Authenticator {
 
     /// A user without a session, or with another role than before, loses control authority and armed commands.
     fn release_control_if_gone(&self, directory: &UserDirectory) {
-        let Some(holder) = self.services.control().holder() else { return };
         let users = directory.users();
-        let reason = match users.get(&holder.name) {
-            Some(account) if account.role != holder.role => ReleaseReason::RoleChanged,
-            Some(_) if directory.sessions().has_session(&holder.name, &users, Instant::now()) => return,
-            _ => ReleaseReason::SessionEnded,
-        };
-        self.services.control().release_user(&holder.name, reason);
+        self.observer.sessions_changed(&|user| match users.get(&user.name) {
+            Some(account) if account.role != user.role => Some(ReleaseReason::RoleChanged),
+            Some(_) if directory.sessions().has_session(&user.name, &users, Instant::now()) => None,
+            _ => Some(ReleaseReason::SessionEnded),
+        });
     }
 
     fn read_users_if_changed(&self, directory: &UserDirectory) {
@@ -298,7 +319,7 @@ impl Authenticator {
     }
 
     fn record_event(&self, sentence: &str) {
-        self.services.recorder().event_now(None, EventKind::Access, sentence);
+        self.observer.record(sentence);
     }
 
     fn check_login_rate(&self, peer: IpAddr, name: &str) -> Result<(), AuthError> {

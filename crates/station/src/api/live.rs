@@ -1,11 +1,6 @@
-//! The live stream: the state of the station, then its changes, as server-sent events.
-//!
-//! A client gets the whole state first and then merge patches. A client that is slow gets fewer and larger patches: the server keeps for it
-//! the state that it has, and no queue.
+//! The live stream of a station: what its events hold.
 
-use super::compression::compressed;
-use super::merge_patch::merge_patch;
-use super::middleware::RequestContext;
+use super::live_source::{LiveSource, stream};
 use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView};
 use crate::plant::LivePlant;
 use crate::services::Services;
@@ -14,25 +9,16 @@ use crate::view::{
 };
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
-use axum::response::sse::{Event, KeepAlive, Sse};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::convert::Infallible;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::time::MissedTickBehavior;
-use tokio_stream::StreamExt;
-use tokio_stream::wrappers::IntervalStream;
 use utoipa::ToSchema;
 
 /// The interval between two events. free choice: a reader cannot follow faster numbers.
 const PERIOD: Duration = Duration::from_millis(250);
-
-/// Clients share a state that is younger than this: shorter than [`PERIOD`], so that a client whose tick comes a little early does not get
-/// the state that it has.
-const SHARED: Duration = Duration::from_millis(200);
 
 /// Pressures have this number of digits in the live stream. The dashboard shows three; more would only cost bandwidth.
 const DIGITS: usize = 5;
@@ -180,78 +166,27 @@ impl From<AlarmOverview> for LiveAlarms {
     }
 }
 
-/// The state that clients have, as JSON.
-type StateJson = Arc<Value>;
-
-/// The latest state, and how it differs from the one before.
-struct Latest {
-    made: Instant,
-    state: StateJson,
-    before: Option<StateJson>,
-    /// The patch from `before` to `state`, as text.
-    patch: Arc<str>,
+/// The state of a station for the live stream.
+pub fn source(services: Arc<Services>) -> LiveSource {
+    LiveSource::of(PERIOD, move || state(&services))
 }
 
-/// The latest state of the station, shared by all clients.
-pub struct SnapshotSource {
-    services: Arc<Services>,
-    latest: Mutex<Option<Latest>>,
-}
-
-/// The name and the data of an event.
-type NamedEvent = (&'static str, Arc<str>);
-
-impl SnapshotSource {
-    /// The states of a station.
-    pub const fn of(services: Arc<Services>) -> Self {
-        Self { services, latest: Mutex::new(None) }
-    }
-
-    /// The event that brings a client with the state `has` to the state at `now`, which is younger than [`SHARED`].
-    fn event(&self, has: &mut Option<StateJson>, now: Instant) -> NamedEvent {
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        let present = match latest.take() {
-            Some(present) if now < present.made + SHARED => present,
-            old => self.next(old.map(|old| old.state), now),
-        };
-        let (state, before, patch) = (Arc::clone(&present.state), present.before.clone(), Arc::clone(&present.patch));
-        *latest = Some(present);
-        drop(latest);
-        match has.replace(Arc::clone(&state)) {
-            None => ("snapshot", state.to_string().into()),
-            Some(has) if before.is_some_and(|before| Arc::ptr_eq(&before, &has)) => ("change", patch),
-            Some(has) => ("change", patch_text(&has, &state)),
-        }
-    }
-
-    fn next(&self, before: Option<StateJson>, now: Instant) -> Latest {
-        let state = Arc::new(self.state());
-        let patch = before.as_ref().map_or_else(|| Arc::from(""), |before| patch_text(before, &state));
-        Latest { made: now, state, before, patch }
-    }
-
-    fn state(&self) -> Value {
-        let Self { services, .. } = self;
-        let gauges = services.snapshots().gauges();
-        let segments = services.snapshots().segments();
-        let snapshot = Snapshot {
-            station: services.station(),
-            segments: segments.into_iter().map(|segment| (segment.name.clone(), segment)).collect(),
-            gauge_order: gauges.iter().map(|gauge| gauge.name.clone()).collect(),
-            gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), gauge.into())).collect(),
-            control_authority: services.control().authority(Instant::now()),
-            read_progress: services.snapshots().read_progress(),
-            alarms: services.alarms().overview().into(),
-            plant: services.plant().live(),
-            directory_revision: services.directory().revision(),
-        };
-        // Numbers, texts and lists always have a JSON form.
-        serde_json::to_value(&snapshot).unwrap_or_default()
-    }
-}
-
-fn patch_text(old: &Value, new: &Value) -> Arc<str> {
-    merge_patch(old, new).map_or_else(|| Arc::from("{}"), |patch| patch.to_string().into())
+fn state(services: &Services) -> Value {
+    let gauges = services.snapshots().gauges();
+    let segments = services.snapshots().segments();
+    let snapshot = Snapshot {
+        station: services.station(),
+        segments: segments.into_iter().map(|segment| (segment.name.clone(), segment)).collect(),
+        gauge_order: gauges.iter().map(|gauge| gauge.name.clone()).collect(),
+        gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), gauge.into())).collect(),
+        control_authority: services.control().authority(Instant::now()),
+        read_progress: services.snapshots().read_progress(),
+        alarms: services.alarms().overview().into(),
+        plant: services.plant().live(),
+        directory_revision: services.directory().revision(),
+    };
+    // Numbers, texts and lists always have a JSON form.
+    serde_json::to_value(&snapshot).unwrap_or_default()
 }
 
 /// The state of the station and its changes, up to four a second
@@ -260,17 +195,8 @@ fn patch_text(old: &Value, new: &Value) -> Arc<str> {
 /// the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
 /// the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = LiveEvent)))]
-pub async fn live(State(source): State<Arc<SnapshotSource>>, headers: HeaderMap, extensions: Extensions) -> Response {
-    let mut ticks = tokio::time::interval(PERIOD);
-    ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let context = extensions.get::<RequestContext>().cloned();
-    let is_allowed = move |_: &_| context.as_ref().is_none_or(RequestContext::is_still_authenticated);
-    let mut has = None;
-    let events = IntervalStream::new(ticks).take_while(is_allowed).map(move |_| {
-        let (name, data) = source.event(&mut has, Instant::now());
-        Ok::<_, Infallible>(Event::default().event(name).data(data))
-    });
-    compressed(Sse::new(events).keep_alive(KeepAlive::default()).into_response(), &headers)
+pub async fn live(State(source): State<Arc<LiveSource>>, headers: HeaderMap, extensions: Extensions) -> Response {
+    stream(source, &headers, &extensions)
 }
 
 #[cfg(test)]
@@ -284,11 +210,12 @@ mod tests {
     use std::io::Write;
     use tempfile::TempDir;
 
-    fn source() -> (SnapshotSource, TempDir) {
+    fn plant() -> (LiveSource, Arc<Services>, TempDir) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
-        (SnapshotSource::of(Arc::new(Services::new("hall".to_owned(), file, recorder))), folder)
+        let services = Arc::new(Services::new("hall".to_owned(), file, recorder));
+        (source(Arc::clone(&services)), services, folder)
     }
 
     fn reading(series: &str, pa: f64) -> Reading {
@@ -328,7 +255,7 @@ mod tests {
         }
     }
 
-    fn publish(source: &SnapshotSource, segment: &str, gauges: Vec<Gauge>) {
+    fn publish(services: &Services, segment: &str, gauges: Vec<Gauge>) {
         let view = Segment {
             name: segment.to_owned(),
             port: "/dev/ttyUSB0".to_owned(),
@@ -341,19 +268,23 @@ mod tests {
             damaged_telegrams: 0,
             stations: Vec::new(),
         };
-        source.services.snapshots().publish(SegmentSnapshot { segment: view, gauges });
+        services.snapshots().publish(SegmentSnapshot { segment: view, gauges });
     }
 
     #[test]
     fn the_first_event_has_everything_and_the_next_one_the_changes() {
-        let (source, _folder) = source();
-        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.0)]);
+        let (source, services, _folder) = plant();
+        publish(&services, "north", vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.0)]);
         let (mut has, begin) = (None, Instant::now());
         let (name, data) = source.event(&mut has, begin);
         let first: Value = serde_json::from_str(&data).unwrap();
         assert_eq!((name, &first["gauges"]["a"]["readings"]["a"]["pa"]), ("snapshot", &Value::from(1.0)));
         assert_eq!(first["gauge_order"], serde_json::json!(["a", "b"]));
-        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.123_456)]);
+        publish(
+            &services,
+            "north",
+            vec![gauge("a".to_owned(), "north", 1.0), gauge("b".to_owned(), "north", 2.123_456)],
+        );
         let (name, data) = source.event(&mut has, begin + PERIOD);
         let change: Value = serde_json::from_str(&data).unwrap();
         let expected = serde_json::json!({"b": {"readings": {"b": {"pa": 2.1235, "corrected_pa": 2.1235}}}});
@@ -364,14 +295,14 @@ mod tests {
     /// A client whose line is blocked for a while is not polled; its next event has all changes since its last one.
     #[test]
     fn a_slow_client_misses_no_change_and_has_no_queue() {
-        let (source, _folder) = source();
+        let (source, services, _folder) = plant();
         let begin = Instant::now();
         let (mut fast, mut slow) = (None, None);
-        publish(&source, "north", vec![gauge("a".to_owned(), "north", 1.0)]);
+        publish(&services, "north", vec![gauge("a".to_owned(), "north", 1.0)]);
         source.event(&mut slow, begin);
         source.event(&mut fast, begin);
         for step in 1..=40_u32 {
-            publish(&source, "north", vec![gauge("a".to_owned(), "north", f64::from(step))]);
+            publish(&services, "north", vec![gauge("a".to_owned(), "north", f64::from(step))]);
             source.event(&mut fast, begin + PERIOD * step);
         }
         let (_, data) = source.event(&mut slow, begin + PERIOD * 40);
@@ -382,7 +313,7 @@ mod tests {
 
     #[test]
     fn all_clients_share_a_state_for_one_period() {
-        let (source, _folder) = source();
+        let (source, _services, _folder) = plant();
         let (mut one, mut other, begin) = (None, None, Instant::now());
         source.event(&mut one, begin);
         source.event(&mut other, begin + PERIOD / 2);
@@ -398,7 +329,7 @@ mod tests {
     /// 480 gauges on 16 segments whose pressures all change in all digits between two events.
     #[test]
     fn the_changes_of_480_gauges_fit_into_50_kilobytes_per_second() {
-        let (source, _folder) = source();
+        let (source, services, _folder) = plant();
         let mut random = fastrand::Rng::with_seed(1);
         let (mut has, begin) = (None, Instant::now());
         let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
@@ -408,7 +339,7 @@ mod tests {
                 let name = format!("segment {segment:02}");
                 let mut pa = || 10_f64.powf(-8.0 + 6.0 * random.f64());
                 let gauges = (0..30).map(|number| gauge(format!("gauge {segment:02}-{number:02}"), &name, pa()));
-                publish(&source, &name, gauges.collect());
+                publish(&services, &name, gauges.collect());
             }
             let (_, data) = source.event(&mut has, begin + PERIOD * step);
             encoder.write_all(data.as_bytes()).unwrap();

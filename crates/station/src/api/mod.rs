@@ -44,7 +44,7 @@
 //! | `problem` | problem documents |
 //! | `openapi` | answers of the middleware in the description |
 //! | `body`, `query` | bodies and query parameters |
-//! | `merge_patch`, `compression` | the changes of the live stream, and their compression |
+//! | `live_source`, `merge_patch`, `compression` | a state and its changes as a stream, and their compression |
 //! | `database` | queries on blocking threads |
 //! | `fits` | fits of plants, one at a time |
 //! | the others | the handlers |
@@ -53,7 +53,7 @@ mod alarm_settings;
 mod alarms;
 mod audit;
 pub mod authenticator;
-mod body;
+pub mod body;
 mod bus;
 mod compression;
 mod control;
@@ -63,13 +63,14 @@ pub mod headers;
 mod history;
 mod identify;
 mod live;
+pub mod live_source;
 mod merge_patch;
 pub mod middleware;
 mod notes;
 mod openapi;
 mod problem;
 mod pump_downs;
-mod query;
+pub mod query;
 mod report;
 mod session;
 mod snapshot;
@@ -80,7 +81,7 @@ use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
 use database::DatabaseReaders;
 use fits::Fits;
-use live::SnapshotSource;
+use live_source::LiveSource;
 use openapi::CommonResponses;
 pub use problem::Problem;
 use std::sync::Arc;
@@ -160,7 +161,7 @@ struct Shared {
     services: Arc<Services>,
     readers: DatabaseReaders,
     fits: Fits,
-    snapshots: Arc<SnapshotSource>,
+    snapshots: Arc<LiveSource>,
 }
 
 impl FromRef<Shared> for Arc<Services> {
@@ -181,7 +182,7 @@ impl FromRef<Shared> for Fits {
     }
 }
 
-impl FromRef<Shared> for Arc<SnapshotSource> {
+impl FromRef<Shared> for Arc<LiveSource> {
     fn from_ref(shared: &Shared) -> Self {
         Self::clone(&shared.snapshots)
     }
@@ -220,10 +221,19 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/webhooks", get(alarms::webhooks))
 }
 
+/// Login, logout, and change of the password. They need the middleware of [`crate::server::Server`] alone.
+pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    Router::new()
+        .route("/api/session", get(session::session))
+        .route("/api/login", post(session::login))
+        .route("/api/logout", post(session::logout))
+        .route("/api/password", post(session::password))
+}
+
 /// The API of a station, and the dashboard.
 pub fn router(services: Arc<Services>) -> Router {
     let readers = DatabaseReaders::of(Arc::clone(&services));
-    let snapshots = Arc::new(SnapshotSource::of(Arc::clone(&services)));
+    let snapshots = Arc::new(live::source(Arc::clone(&services)));
     Router::new()
         .route("/api/station", get(snapshot::station))
         .route("/api/segments", get(snapshot::segments))
@@ -246,10 +256,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/export.csv", get(history::export))
         .route("/api/export.parquet", get(history::export_parquet))
         .merge(alarm_routes())
-        .route("/api/session", get(session::session))
-        .route("/api/login", post(session::login))
-        .route("/api/logout", post(session::logout))
-        .route("/api/password", post(session::password))
+        .merge(session_routes())
         .route("/api/audit", get(audit::audit))
         .route("/api/audit.csv", get(audit::csv))
         .merge(control_routes())

@@ -73,7 +73,6 @@ impl Problem {
     }
 
     /// 501: this program was built without it.
-    #[cfg(not(feature = "parquet"))]
     pub fn not_implemented(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_IMPLEMENTED, detail)
     }

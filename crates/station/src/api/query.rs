@@ -7,6 +7,9 @@ use profivac_recorder::Micros;
 use std::error::Error;
 
 /// The parameters of a query, or a problem that names the parameter.
+///
+/// # Errors
+/// 400: a parameter is missing, unknown or malformed.
 pub fn parsed_query<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Problem> {
     // The text of the rejection itself begins with words for programmers.
     let sentence =
@@ -42,6 +45,9 @@ pub fn moment(name: &'static str, value: &str) -> Result<i64, MomentError> {
 }
 
 /// A time range whose end is after its beginning, from milliseconds since 1970.
+///
+/// # Errors
+/// 400: the end is not after the beginning.
 pub fn time_range(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
     if from >= to {
         return Err(Problem::bad_request(format!("expected from to lie before to, found {from} and {to}")));
@@ -50,6 +56,9 @@ pub fn time_range(from: i64, to: i64) -> Result<(Micros, Micros), Problem> {
 }
 
 /// A finite number above 0.
+///
+/// # Errors
+/// 400: it is another number.
 pub fn positive(name: &'static str, given: f64) -> Result<f64, Problem> {
     if given.is_finite() && given > 0.0 {
         Ok(given)
@@ -59,6 +68,9 @@ pub fn positive(name: &'static str, given: f64) -> Result<f64, Problem> {
 }
 
 /// The accuracy of a gauge as a fraction of the reading, if it is given.
+///
+/// # Errors
+/// 400: it is not from 0 to 1.
 pub fn checked_accuracy(given: Option<f64>) -> Result<Option<f64>, Problem> {
     match given {
         Some(accuracy) if !(0.0..=1.0).contains(&accuracy) => {
@@ -69,6 +81,9 @@ pub fn checked_accuracy(given: Option<f64>) -> Result<Option<f64>, Problem> {
 }
 
 /// A number from 1 to `max`.
+///
+/// # Errors
+/// 400: it is another number.
 pub fn checked_range(name: &'static str, given: u32, max: u32) -> Result<u32, Problem> {
     if (1..=max).contains(&given) {
         Ok(given)

@@ -14,9 +14,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 use tokio_rustls::rustls::pki_types::pem;
 
-/// An error in the configuration file, with its position.
+/// An error in the configuration file, with its position; a file that cannot be read has none.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}:{line}:{column}: {problem}", file = file.display())]
+#[error("{}: {problem}", self.location())]
 pub struct ConfigError {
     /// The configuration file.
     pub file: PathBuf,
@@ -26,6 +26,17 @@ pub struct ConfigError {
     pub column: usize,
     /// The problem, with the expected and the found value.
     pub problem: Box<ConfigProblem>,
+}
+
+impl ConfigError {
+    /// The file, and in it the line and the column.
+    fn location(&self) -> String {
+        let file = self.file.display();
+        match *self.problem {
+            ConfigProblem::Unreadable(_) => file.to_string(),
+            _ => format!("{file}:{}:{}", self.line, self.column),
+        }
+    }
 }
 
 /// A problem and the octets of the file that cause it.
@@ -541,6 +552,9 @@ pub enum ArchiveProblem {
     /// The table has two destinations.
     #[error("expected [archive.nats] or [archive.https], found both: delete one of them")]
     TwoTransports,
+    /// Requests of the archive come over NATS alone.
+    #[error("requests need [archive.nats]: over HTTPS the station only sends; delete requests")]
+    RequestsWithoutNats,
     /// The URL is not that of an archive.
     #[error("expected a URL like https://archive.example:8443, without a user and a path")]
     Url,

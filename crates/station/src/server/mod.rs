@@ -6,7 +6,7 @@
 mod slow_client;
 mod tls;
 
-use crate::api::authenticator::Authenticator;
+use crate::api::authenticator::{AccessObserver, Authenticator};
 use crate::api::headers::{self, Hosts};
 use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
@@ -141,14 +141,22 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a server.
+    /// Starts the server of a station.
     ///
     /// # Errors
     /// [`ServerError`].
     pub fn start(services: Arc<Services>, setup: Setup) -> Result<Self, ServerError> {
+        Self::start_with(crate::api::router(Arc::clone(&services)), services, setup)
+    }
+
+    /// Starts a server that answers with `router` what the middleware lets through. `observer` gets what happens to the users.
+    ///
+    /// # Errors
+    /// [`ServerError`].
+    pub fn start_with(router: Router, observer: Arc<dyn AccessObserver>, setup: Setup) -> Result<Self, ServerError> {
         let Setup { listen, access, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
-        let authenticator = Arc::new(Authenticator::new(Arc::clone(&services), access, limits.rate_limits)?);
+        let authenticator = Arc::new(Authenticator::new(observer, access, limits.rate_limits)?);
         check_exposure(listen, &hosts, keys.is_some(), authenticator.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
@@ -162,7 +170,7 @@ impl Server {
             body_timeout: limits.head,
             streams: StreamPlaces::new(limits.connections),
         };
-        let connections = Connections { router: router(services, guard), keys: keys.clone(), limits, gateway: None };
+        let connections = Connections { router: guarded(router, guard), keys: keys.clone(), limits, gateway: None };
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || run(runtime, &listener, &connections, &authenticator, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
@@ -254,12 +262,11 @@ pub struct Connections {
     pub gateway: Option<Arc<GatewayStatus>>,
 }
 
-/// The API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
-fn router(services: Arc<Services>, guard: RequestGuard) -> Router {
+/// An API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
+fn guarded(router: Router, guard: RequestGuard) -> Router {
     let tls = guard.tls;
-    let router = crate::api::router(services)
-        .layer(from_fn_with_state(Arc::new(guard), middleware::authorise))
-        .layer(from_fn(headers::headers));
+    let router =
+        router.layer(from_fn_with_state(Arc::new(guard), middleware::authorise)).layer(from_fn(headers::headers));
     if tls { router.layer(from_fn(headers::tls_only)) } else { router }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::support;
 use crate::support::memory_station::MemoryStation;
-use crate::test_station::{Answer, Ask, Page, TestStation};
+use crate::test_station::{Answer, Page, Request, TestStation};
 use profivac_station::auth::Role;
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ fn acting_station() -> (MemoryStation, TestStation) {
 }
 
 fn post(station: &TestStation, page: &Page, path: &str, body: &Value) -> Answer {
-    Ask::post(path, body).by(page).to(station)
+    Request::post(path, body).by(page).to(station)
 }
 
 /// Gets control authority and arms a degas. Returns the path that executes it.
@@ -28,7 +28,7 @@ fn armed(station: &TestStation, page: &Page) -> String {
 /// User and outcome of the last audit entry about control authority.
 fn last(station: &TestStation, reader: &Page) -> (String, String) {
     assert!(station.services.recorder().flush());
-    let rows = Ask::get("/api/audit").by(reader).to(station).json();
+    let rows = Request::get("/api/audit").by(reader).to(station).json();
     let row = rows.as_array().unwrap().iter().find(|row| row["action"] == "control-authority").unwrap().clone();
     (row["user"].as_str().unwrap().to_owned(), row["outcome"].as_str().unwrap().to_owned())
 }
@@ -61,7 +61,7 @@ fn a_login_as_another_user_releases_control_authority() {
     let (_gauge, station) = acting_station();
     let olga = station.login("olga");
     armed(&station, &olga);
-    assert_eq!(Ask::login("vera", crate::test_station::PASSWORD).cookie(&olga).to(&station).status, 200);
+    assert_eq!(Request::login("vera", crate::test_station::PASSWORD).cookie(&olga).to(&station).status, 200);
     assert_eq!(station.services.control().holder(), None);
 }
 

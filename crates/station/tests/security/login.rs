@@ -1,6 +1,6 @@
 //! Logins, passwords and the event log.
 
-use crate::test_station::{Ask, PASSWORD, Page, TestStation};
+use crate::test_station::{PASSWORD, Page, Request, TestStation};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::auth::users::Users;
@@ -24,7 +24,7 @@ fn the_api_answers_nothing_before_login() {
         let wanted = if path == "/api/login" { 405 } else { wanted };
         assert_eq!(station.get(path).status, wanted, "{path}");
         let wanted = if path == "/api/login" { 400 } else { 401 };
-        assert_eq!(Ask::post(path, &json!({})).to(&station).status, wanted, "{path}");
+        assert_eq!(Request::post(path, &json!({})).to(&station).status, wanted, "{path}");
     }
     let anonymous = station.get("/api/session").json();
     assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "login": "logged-out" }));
@@ -36,7 +36,7 @@ fn a_session_has_the_name_and_the_role_of_its_user() {
     let station = TestStation::new();
     for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
         let page = station.login(name);
-        let session = Ask::get("/api/session").by(&page).to(&station).json();
+        let session = Request::get("/api/session").by(&page).to(&station).json();
         assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "login": "logged-in" }));
     }
     let events = station.access_events("vera (viewer) logged in from 127.0.0.1");
@@ -47,7 +47,7 @@ fn a_session_has_the_name_and_the_role_of_its_user() {
 fn a_station_has_no_default_users() {
     let station = TestStation::open(Role::Viewer);
     for name in ["root", "admin", "engineer", "profivac", "demo", "anonymous", ""] {
-        let refused = Ask::login(name, name).header(&format!("x-csrf-token: {}", token(&station))).to(&station);
+        let refused = Request::login(name, name).header(&format!("x-csrf-token: {}", token(&station))).to(&station);
         assert_eq!((refused.status, refused.problem().starts_with("this station has no users")), (404, true), "{name}");
     }
 }
@@ -60,7 +60,7 @@ fn token(station: &TestStation) -> String {
 fn a_wrong_name_and_a_wrong_password_get_the_same_answer() {
     let station = TestStation::new();
     let answers = [("ada", "wrong"), ("unknown", "wrong"), ("unknown", PASSWORD), ("", "")];
-    let answers = answers.map(|(name, password)| Ask::login(name, password).to(&station));
+    let answers = answers.map(|(name, password)| Request::login(name, password).to(&station));
     for answer in &answers {
         assert_eq!((answer.status, &answer.body), (401, &answers[0].body));
         assert_eq!(answer.headers.len(), answers[0].headers.len());
@@ -74,9 +74,9 @@ fn a_password_is_compared_exactly_as_typed() {
     let long = format!("{PASSWORD}, and a very long sentence after it: äöü 气压计 {}", "x".repeat(300));
     station.change(|users| users.get_mut("vera").unwrap().password = Hash::of(&long).unwrap());
     station.access_events("the password of vera was changed");
-    assert_eq!(Ask::login("vera", &long).to(&station).status, 200);
+    assert_eq!(Request::login("vera", &long).to(&station).status, 200);
     for near in [long[..long.len() - 1].to_owned(), format!("{long} "), format!(" {long}"), long.to_uppercase()] {
-        assert_eq!(Ask::login("vera", &near).to(&station).status, 401);
+        assert_eq!(Request::login("vera", &near).to(&station).status, 401);
     }
 }
 
@@ -85,7 +85,7 @@ fn a_user_changes_the_own_password_with_the_current_one() {
     let station = TestStation::new();
     let (page, other) = (station.login("vera"), station.login("vera"));
     let change = |page: &Page, current: &str, new: &str| {
-        Ask::post("/api/password", &json!({ "current": current, "new": new })).by(page).to(&station)
+        Request::post("/api/password", &json!({ "current": current, "new": new })).by(page).to(&station)
     };
     let new = "orchid ladder seventeen";
     assert_eq!(change(&page, "wrong", new).status, 403);
@@ -98,10 +98,10 @@ fn a_user_changes_the_own_password_with_the_current_one() {
     let fresh = Page::of(&changed);
     assert_ne!((&fresh.cookie, &fresh.token), (&page.cookie, &page.token));
     for (page, status) in [(&fresh, 200), (&page, 401), (&other, 401)] {
-        assert_eq!(Ask::get("/api/gauges").cookie(page).to(&station).status, status);
+        assert_eq!(Request::get("/api/gauges").cookie(page).to(&station).status, status);
     }
-    assert_eq!(Ask::login("vera", PASSWORD).to(&station).status, 401);
-    assert_eq!(Ask::login("vera", new).to(&station).status, 200);
+    assert_eq!(Request::login("vera", PASSWORD).to(&station).status, 401);
+    assert_eq!(Request::login("vera", new).to(&station).status, 200);
     station.access_events("the password of vera was changed");
 }
 
@@ -111,15 +111,16 @@ fn an_address_that_guesses_gets_429_with_the_time_to_wait() {
     let rate_limits = RateLimits { logins: RateLimit::new(20, Duration::from_secs(3600)), ..RateLimits::default() };
     let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let page = station.login("vera");
-    let answers: Vec<_> = (0..24).map(|number| Ask::login("ada", &format!("guess {number}")).to(&station)).collect();
+    let answers: Vec<_> =
+        (0..24).map(|number| Request::login("ada", &format!("guess {number}")).to(&station)).collect();
     assert!(answers.iter().take(19).all(|answer| answer.status == 401));
     let last = answers.last().unwrap();
     assert_eq!(last.status, 429);
     let wait: u64 = last.header("retry-after").unwrap().parse().unwrap();
     assert!((3_000..=3_601).contains(&wait), "{wait}");
-    let right = Ask::login("ada", PASSWORD).to(&station);
+    let right = Request::login("ada", PASSWORD).to(&station);
     assert_eq!(right.status, 429, "an attacker does not learn that a guess is right");
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200, "an existing session continues");
+    assert_eq!(Request::get("/api/gauges").by(&page).to(&station).status, 200, "an existing session continues");
     station.access_events("too many logins from 127.0.0.1");
 }
 
@@ -128,11 +129,11 @@ fn the_event_log_holds_no_secret() {
     let station = TestStation::new();
     let page = station.login("ada");
     let typed_into_the_wrong_field = "orchid ladder seventeen";
-    Ask::login(typed_into_the_wrong_field, "").to(&station);
-    Ask::login("ada", typed_into_the_wrong_field).to(&station);
-    Ask::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&station);
-    Ask::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&station);
-    Ask::post("/api/logout", &json!(null)).by(&page).to(&station);
+    Request::login(typed_into_the_wrong_field, "").to(&station);
+    Request::login("ada", typed_into_the_wrong_field).to(&station);
+    Request::login("evil\r\nname\u{202e}\u{1b}[31m", "wrong").to(&station);
+    Request::post("/api/logout", &json!(null)).cookie(&page).header("x-csrf-token: nonsense").to(&station);
+    Request::post("/api/logout", &json!(null)).by(&page).to(&station);
     let events = station.access_events("ada logged out from 127.0.0.1");
     assert_eq!(
         events,
@@ -163,7 +164,7 @@ fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
     let events = station.access_events("is open to others (mode 644): chmod 600");
     assert!(events.iter().all(|line| !line.contains("orchid")), "{events:?}");
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200);
+    assert_eq!(Request::get("/api/gauges").by(&page).to(&station).status, 200);
 }
 
 /// A server that other computers reach has TLS and users, or it does not start.
@@ -208,7 +209,7 @@ fn the_first_user_takes_effect_without_a_restart() {
     assert_eq!(station.get("/api/session").json()["login"], "not-required");
     assert_eq!(station.get("/api/gauges").status, 200);
     let mut stream = station.connect();
-    stream.write_all(Ask::get("/api/live").text().as_bytes()).unwrap();
+    stream.write_all(Request::get("/api/live").text().as_bytes()).unwrap();
     assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
     let file = station.file("first.toml");
     // A file without users, or with an error, changes nothing.
@@ -224,7 +225,7 @@ fn the_first_user_takes_effect_without_a_restart() {
     assert_eq!(station.get("/api/gauges").status, 401);
     assert_eq!(station.get("/api/session").json()["login"], "logged-out");
     while stream.read(&mut [0; 4096]).unwrap() > 0 {}
-    assert_eq!(Ask::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
+    assert_eq!(Request::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
     fs::remove_file(&file).unwrap();
     station.access_events("does not exist");
     assert_eq!(station.get("/api/gauges").status, 401, "without the file the users stay as they were");

@@ -1,6 +1,6 @@
 //! Forged and malformed requests, and the headers of every answer.
 
-use crate::test_station::{Answer, Ask, Page, TestStation};
+use crate::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
@@ -8,8 +8,8 @@ use serde_json::json;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-fn logout() -> Ask {
-    Ask::post("/api/logout", &json!(null))
+fn logout() -> Request {
+    Request::post("/api/logout", &json!(null))
 }
 
 #[test]
@@ -17,19 +17,23 @@ fn a_change_without_the_token_is_refused() {
     for station in [TestStation::new(), TestStation::open(Role::Engineer)] {
         let (page, other) = if station.get("/api/session").json()["login"] == "not-required" {
             let token = station.get("/api/session").json()["token"].as_str().unwrap().to_owned();
-            let page = crate::test_station::Page { cookie: "a=b".to_owned(), token };
+            let page = Page { cookie: "a=b".to_owned(), token };
             (page, "0".repeat(64))
         } else {
             (station.login("ada"), station.login("ada").token)
         };
         for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "BREW"] {
             for path in ["/api/logout", "/api/gauges", "/api/no/such/thing"] {
-                let ask = Ask::new(method, path).cookie(&page);
-                assert_eq!(ask.to(&station).status, 403, "{method} {path}");
-                assert_eq!(ask.header(&format!("x-csrf-token: {other}")).to(&station).status, 403, "{method} {path}");
+                let request = Request::new(method, path).cookie(&page);
+                assert_eq!(request.to(&station).status, 403, "{method} {path}");
+                assert_eq!(
+                    request.header(&format!("x-csrf-token: {other}")).to(&station).status,
+                    403,
+                    "{method} {path}"
+                );
             }
         }
-        assert_eq!(Ask::new("PUT", "/api/gauges").by(&page).to(&station).status, 405);
+        assert_eq!(Request::new("PUT", "/api/gauges").by(&page).to(&station).status, 405);
         assert_eq!(logout().by(&page).to(&station).status, 204);
     }
 }
@@ -50,10 +54,8 @@ fn a_request_from_a_foreign_page_is_refused() {
         "sec-fetch-site: \"same-origin\"",
     ];
     for line in foreign {
-        for ask in
-            [logout().by(&page), Ask::get("/api/gauges").by(&page), Ask::login("ada", crate::test_station::PASSWORD)]
-        {
-            let refused = ask.header(line).to(&station);
+        for request in [logout().by(&page), Request::get("/api/gauges").by(&page), Request::login("ada", PASSWORD)] {
+            let refused = request.header(line).to(&station);
             assert_eq!(
                 (refused.status, refused.problem().as_str()),
                 (403, "the request comes from a foreign page"),
@@ -64,9 +66,9 @@ fn a_request_from_a_foreign_page_is_refused() {
         }
     }
     for line in ["origin: http://localhost", "origin: HTTP://LOCALHOST", "sec-fetch-site: same-origin", "accept: */*"] {
-        assert_eq!(Ask::get("/api/gauges").by(&page).header(line).to(&station).status, 200, "{line}");
+        assert_eq!(Request::get("/api/gauges").by(&page).header(line).to(&station).status, 200, "{line}");
     }
-    assert_eq!(Ask::get("/api/gauges").by(&page).header("sec-fetch-site: none").to(&station).status, 200);
+    assert_eq!(Request::get("/api/gauges").by(&page).header("sec-fetch-site: none").to(&station).status, 200);
     assert_eq!(logout().by(&page).header("sec-fetch-site: none").to(&station).status, 403);
     let events = station.access_events("refused for ada at 127.0.0.1");
     assert!(
@@ -78,16 +80,16 @@ fn a_request_from_a_foreign_page_is_refused() {
 #[test]
 fn a_form_of_a_foreign_page_cannot_log_in() {
     let station = TestStation::new();
-    let body = json!({ "name": "ada", "password": crate::test_station::PASSWORD }).to_string();
+    let body = json!({ "name": "ada", "password": PASSWORD }).to_string();
     for kind in
         ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", "text/plain; application/json"]
     {
-        let ask = Ask::new("POST", "/api/login").header(&format!("content-type: {kind}")).body(&body);
-        assert_eq!(ask.to(&station).status, 415, "{kind}");
+        let request = Request::new("POST", "/api/login").header(&format!("content-type: {kind}")).body(&body);
+        assert_eq!(request.to(&station).status, 415, "{kind}");
     }
-    assert_eq!(Ask::new("POST", "/api/login").body(&body).to(&station).status, 415);
+    assert_eq!(Request::new("POST", "/api/login").body(&body).to(&station).status, 415);
     assert_eq!(
-        Ask::get("/api/login?name=ada&password=secret").to(&station).status,
+        Request::get("/api/login?name=ada&password=secret").to(&station).status,
         405,
         "credentials in a URL are not accepted"
     );
@@ -98,10 +100,10 @@ fn a_get_request_cannot_override_its_method() {
     let station = TestStation::new();
     let page = station.login("ada");
     for line in ["x-http-method-override: POST", "x-http-method: POST", "x-method-override: DELETE"] {
-        assert_eq!(Ask::get("/api/logout").by(&page).header(line).to(&station).status, 405, "{line}");
+        assert_eq!(Request::get("/api/logout").by(&page).header(line).to(&station).status, 405, "{line}");
     }
-    assert_eq!(Ask::get("/api/logout?_method=POST").by(&page).to(&station).status, 405);
-    assert_eq!(Ask::get("/api/gauges").by(&page).to(&station).status, 200);
+    assert_eq!(Request::get("/api/logout?_method=POST").by(&page).to(&station).status, 405);
+    assert_eq!(Request::get("/api/gauges").by(&page).to(&station).status, 200);
 }
 
 #[test]
@@ -146,7 +148,7 @@ fn a_path_reaches_neither_other_handlers_nor_files() {
         assert!(status == 401 || status == 400, "{path}: {status}");
     }
     for target in ["http://localhost/api/gauges", "http://evil.example/api/gauges"] {
-        assert_ne!(Ask::get(target).to(&station).status, 200, "{target}");
+        assert_ne!(Request::get(target).to(&station).status, 200, "{target}");
     }
 }
 
@@ -162,14 +164,18 @@ fn a_request_for_another_host_is_refused() {
         "localhost, evil.example",
         "127.0.0.1.evil.example",
     ] {
-        let answer = Ask::get("/").host(host).to(&station);
+        let answer = Request::get("/").host(host).to(&station);
         assert!(answer.status == 421 || answer.status == 400, "{host:?}: {}", answer.status);
     }
-    assert_eq!(Ask::get("/").header("host: evil.example").to(&station).status, 421, "two Host headers are ambiguous");
-    assert_eq!(Ask::get("http://evil.example/").to(&station).status, 421);
+    assert_eq!(
+        Request::get("/").header("host: evil.example").to(&station).status,
+        421,
+        "two Host headers are ambiguous"
+    );
+    assert_eq!(Request::get("http://evil.example/").to(&station).status, 421);
     let forwarded = ["x-forwarded-host: evil.example", "x-forwarded-for: 10.0.0.1", "forwarded: host=evil.example"];
-    let ask = forwarded.iter().fold(Ask::login("ada", crate::test_station::PASSWORD), |ask, line| ask.header(line));
-    assert_eq!(ask.to(&station).status, 200);
+    let request = forwarded.iter().fold(Request::login("ada", PASSWORD), |request, line| request.header(line));
+    assert_eq!(request.to(&station).status, 200);
     station.access_events("ada (engineer) logged in from 127.0.0.1");
 }
 
@@ -178,7 +184,7 @@ fn a_body_must_be_small_fast_and_json() {
     let limits = Limits { head: Duration::from_secs(2), ..Limits::default() };
     let station = TestStation::with(|setup, _| setup.limits = limits);
     let page = station.login("ada");
-    let post = || Ask::new("POST", "/api/password").by(&page).header("content-type: application/json");
+    let post = || Request::new("POST", "/api/password").by(&page).header("content-type: application/json");
     assert_eq!(post().body(&"a".repeat(64 << 10)).to(&station).status, 400);
     assert_eq!(post().body(&"a".repeat((64 << 10) + 1)).to(&station).status, 413);
     for body in [
@@ -203,14 +209,14 @@ fn a_body_must_be_small_fast_and_json() {
 }
 
 #[test]
-fn an_address_above_the_request_limit_waits() {
+fn an_address_above_the_request_limit_is_refused_with_a_waiting_time() {
     let rate_limits =
         RateLimits { requests: RateLimit::new(100, Duration::from_secs(86_400)), ..RateLimits::default() };
     let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let page = station.login("ada");
-    let ask = Ask::get("/api/session").by(&page);
-    assert!((1..100).all(|_| ask.to(&station).status == 200));
-    let refused = ask.to(&station);
+    let request = Request::get("/api/session").by(&page);
+    assert!((1..100).all(|_| request.to(&station).status == 200));
+    let refused = request.to(&station);
     assert_eq!(refused.status, 429);
     // A day, less the time since the burst.
     let wait: u64 = refused.header("retry-after").unwrap().parse().unwrap();
@@ -227,9 +233,9 @@ fn every_answer_has_the_security_headers() {
         station.get("/"),
         station.get("/assets/none.js"),
         station.get("/api/gauges"),
-        Ask::get("/api/gauges").by(&page).to(&station),
-        Ask::get("/").host("evil.example").to(&station),
-        Ask::new("POST", "/").to(&station),
+        Request::get("/api/gauges").by(&page).to(&station),
+        Request::get("/").host("evil.example").to(&station),
+        Request::new("POST", "/").to(&station),
         logout().to(&station),
     ];
     assert_eq!(answers.each_ref().map(|answer| answer.status), [200, 404, 401, 200, 421, 405, 401]);
@@ -257,7 +263,7 @@ fn an_api_answer_is_never_rendered_as_a_page_and_never_cached() {
     for path in
         ["/api/gauges", "/api/session", "/api/export.csv?from=0&to=1", "/api/openapi.json", "/api/gauges/%3Cscript%3E"]
     {
-        let answer = Ask::get(path).by(&page).to(&station);
+        let answer = Request::get(path).by(&page).to(&station);
         assert!(answer.header("content-security-policy").unwrap().ends_with("sandbox"), "{path}");
         assert_eq!(answer.header("cache-control"), Some("no-store"), "{path}");
         let kind = answer.header("content-type").unwrap();
@@ -266,7 +272,7 @@ fn an_api_answer_is_never_rendered_as_a_page_and_never_cached() {
             "{path}: {kind}"
         );
     }
-    let export = Ask::get("/api/export.csv?from=0&to=1").by(&page).to(&station);
+    let export = Request::get("/api/export.csv?from=0&to=1").by(&page).to(&station);
     assert_eq!(export.header("content-disposition"), Some("attachment; filename=\"pressures.csv\""));
     assert_eq!(station.get("/").header("content-type"), Some("text/html; charset=utf-8"));
     assert_eq!(station.get("/api/session").header("cache-control"), Some("no-store"));
@@ -277,11 +283,12 @@ fn a_name_is_never_part_of_an_sql_statement() {
     let station = TestStation::new();
     let page = station.login("ada");
     for name in ["%27%20OR%201=1--", "%22;DROP%20TABLE%20event;--", "%00", "%F0%9F%92%A5", "..%2F..%2Fplant.db"] {
-        let answer = Ask::get(&format!("/api/trend?series={name}&from=0&to=10")).by(&page).to(&station);
+        let answer = Request::get(&format!("/api/trend?series={name}&from=0&to=10")).by(&page).to(&station);
         assert_eq!((answer.status, answer.json()["start_ms"].clone()), (200, json!([])), "{name}");
-        let gauge = Ask::get(&format!("/api/gauges/{name}")).by(&page).to(&station);
+        let gauge = Request::get(&format!("/api/gauges/{name}")).by(&page).to(&station);
         assert_eq!(gauge.status, 404, "{name}");
     }
+    // The table of events is still there.
     station.access_events("ada (engineer) logged in");
 }
 
@@ -298,10 +305,10 @@ fn no_answer_holds_a_password_or_its_hash() {
         "/api/openapi.json",
         "/api/events?from=0&to=9999999999999",
     ] {
-        let answer = Ask::get(path).by(&page).to(&station);
+        let answer = Request::get(path).by(&page).to(&station);
         let (_, id) = page.cookie.split_once('=').unwrap();
         assert_eq!(answer.status, 200, "{path}");
-        for secret in ["argon2", crate::test_station::PASSWORD, id] {
+        for secret in ["argon2", PASSWORD, id] {
             assert!(!answer.body.contains(secret), "{path}: {secret}");
         }
     }
@@ -313,12 +320,12 @@ fn a_client_that_reads_no_answer_is_disconnected() {
     let station = TestStation::with(|setup, _| setup.limits = limits);
     let page = station.get("/").body;
     let script = page.split('"').find(|part| part.ends_with(".js")).unwrap();
-    let ask = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
+    let requests = format!("GET {script} HTTP/1.1\r\nhost: localhost\r\n\r\n").repeat(400);
     let mut greedy = station.connect();
-    greedy.write_all(ask.as_bytes()).unwrap();
+    greedy.write_all(requests.as_bytes()).unwrap();
     assert_eq!(greedy.peek(&mut [0]).unwrap(), 1, "the first answer begins");
     // The buffers of both systems are full of answers. Reading nothing, the client sees the end when it writes.
-    let end = Instant::now() + crate::test_station::TIMEOUT;
+    let end = Instant::now() + TIMEOUT;
     while greedy.write_all(b"GET").is_ok() {
         assert!(Instant::now() < end, "a client that reads nothing keeps its connection for ever");
         std::thread::yield_now();
@@ -331,14 +338,14 @@ fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
     let vera = station.login("vera");
     let open = |page: &Page| {
         let mut stream = station.connect();
-        stream.write_all(Ask::get("/api/live").cookie(page).text().as_bytes()).unwrap();
+        stream.write_all(Request::get("/api/live").cookie(page).text().as_bytes()).unwrap();
         let mut status = [0; 12];
         stream.read_exact(&mut status).unwrap();
         (String::from_utf8_lossy(&status).into_owned(), stream)
     };
     let mut own: Vec<_> = (0..8).map(|_| open(&vera)).collect();
     assert!(own.iter().all(|(status, _)| status == "HTTP/1.1 200"));
-    let refused = Ask::get("/api/live").cookie(&vera).to(&station);
+    let refused = Request::get("/api/live").cookie(&vera).to(&station);
     let expected = "expected at most 8 live streams of one session: close another page of the dashboard";
     assert_eq!((refused.status, refused.problem()), (429, expected.to_owned()));
     // With further sessions the bound of the user comes first, and it leaves places for others.
@@ -350,7 +357,7 @@ fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
     assert_eq!(open(&ada).0, "HTTP/1.1 200");
     // A page that is closed makes room.
     own.pop();
-    let end = Instant::now() + crate::test_station::TIMEOUT;
+    let end = Instant::now() + TIMEOUT;
     while open(&vera).0 != "HTTP/1.1 200" {
         assert!(Instant::now() < end, "the place of a closed stream is not free again");
         std::thread::yield_now();
@@ -358,12 +365,12 @@ fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
 }
 
 #[test]
-fn silent_connections_on_every_place_neither_keep_out_a_login_nor_end_a_live_stream() {
+fn silent_clients_on_every_connection_neither_keep_out_a_login_nor_end_a_live_stream() {
     let limits = Limits { head: Duration::from_secs(86_400), ..Limits::default() };
     let station = TestStation::with(|setup, _| setup.limits = limits);
     let vera = station.login("vera");
     let mut live = station.connect();
-    live.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
+    live.write_all(Request::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
     assert_eq!(live.read(&mut [0; 12]).unwrap(), 12);
     let begun = "POST /api/login HTTP/1.1\r\nhost: localhost\r\n";
     let silent: Vec<_> = (0..limits.connections * 2)
@@ -373,18 +380,18 @@ fn silent_connections_on_every_place_neither_keep_out_a_login_nor_end_a_live_str
             stream
         })
         .collect();
-    assert_eq!(Ask::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
+    assert_eq!(Request::get("/api/gauges").by(&station.login("ada")).to(&station).status, 200);
     assert!(live.read(&mut [0; 100]).unwrap() > 0);
     drop(silent);
 }
 
 #[test]
-fn a_user_above_the_write_limit_waits_and_other_users_do_not() {
+fn a_user_above_the_write_limit_is_refused_and_other_users_are_not() {
     let rate_limits = RateLimits { writes: RateLimit::new(5, Duration::from_secs(600)), ..RateLimits::default() };
     let station = TestStation::with(|setup, _| setup.limits = Limits { rate_limits, ..Limits::default() });
     let (olga, ada) = (station.login("olga"), station.login("ada"));
-    let ask = |page| Ask::post("/api/control-authority/request", &json!(null)).by(page).to(&station).status;
-    assert_eq!((0..8).filter(|_| ask(&olga) == 200).count(), 5);
-    assert_eq!((ask(&olga), ask(&ada)), (429, 200));
-    assert_eq!(Ask::get("/api/gauges").by(&olga).to(&station).status, 200, "reading is not limited");
+    let status = |page| Request::post("/api/control-authority/request", &json!(null)).by(page).to(&station).status;
+    assert_eq!((0..8).filter(|_| status(&olga) == 200).count(), 5);
+    assert_eq!((status(&olga), status(&ada)), (429, 200));
+    assert_eq!(Request::get("/api/gauges").by(&olga).to(&station).status, 200, "reading is not limited");
 }

@@ -1,6 +1,6 @@
 //! Sessions and their cookies.
 
-use crate::test_station::{Answer, Ask, Page, TIMEOUT, TestStation};
+use crate::test_station::{Answer, Page, Request, TIMEOUT, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::users::Users;
 use serde_json::{Value, json};
@@ -9,11 +9,11 @@ use std::io::{Read, Write};
 use std::time::Instant;
 
 fn status(station: &TestStation, page: &Page) -> u16 {
-    Ask::get("/api/gauges").cookie(page).to(station).status
+    Request::get("/api/gauges").cookie(page).to(station).status
 }
 
 fn logout(station: &TestStation, page: &Page) -> Answer {
-    Ask::post("/api/logout", &json!(null)).by(page).to(station)
+    Request::post("/api/logout", &json!(null)).by(page).to(station)
 }
 
 #[test]
@@ -33,17 +33,17 @@ fn session_identifiers_and_tokens_are_random_and_unique() {
 fn a_session_identifier_chosen_by_the_client_is_refused() {
     let station = TestStation::new();
     let chosen = format!("cookie: profivac-{}={}", station.port(), "ab".repeat(32));
-    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&station).status, 401);
-    let answer = Ask::login("ada", crate::test_station::PASSWORD).header(&chosen).to(&station);
+    assert_eq!(Request::get("/api/gauges").header(&chosen).to(&station).status, 401);
+    let answer = Request::login("ada", crate::test_station::PASSWORD).header(&chosen).to(&station);
     assert!(!answer.header("set-cookie").unwrap().contains(&"ab".repeat(32)));
-    assert_eq!(Ask::get("/api/gauges").header(&chosen).to(&station).status, 401);
+    assert_eq!(Request::get("/api/gauges").header(&chosen).to(&station).status, 401);
 }
 
 #[test]
 fn a_second_login_ends_the_session_before() {
     let station = TestStation::new();
     let old = station.login("vera");
-    let new = Page::of(&Ask::login("ada", crate::test_station::PASSWORD).cookie(&old).to(&station));
+    let new = Page::of(&Request::login("ada", crate::test_station::PASSWORD).cookie(&old).to(&station));
     assert_ne!(old, new);
     assert_eq!((status(&station, &old), status(&station, &new)), (401, 200));
 }
@@ -65,7 +65,7 @@ fn removing_a_user_ends_the_session_and_its_stream() {
     let station = TestStation::new();
     let (ada, vera) = (station.login("ada"), station.login("vera"));
     let mut stream = station.connect();
-    stream.write_all(Ask::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
+    stream.write_all(Request::get("/api/live").cookie(&vera).text().as_bytes()).unwrap();
     assert_eq!(stream.read(&mut [0; 12]).unwrap(), 12);
     station.change(|users| users.remove("vera").unwrap());
     let end = Instant::now() + TIMEOUT;
@@ -82,13 +82,13 @@ fn a_new_role_applies_at_once() {
     let ada = station.login("ada");
     station.change(|users| users.get_mut("ada").unwrap().role = Role::Viewer);
     station.access_events("the user ada is now viewer");
-    assert_eq!(Ask::get("/api/session").by(&ada).to(&station).json()["role"], "viewer");
+    assert_eq!(Request::get("/api/session").by(&ada).to(&station).json()["role"], "viewer");
 }
 
 #[test]
 fn the_cookie_is_limited_to_the_page_of_this_host() {
     let station = TestStation::new();
-    let answer = Ask::login("ada", crate::test_station::PASSWORD).to(&station);
+    let answer = Request::login("ada", crate::test_station::PASSWORD).to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     let (_, attributes) = cookie.split_once("; ").unwrap();
     assert_eq!(attributes, "Path=/; HttpOnly; SameSite=Strict");
@@ -101,12 +101,13 @@ fn the_cookie_is_limited_to_the_page_of_this_host() {
 fn behind_a_proxy_the_cookie_is_secure() {
     let station = TestStation::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
     let origin = "origin: https://vacuum.example";
-    let answer = Ask::login("ada", crate::test_station::PASSWORD).host("vacuum.example").header(origin).to(&station);
+    let answer =
+        Request::login("ada", crate::test_station::PASSWORD).host("vacuum.example").header(origin).to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     assert!(cookie.starts_with("__Host-profivac-") && cookie.ends_with("; Secure"), "{cookie}");
     let page = Page::of(&answer);
-    assert_eq!(Ask::get("/api/gauges").host("vacuum.example").cookie(&page).to(&station).status, 200);
-    let renamed = Ask::post("/api/logout", &json!(null)).by(&page).host("vacuum.example:443").header(origin);
+    assert_eq!(Request::get("/api/gauges").host("vacuum.example").cookie(&page).to(&station).status, 200);
+    let renamed = Request::post("/api/logout", &json!(null)).by(&page).host("vacuum.example:443").header(origin);
     assert_eq!(renamed.to(&station).status, 204);
 }
 
@@ -114,21 +115,21 @@ fn behind_a_proxy_the_cookie_is_secure() {
 fn foreign_and_duplicate_cookies_are_ignored() {
     let station = TestStation::new();
     let page = station.login("ada");
-    let ask = |cookies: &str| Ask::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&station).status;
-    assert_eq!(ask(&format!("a=b; {}; c=d", page.cookie)), 200);
-    assert_eq!(ask(&format!("{0}; {0}", page.cookie)), 401, "two cookies of the same name are ambiguous");
-    assert_eq!(ask(&page.cookie.replace("profivac-", "__Host-profivac-")), 401);
-    assert_eq!(ask(&page.cookie.to_uppercase()), 401);
-    assert_eq!(ask(&format!("{}; {}", "a=b; ".repeat(4000), page.cookie)), 200);
-    assert_eq!(ask(&"a".repeat(60_000)), 431);
+    let status = |cookies: &str| Request::get("/api/gauges").header(&format!("cookie: {cookies}")).to(&station).status;
+    assert_eq!(status(&format!("a=b; {}; c=d", page.cookie)), 200);
+    assert_eq!(status(&format!("{0}; {0}", page.cookie)), 401, "two cookies of the same name are ambiguous");
+    assert_eq!(status(&page.cookie.replace("profivac-", "__Host-profivac-")), 401);
+    assert_eq!(status(&page.cookie.to_uppercase()), 401);
+    assert_eq!(status(&format!("{}; {}", "a=b; ".repeat(4000), page.cookie)), 200);
+    assert_eq!(status(&"a".repeat(60_000)), 431);
     for cookie in ["=", ";;;", "profivac", "\u{7f}", "ä=ö"] {
-        assert_eq!(ask(cookie), if cookie == "\u{7f}" { 400 } else { 401 }, "{cookie:?}");
+        assert_eq!(status(cookie), if cookie == "\u{7f}" { 400 } else { 401 }, "{cookie:?}");
     }
 }
 
 /// The user with control authority.
 fn holder(station: &TestStation, page: &Page) -> Value {
-    let answer = Ask::get("/api/control-authority").by(page).to(station);
+    let answer = Request::get("/api/control-authority").by(page).to(station);
     assert_eq!(answer.status, 200, "{answer:?}");
     answer.json()["holder"].clone()
 }
@@ -137,7 +138,7 @@ fn holder(station: &TestStation, page: &Page) -> Value {
 fn a_user_whose_last_session_ended_has_no_control_authority() {
     let station = TestStation::new();
     let (vera, one, other) = (station.login("vera"), station.login("olga"), station.login("olga"));
-    let post = |path: &str, page: &Page| Ask::post(path, &json!(null)).by(page).to(&station).status;
+    let post = |path: &str, page: &Page| Request::post(path, &json!(null)).by(page).to(&station).status;
     assert_eq!(post("/api/control-authority/request", &one), 200);
     assert_eq!(post("/api/logout", &one), 204);
     assert_eq!(holder(&station, &vera), "olga", "the user has another session");
@@ -154,7 +155,7 @@ fn a_user_who_is_removed_or_becomes_viewer_has_no_control_authority() {
     {
         let station = TestStation::new();
         let (vera, olga) = (station.login("vera"), station.login("olga"));
-        assert_eq!(Ask::post("/api/control-authority/request", &json!(null)).by(&olga).to(&station).status, 200);
+        assert_eq!(Request::post("/api/control-authority/request", &json!(null)).by(&olga).to(&station).status, 200);
         assert_eq!(holder(&station, &vera), "olga");
         station.change(change);
         station.access_events(event);

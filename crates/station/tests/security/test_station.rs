@@ -98,12 +98,12 @@ impl TestStation {
     }
 
     pub fn get(&self, path: &str) -> Answer {
-        Ask::get(path).to(self)
+        Request::get(path).to(self)
     }
 
     /// Logs in.
     pub fn login(&self, name: &str) -> Page {
-        let answer = Ask::login(name, PASSWORD).to(self);
+        let answer = Request::login(name, PASSWORD).to(self);
         assert_eq!(answer.status, 200, "{answer:?}");
         Page::of(&answer)
     }
@@ -153,7 +153,7 @@ pub fn renew(files: &TlsFiles) {
 
 /// A request.
 #[derive(Clone)]
-pub struct Ask {
+pub struct Request {
     method: String,
     path: String,
     host: String,
@@ -161,7 +161,7 @@ pub struct Ask {
     body: String,
 }
 
-impl Ask {
+impl Request {
     pub fn new(method: &str, path: &str) -> Self {
         let (method, path) = (method.to_owned(), path.to_owned());
         Self { method, path, host: "localhost".to_owned(), headers: Vec::new(), body: String::new() }

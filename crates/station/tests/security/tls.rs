@@ -1,6 +1,6 @@
 //! TLS.
 
-use crate::test_station::{Answer, Ask, PASSWORD, Page, TestStation, certificate, renew, tls};
+use crate::test_station::{Answer, PASSWORD, Page, Request, TestStation, certificate, renew, tls};
 use profivac_station::config::TlsFiles;
 use profivac_station::server::{Keys, Limits};
 use std::fs;
@@ -13,14 +13,14 @@ use tokio_rustls::rustls::version::{TLS12, TLS13};
 fn over_tls_the_cookie_is_secure_and_hsts_is_set() {
     let station = TestStation::with_tls();
     assert!(station.server.url().starts_with("https://"));
-    let ask = |ask: &Ask| ask.over(tls(&station, "a.pem", &[&TLS13]).unwrap());
-    let answer = ask(&Ask::login("ada", PASSWORD).header("origin: https://localhost"));
+    let send = |request: &Request| request.over(tls(&station, "a.pem", &[&TLS13]).unwrap());
+    let answer = send(&Request::login("ada", PASSWORD).header("origin: https://localhost"));
     assert_eq!(answer.header("strict-transport-security"), Some("max-age=31622400"));
     let cookie = answer.header("set-cookie").unwrap();
     assert!(cookie.starts_with(&format!("__Host-profivac-{}=", station.port())), "{cookie}");
     assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict; Secure"), "{cookie}");
-    assert_eq!(ask(&Ask::get("/api/gauges").cookie(&Page::of(&answer))).status, 200);
-    let refused = ask(&Ask::get("/").host("evil.example"));
+    assert_eq!(send(&Request::get("/api/gauges").cookie(&Page::of(&answer))).status, 200);
+    let refused = send(&Request::get("/").host("evil.example"));
     assert_eq!((refused.status, refused.header("strict-transport-security").is_some()), (421, true));
 }
 
@@ -28,7 +28,7 @@ fn over_tls_the_cookie_is_secure_and_hsts_is_set() {
 fn tls_before_1_2_is_refused() {
     let station = TestStation::with_tls();
     for version in [&TLS12, &TLS13] {
-        assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[version]).unwrap()).status, 200);
+        assert_eq!(Request::get("/").over(tls(&station, "a.pem", &[version]).unwrap()).status, 200);
     }
     let first = |version: [u8; 2]| {
         let mut stream = station.connect();
@@ -60,18 +60,18 @@ fn hello(version: [u8; 2]) -> Vec<u8> {
 #[test]
 fn plain_http_on_a_tls_port_gets_a_fixed_answer() {
     let station = TestStation::with_tls();
-    let answer = Ask::login("ada", PASSWORD).to(&station);
+    let answer = Request::login("ada", PASSWORD).to(&station);
     assert_eq!(answer.status, 400);
     assert_eq!(answer.body, "This port uses TLS: use an address that begins with https.\n");
     let mut stream = station.connect();
     stream.write_all(&[0; 600]).unwrap();
     // The connection ends, with or without an error.
     let _ended = stream.read_to_end(&mut Vec::new());
-    assert_eq!(Ask::get("/").over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
+    assert_eq!(Request::get("/").over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
 #[test]
-fn an_unfinished_handshake_takes_one_connection_until_its_timeout() {
+fn an_unfinished_handshake_is_disconnected_at_its_timeout() {
     let station = TestStation::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
         setup.limits = Limits { head: Duration::from_millis(50), ..Limits::default() };
@@ -85,7 +85,7 @@ fn an_unfinished_handshake_takes_one_connection_until_its_timeout() {
 }
 
 #[test]
-fn unfinished_handshakes_on_every_place_do_not_keep_out_a_login() {
+fn unfinished_handshakes_on_every_connection_do_not_keep_out_a_login() {
     let limits = Limits { head: Duration::from_secs(86_400), ..Limits::default() };
     let station = TestStation::with(|setup, folder| {
         setup.tls = Some(certificate(folder));
@@ -97,11 +97,11 @@ fn unfinished_handshakes_on_every_place_do_not_keep_out_a_login() {
         slow
     };
     let mut slow: Vec<_> = (0..limits.connections + 50).map(|_| begin()).collect();
-    let login = Ask::login("ada", PASSWORD).header("origin: https://localhost");
+    let login = Request::login("ada", PASSWORD).header("origin: https://localhost");
     let answer = login.over(tls(&station, "a.pem", &[&TLS13]).unwrap());
     assert_eq!(answer.status, 200);
     slow.extend((0..50).map(|_| begin()));
-    let gauges = Ask::get("/api/gauges").cookie(&Page::of(&answer));
+    let gauges = Request::get("/api/gauges").cookie(&Page::of(&answer));
     assert_eq!(gauges.over(tls(&station, "a.pem", &[&TLS13]).unwrap()).status, 200);
 }
 
@@ -118,7 +118,7 @@ fn a_renewed_certificate_applies_to_new_connections() {
     fs::write(&files.key, "nonsense").unwrap();
     assert!(station.server.renew().unwrap_err().to_string().ends_with("a.key: expected a key in PEM, found none"));
     assert!(tls(&station, "a.pem", &[&TLS13]).is_ok());
-    before.write_all(Ask::get("/").text().as_bytes()).unwrap();
+    before.write_all(Request::get("/").text().as_bytes()).unwrap();
     assert_eq!(Answer::read(&mut before).status, 200);
 }
 

@@ -2,6 +2,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | `api` | requests to the API without a socket |
 //! | `inputs` | snapshots of one segment with one gauge |
 //! | `memory_station` | a station with a gauge in memory and users who send requests |
 //! | `tcp_segment` | virtual devices behind a TCP port, with faults |
@@ -9,18 +10,19 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub mod api;
 pub mod inputs;
 pub mod memory_station;
 pub mod tcp_segment;
+#[path = "../../../../tests/support/until.rs"]
+mod until;
 
 use profivac_recorder::{Recorder, Settings};
 use profivac_station::services::Services;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
-/// The longest wait, enough for a busy computer.
-pub const TIMEOUT: Duration = Duration::from_secs(60);
+pub use until::{TIMEOUT, until};
 
 /// The database of the services in `folder`.
 pub fn database(folder: &Path) -> PathBuf {
@@ -31,16 +33,4 @@ pub fn database(folder: &Path) -> PathBuf {
 pub fn services(folder: &Path) -> Arc<Services> {
     let recorder = Recorder::start(&database(folder), Settings::default()).unwrap();
     Arc::new(Services::new("Target hall".to_owned(), database(folder), recorder))
-}
-
-/// Waits until `seen` returns a value.
-pub fn until<T>(what: &str, mut seen: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + TIMEOUT;
-    loop {
-        if let Some(seen) = seen() {
-            return seen;
-        }
-        assert!(Instant::now() < end, "timed out: {what}");
-        std::thread::yield_now();
-    }
 }

@@ -1,16 +1,20 @@
-// Generates src/api/schema.d.ts from openapi.json: `node schema.mjs` writes it, `node schema.mjs --check` compares.
+// Generates the types of both APIs from their descriptions: `node schema.mjs` writes them, `node schema.mjs --check` compares.
 
 import { readFile, writeFile } from 'node:fs/promises'
 import openapiTS, { astToString } from 'openapi-typescript'
 
-const DESCRIPTION = new URL('../openapi.json', import.meta.url)
-const TYPES = new URL('../src/api/schema.d.ts', import.meta.url)
+/** A description, and the types that are generated from it. */
+const APIS = [
+  ['../openapi.json', '../src/api/schema.d.ts'],
+  ['../archive-openapi.json', '../src/archive/schema.d.ts'],
+]
 
-const description = JSON.parse(await readFile(DESCRIPTION, 'utf8'))
-const types = `// Generated from openapi.json by \`npm run generate\`. Do not edit.\n\n${astToString(await openapiTS(description))}`
-
-if (process.argv.includes('--check')) {
-  if ((await readFile(TYPES, 'utf8')) !== types) throw new Error('src/api/schema.d.ts is out of date: npm run generate')
-} else {
-  await writeFile(TYPES, types)
+for (const [description, types] of APIS) {
+  const [from, to] = [new URL(description, import.meta.url), new URL(types, import.meta.url)]
+  const name = description.slice('../'.length)
+  const ast = await openapiTS(JSON.parse(await readFile(from, 'utf8')))
+  const text = `// Generated from ${name} by \`npm run generate\`. Do not edit.\n\n${astToString(ast)}`
+  if (!process.argv.includes('--check')) await writeFile(to, text)
+  else if ((await readFile(to, 'utf8')) !== text)
+    throw new Error(`${types.slice('../'.length)} is out of date: npm run generate`)
 }

@@ -64,13 +64,17 @@ impl Included {
 }
 
 impl Scenario {
-    /// The scenario of a file, or the included one of this name if there is no such file.
+    /// The included scenario of this name, or the scenario of a file. A file with the name of an included scenario needs a path with a
+    /// slash: `./demo`.
     ///
     /// # Errors
     /// [`ScenarioError::Unknown`] if a name without a dot or a slash is neither, else as [`Scenario::read`].
     pub fn of_file_or_name(given: &Path) -> Result<Self, ScenarioError> {
-        let name = given.to_str().filter(|name| !name.contains(['.', '/', '\\']) && !given.exists());
-        let Some(name) = name else { return Self::read(given) };
+        let name = given.to_str().filter(|name| !name.contains(['.', '/', '\\']));
+        if let Some(included) = name.and_then(Included::named) {
+            return included.scenario();
+        }
+        let Some(name) = name.filter(|_| !given.exists()) else { return Self::read(given) };
         let unknown = || {
             let known = || INCLUDED.iter().map(|one| one.name);
             ScenarioError::Unknown {
@@ -79,6 +83,6 @@ impl Scenario {
                 suggestion: closest(name, known()).map(str::to_owned),
             }
         };
-        Included::named(name).ok_or_else(unknown)?.scenario()
+        Err(unknown())
     }
 }

@@ -1,4 +1,14 @@
 //! Abort: closes an MS2 connection with a reason. profibus-wire 4.8.
+//!
+//! ```
+//! use profivac_wire::acyclic::{Abort, AbortReason, Request};
+//!
+//! let abort = Abort::new(AbortReason::TIMEOUT);
+//! assert_eq!(abort.reason.name(), "ABT_TO: timeout");
+//! let mut out = [0; 3];
+//! assert_eq!(Request::Abort(abort).emit(&mut out), Ok(3));
+//! assert_eq!(out, [0x58, 0, 0x13]);
+//! ```
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
 use core::fmt;

@@ -22,7 +22,11 @@ const CALL: u8 = 0x08;
 ///
 /// let call = Call::parse(&[8, 0, 0xFD, 0xE8])?;
 /// assert!(call.is_call() && call.fi_index == IM0 && call.record.is_empty());
-/// # Ok::<(), profivac_wire::TooShort>(())
+///
+/// let mut out = [0; 4];
+/// assert_eq!(Call::new(IM0, &[]).emit(&mut out)?, 4);
+/// assert_eq!(out, [8, 0, 0xFD, 0xE8]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -82,8 +86,13 @@ const SERIAL_NUMBER: usize = 16;
 ///
 /// let mut record = [b' '; IM_RECORD_LENGTH];
 /// record[12..18].copy_from_slice(b"DEMO-1");
-/// assert_eq!(Im0::parse(&record)?.order_id, b"DEMO-1");
-/// # Ok::<(), profivac_wire::TooShort>(())
+/// let im0 = Im0::parse(&record)?;
+/// assert_eq!(im0.order_id, b"DEMO-1");
+///
+/// let mut out = [0; IM_RECORD_LENGTH];
+/// assert_eq!(im0.emit(&mut out)?, IM_RECORD_LENGTH);
+/// assert_eq!(out, record);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

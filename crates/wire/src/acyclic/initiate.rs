@@ -1,4 +1,35 @@
 //! Initiate opens an MS2 connection of a class 2 master; the resource manager assigns the access point. profibus-wire 4.6.
+//!
+//! ```
+//! use profivac_wire::acyclic::initiate::{AddAddr, Capabilities, Network};
+//! use profivac_wire::acyclic::{Initiate, InitiateRes, Request, ResourceManager, Response};
+//!
+//! // The resource manager assigns access point 48; its slave needs a Send_Timeout of 1 s.
+//! let Ok(Response::ResourceManager(answer)) = Response::parse(&[0x56, 48, 0, 100]) else { panic!("expected an answer") };
+//! assert_eq!(answer, ResourceManager { server_sap: 48, min_send_timeout: 100 });
+//!
+//! let destination = AddAddr { network: Some(Network { address: [0; 6], mac: &[] }), ..AddAddr::default() };
+//! let initiate = Initiate {
+//!     send_timeout: answer.min_send_timeout,
+//!     capabilities: Capabilities::READ_WRITE,
+//!     source: AddAddr::default(),
+//!     destination,
+//! };
+//! let mut out = [0; 32];
+//! let length = Request::Initiate(initiate).emit(&mut out)?;
+//! assert_eq!(Request::parse(&out[..length]), Ok(Request::Initiate(initiate)));
+//!
+//! // The slave exchanges the addresses, and says how long a record may be.
+//! let response = InitiateRes {
+//!     max_len_data_unit: 240,
+//!     capabilities: Capabilities::READ_WRITE,
+//!     source: initiate.destination,
+//!     destination: initiate.source,
+//! };
+//! let length = Response::Initiate(response).emit(&mut out)?;
+//! assert_eq!(Response::parse(&out[..length]), Ok(Response::Initiate(response)));
+//! # Ok::<(), profivac_wire::TooLong>(())
+//! ```
 
 use super::function::{FieldError, Function, PduError};
 use crate::octets::{Reader, TooLong, TooShort, Writer};

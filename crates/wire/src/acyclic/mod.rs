@@ -10,6 +10,27 @@
 //! | [`initiate`] | Initiate and the answer of the resource manager | profibus-wire 4.6 |
 //! | [`abort`] | Abort and its reasons | profibus-wire 4.8 |
 //! | [`call`] | Call on index 255 and the record I&M0 | profibus-wire 5 |
+//!
+//! A slave refuses a write, and acknowledges an alarm:
+//!
+//! ```
+//! use profivac_wire::acyclic::{AlarmAck, ErrorCode, ErrorDecode, Function, Negative, Request, Response};
+//!
+//! let refusal = Response::Negative(Negative::new(Function::Write, ErrorCode::ACCESS_DENIED));
+//! assert_eq!(refusal.function(), Function::Write);
+//! let mut out = [0; 4];
+//! assert_eq!(refusal.emit(&mut out)?, 4);
+//! assert_eq!(out, [0xDF, 0x80, 0xB6, 0]);
+//!
+//! let Ok(Response::Negative(negative)) = Response::parse(&out) else { panic!("expected a refusal") };
+//! assert_eq!(negative.decode, ErrorDecode::DpV1);
+//! let code = negative.code_1;
+//! assert_eq!((code.class(), code.code(), code.name()), (11, 6, "access denied"));
+//!
+//! let ack = AlarmAck { slot: 3, alarm_type: 2, specifier: 0x08 };
+//! assert_eq!(Request::AlarmAck(ack).function(), Function::AlarmAck);
+//! # Ok::<(), profivac_wire::TooLong>(())
+//! ```
 
 pub mod abort;
 pub mod call;

@@ -100,6 +100,14 @@ impl MessageKind {
 }
 
 /// The specifier of an alarm or a status.
+///
+/// ```
+/// use profivac_wire::ext_diag::{Specifier, SpecifierChange};
+///
+/// let specifier = Specifier(0x0D);
+/// assert_eq!((specifier.seq_nr(), specifier.add_ack()), (1, true));
+/// assert_eq!(specifier.change(), SpecifierChange::Appears);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Specifier(pub u8);

@@ -3,6 +3,36 @@
 //! The format of a device-related block depends on the device: it is defined in the manual, or, on a DP-V1 device, is an
 //! alarm or a status. The caller knows the device, so [`Message`] is parsed from the block in a second step. Both implement
 //! [`Display`](core::fmt::Display) in English.
+//!
+//! ```
+//! use profivac_wire::ext_diag::{Block, Blocks, Channel, Organisation, channel_error};
+//! use profivac_wire::ext_diag::{Message, MessageKind, ModuleState, SpecifierChange, module_states};
+//!
+//! // Module_Status of two modules, then a short circuit at input 3 of the identifier 1.
+//! let octets = [0x05, 0x82, 0x00, 0x00, 0x04, 0x81, 0x43, 0x21];
+//! let mut blocks = Blocks::new(&octets);
+//! let Some(Ok(Block::Device(content))) = blocks.next() else { panic!("expected a device-related block") };
+//! let message = Message::parse(content)?;
+//! assert_eq!((message.kind, message.kind.name()), (MessageKind::MODULE_STATUS, "module status"));
+//! let states: Vec<_> = module_states(message.data).take(2).collect();
+//! assert_eq!(states, [ModuleState::Valid, ModuleState::Invalid]);
+//!
+//! let Some(Ok(block @ Block::Channel(channel))) = blocks.next() else { panic!("expected a channel-related block") };
+//! assert_eq!((channel.identifier, channel.number, channel.input), (1, 3, true));
+//! assert_eq!((channel.organisation.name(), channel_error(channel.error)), ("bit", "short circuit"));
+//! assert_eq!(channel, Channel { organisation: Organisation::Bit, error: 1, output: false, ..channel });
+//! let mut out = [0; 3];
+//! assert_eq!(block.emit(&mut out)?, 3);
+//! assert_eq!(out, octets[5..]);
+//!
+//! // A process alarm of slot 3.
+//! let alarm = Message::parse(&[0x02, 3, 0x0D])?;
+//! assert_eq!((alarm.specifier.seq_nr(), alarm.specifier.add_ack()), (1, true));
+//! assert_eq!(alarm.specifier.change(), SpecifierChange::Appears);
+//! let mut out = [0; 3];
+//! assert_eq!(alarm.emit(&mut out)?, 3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod channel;
 mod display;

@@ -7,8 +7,7 @@ use profivac_board::{address_switch, entry, start_timer};
 use profivac_devices::Drive;
 use profivac_devices::profile::{BlockDevice, Setup};
 use profivac_devices::store::Store;
-use profivac_dp::link::Baud;
-use profivac_gauge::{Gauge, run, store};
+use profivac_gauge::{BUS_RATE, Gauge, run, store};
 use profivac_runtime::sensor::{Attached, Measurement, Sensor, SensorStatus};
 
 struct Wire {
@@ -39,5 +38,5 @@ fn main() -> ! {
     start_timer();
     let mut gauge = example_gauge(store(), Setup::new(address_switch()));
     let mut sensors = Sensors(Attached::new(Wire { is_on: false }, 0));
-    run(&mut gauge, &mut sensors, Some(Baud::B19200))
+    run(&mut gauge, &mut sensors, BUS_RATE)
 }

@@ -7,8 +7,7 @@ use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::{Behaviour, BlockDevice, Setup};
 use profivac_devices::store::Store;
-use profivac_dp::link::Baud;
-use profivac_gauge::{Gauge, run, store};
+use profivac_gauge::{BUS_RATE, Gauge, run, store};
 use profivac_runtime::scenario::{Scenario, Step};
 use profivac_runtime::sensor::Attached;
 
@@ -33,5 +32,5 @@ fn main() -> ! {
     let mut sensors = PumpDown([0, 1, 2].map(|part| Attached::new(Scenario::new(STEPS), part)));
     let mut gauge = Bcg450::new(store(), Setup::new(address_switch()));
     gauge.advance(1.0);
-    run(&mut gauge, &mut sensors, Some(Baud::B19200))
+    run(&mut gauge, &mut sensors, BUS_RATE)
 }

@@ -5,8 +5,7 @@
 use profivac_board::{address_switch, entry, restart, start_timer};
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
-use profivac_dp::link::Baud;
-use profivac_gauge::{NoSensors, run, store};
+use profivac_gauge::{BUS_RATE, NoSensors, run, store};
 
 entry!(main);
 
@@ -14,5 +13,5 @@ fn main() -> ! {
     start_timer();
     let Some(model) = Pxg55xModel::named("pcg550", None) else { restart() };
     let mut gauge = Pxg55x::new(store(), model, Setup::new(address_switch()));
-    run(&mut gauge, &mut NoSensors, Some(Baud::B19200))
+    run(&mut gauge, &mut NoSensors, BUS_RATE)
 }

@@ -5,13 +5,12 @@
 use profivac_board::{address_switch, entry, start_timer};
 use profivac_devices::profile::Setup;
 use profivac_devices::tpg::{Tpg, table};
-use profivac_dp::link::Baud;
-use profivac_gauge::{NoSensors, run, store};
+use profivac_gauge::{BUS_RATE, NoSensors, run, store};
 
 entry!(main);
 
 fn main() -> ! {
     start_timer();
     let mut gauge = Tpg::new(&table::TPG300, store(), Setup::new(address_switch()), [None; 4]);
-    run(&mut gauge, &mut NoSensors, Some(Baud::B19200))
+    run(&mut gauge, &mut NoSensors, BUS_RATE)
 }

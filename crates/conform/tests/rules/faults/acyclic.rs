@@ -23,7 +23,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms1.refusal",
         "returns an empty record for a slot that it does not have",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == MS1 && answer.du.first() == Some(&0xDE) {
                 answer.du = vec![0x5E, 254, 1, 0];
             }
@@ -32,7 +32,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms1.low-priority",
         "sends responses of MS1 with high priority",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == MS1 && answer.fc == 8 {
                 answer.fc = 0x0A;
             }
@@ -41,7 +41,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms1.error-decode",
         "sends a reserved Error_Decode over MS1",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == MS1 && answer.du.first() == Some(&0xDE) {
                 answer.du[1] = 0x81;
             }
@@ -50,7 +50,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.manager",
         "names an access point above 48",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == MANAGER && answer.du.len() > 1 {
                 answer.du[1] = 54;
             }
@@ -62,14 +62,14 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.is_connection() && request.du.first() == Some(&0x58) => sc(),
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
     slave(
         "ms2.initiate",
         "refuses Initiate on the access point that it named",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0x57) {
                 answer.du = vec![0xD7, 0x80, 0xA9, 0];
             }
@@ -88,8 +88,8 @@ pub static SLAVES: &[FaultySlave] = &[
     ),
     slave(
         "ms2.record-length",
-        "says that its longest record has no octets",
-        Says(|request, answer| {
+        "reports that its longest record has no octets",
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0x57) {
                 answer.du[1] = 0;
             }
@@ -109,7 +109,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.idle",
         "answers Idle with another octet",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du == [0x48] {
                 answer.du[0] = 0x49;
             }
@@ -118,7 +118,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.low-priority",
         "sends responses of MS2 with high priority",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.fc == 8 {
                 answer.fc = 0x0A;
             }
@@ -131,13 +131,13 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             let mut connection = None;
             Box::new(move |line, octets| {
-                let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
+                let Some(request) = Frame::parse(octets) else { return line.send(octets) };
                 if request.is_connection() {
                     connection = Some(Frame { du: Vec::new(), ..request });
                 } else if let Some(poll) = connection.as_ref().filter(|_| request.sa != MASTER) {
-                    line.hear(&as_first(poll));
+                    line.send(&as_first(poll));
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),
@@ -149,7 +149,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.foreign-access-point",
         "does not look at the source access point of MS2",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.is_connection() {
                 request.ssap = Some(50);
             }
@@ -158,7 +158,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.refusal",
         "returns an empty record over MS2 for a slot that it does not have",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0xDE) {
                 answer.du = vec![0x5E, 254, 1, 0];
             }
@@ -167,7 +167,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.error-decode",
         "sends a reserved Error_Decode over MS2",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0xDE) {
                 answer.du[1] = 0x81;
             }
@@ -176,7 +176,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.error-class",
         "sends an error of resources for a slot that it does not have",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0xDE) {
                 answer.du[2] = 0xC2;
             }
@@ -185,7 +185,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "ms2.unknown-function",
         "answers an unknown function with Idle",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_connection() && answer.du.first() == Some(&0x58) {
                 answer.du = vec![0x48];
             }
@@ -197,7 +197,7 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             let mut aborted = None;
             Box::new(move |line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 let Some(request) = Frame::parse(octets) else { return received };
                 if request.dsap == MANAGER {
                     aborted = None;

@@ -6,7 +6,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "exchange.inputs",
         "sends an octet of inputs too few",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_exchange() {
                 answer.du.pop();
             }
@@ -15,7 +15,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "exchange.wrong-length",
         "ignores surplus outputs",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.is_exchange() {
                 request.du.truncate(2);
             }
@@ -24,7 +24,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "exchange.diagnosis-flag",
         "announces a diagnosis for ever",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.is_exchange() && answer.fc == 8 {
                 answer.fc = 0x0A;
             }
@@ -94,11 +94,11 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| ends_exchange(|request| request.dsap == GLOBAL_CONTROL && request.du == [0x02, 0])),
     ),
     slave("control.sync", "does not report Sync_Mode", Reports(|du| du[TWO] &= !0x20)),
-    slave("control.unsync", "ignores Unsync", Hears(|request| command(request, |octet| octet & !0x10))),
+    slave("control.unsync", "ignores Unsync", ChangesRequest(|request| command(request, |octet| octet & !0x10))),
     slave(
         "control.owner",
         "obeys Global_Control of any master",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.dsap == GLOBAL_CONTROL {
                 request.sa = MASTER;
             }
@@ -107,14 +107,14 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "control.group",
         "obeys Global_Control to any group",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.dsap == GLOBAL_CONTROL {
                 request.du[1] = 0;
             }
         }),
     ),
     slave("control.freeze", "does not report Freeze_Mode", Reports(|du| du[TWO] &= !0x10)),
-    slave("control.unfreeze", "ignores Unfreeze", Hears(|request| command(request, |octet| octet & !0x04))),
+    slave("control.unfreeze", "ignores Unfreeze", ChangesRequest(|request| command(request, |octet| octet & !0x04))),
 ];
 
 /// Changes Control_Command.

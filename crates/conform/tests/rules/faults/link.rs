@@ -6,7 +6,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.fdl-status",
         "refuses FDL status with RS",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.function() == FDL_STATUS {
                 answer.fc = RS;
             }
@@ -14,8 +14,8 @@ pub static SLAVES: &[FaultySlave] = &[
     ),
     slave(
         "layer2.station-type",
-        "says that it is a master",
-        Says(|request, answer| {
+        "reports that it is a master",
+        ChangesAnswer(|request, answer| {
             if request.function() == FDL_STATUS {
                 answer.fc = 0x20;
             }
@@ -24,7 +24,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.addresses",
         "sends the addresses as it received them",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             (answer.da, answer.sa) = (request.da, request.sa);
         }),
     ),
@@ -32,7 +32,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "diagnosis.answer",
         "sends a diagnosis of five octets",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == SLAVE_DIAG {
                 answer.du.truncate(5);
             }
@@ -41,7 +41,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.access-points",
         "sends the access points as it received them",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if answer.dsap.is_some() {
                 (answer.dsap, answer.ssap) = (request.dsap, request.ssap);
             }
@@ -59,7 +59,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.sd3",
         "ignores SD3",
-        Reacts(|| Box::new(|line, octets| if octets[0] == 0xA2 { Received::Nothing } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets[0] == 0xA2 { Received::Nothing } else { line.send(octets) })),
     ),
     slave(
         "layer2.closed",
@@ -69,7 +69,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.other-station",
         "answers requests to the address of the master",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.da == MASTER {
                 request.da = ADDRESS;
             }
@@ -78,7 +78,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.broadcast",
         "answers broadcast requests",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.da == 127 && matches!(request.function(), FDL_STATUS | 0xD) {
                 request.da = ADDRESS;
             }
@@ -87,7 +87,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.own-source",
         "answers requests from its own address",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.sa == ADDRESS {
                 request.sa = 1;
             }
@@ -96,7 +96,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.broadcast-source",
         "answers requests from address 127",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.sa == 127 {
                 request.sa = 1;
             }
@@ -105,12 +105,12 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "layer2.token",
         "acknowledges a token",
-        Reacts(|| Box::new(|line, octets| if octets[0] == 0xDC { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets[0] == 0xDC { sc() } else { line.send(octets) })),
     ),
     slave(
         "layer2.short-ack",
         "acknowledges SC",
-        Reacts(|| Box::new(|line, octets| if octets == [0xE5] { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if octets == [0xE5] { sc() } else { line.send(octets) })),
     ),
     slave(
         "layer2.response",
@@ -167,8 +167,8 @@ pub static SLAVES: &[FaultySlave] = &[
         "damage.cut-off",
         "acknowledges the beginning of a telegram",
         Reacts(|| {
-            Box::new(|line, octets| if octets.len() == 6 && octets[0] == 0x68 { sc() } else { line.hear(octets) })
+            Box::new(|line, octets| if octets.len() == 6 && octets[0] == 0x68 { sc() } else { line.send(octets) })
         }),
     ),
-    slave("damage.next", "is deaf to one telegram after the beginning of another one", Reacts(damaged::deaf)),
+    slave("damage.next", "ignores one telegram after the beginning of another one", Reacts(damaged::ignores_the_next)),
 ];

@@ -11,14 +11,14 @@ pub static SLAVES: &[FaultySlave] = &[
                 if Frame::parse(octets).is_some_and(|request| is_valid_prm(&request) && request.sa != MASTER) {
                     leave(line);
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),
     slave(
         "lock.undisturbed",
         "takes Set_Prm of any master for one of its owner",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_valid_prm(request) {
                 request.sa = MASTER;
             }
@@ -27,7 +27,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "lock.chk-cfg",
         "accepts Chk_Cfg of any master",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.dsap == CHK_CFG {
                 request.sa = MASTER;
             }
@@ -36,7 +36,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "lock.exchange",
         "exchanges data with any master",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.is_exchange() {
                 request.sa = MASTER;
             }

@@ -17,7 +17,7 @@ use super::faulty::{
     status,
 };
 use super::slave::{ADDRESS, CFG, IDENT, MASTER};
-use Fault::{Answers, Counts, Hears, Reacts, RefusesOthers, Reports, Returns, Says};
+use Fault::{Answers, ChangesAnswer, ChangesRequest, Counts, Reacts, RefusesOthers, Reports, Returns};
 use profivac_conform::probe::Received;
 use profivac_dp::slave::SlaveState;
 
@@ -92,7 +92,7 @@ fn is_truncated_cfg(request: &Frame) -> bool {
 fn latched(begins: fn(&Frame) -> bool, bit: u8) -> Box<Reaction> {
     let mut latched = false;
     Box::new(move |line, octets| {
-        let received = line.hear(octets);
+        let received = line.send(octets);
         let Some(request) = Frame::parse(octets) else { return received };
         latched = (latched || begins(&request)) && !is_unlock(&request);
         let Some(mut answer) = Frame::parse_answer(&received) else { return received };
@@ -109,7 +109,7 @@ fn latched(begins: fn(&Frame) -> bool, bit: u8) -> Box<Reaction> {
 fn ends_exchange(ends: fn(&Frame) -> bool) -> Box<Reaction> {
     Box::new(move |line, octets| {
         let was = is_exchanging(&line.slave);
-        let received = line.hear(octets);
+        let received = line.send(octets);
         if was && Frame::parse(octets).is_some_and(|request| ends(&request)) {
             leave(line);
         }
@@ -121,6 +121,6 @@ fn ends_exchange(ends: fn(&Frame) -> bool) -> Box<Reaction> {
 fn ignores_in_exchange(ignores: fn(&Frame) -> bool) -> Box<Reaction> {
     Box::new(move |line, octets| match Frame::parse(octets) {
         Some(request) if is_exchanging(&line.slave) && request.sa == MASTER && ignores(&request) => sc(),
-        _ => line.hear(octets),
+        _ => line.send(octets),
     })
 }

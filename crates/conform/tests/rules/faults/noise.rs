@@ -6,7 +6,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "noise.silence",
         "acknowledges long telegrams with a fault",
-        Reacts(|| Box::new(|line, octets| if damaged::is_long(octets) { sc() } else { line.hear(octets) })),
+        Reacts(|| Box::new(|line, octets| if damaged::is_long(octets) { sc() } else { line.send(octets) })),
     ),
     slave(
         "noise.state",
@@ -16,7 +16,7 @@ pub static SLAVES: &[FaultySlave] = &[
                 if damaged::is_long(octets) {
                     leave(line);
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),

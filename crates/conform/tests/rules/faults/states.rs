@@ -14,7 +14,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "diagnosis.blocks",
         "sends a block that is longer than the diagnosis",
-        Says(|request, answer| {
+        ChangesAnswer(|request, answer| {
             if request.dsap == SLAVE_DIAG && answer.du.len() >= 6 {
                 answer.du.push(0x45);
             }
@@ -48,7 +48,7 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.dsap == CHK_CFG => sc(),
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
@@ -58,7 +58,7 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if is_unlock(&request) => sc(),
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
@@ -114,7 +114,7 @@ pub static SLAVES: &[FaultySlave] = &[
     ),
     slave(
         "start-up.waits-for-cfg",
-        "says that it is ready before Chk_Cfg",
+        "reports that it is ready before Chk_Cfg",
         Reports(|du| {
             if du[OWNER] != 0xFF {
                 du[ONE] &= !0x02;
@@ -131,7 +131,7 @@ pub static SLAVES: &[FaultySlave] = &[
     ),
     slave(
         "start-up.ready",
-        "says that it is not ready during data exchange",
+        "reports that it is not ready during data exchange",
         Reports(|du| {
             if du[OWNER] != 0xFF {
                 du[ONE] |= 0x02;
@@ -148,17 +148,17 @@ pub static SLAVES: &[FaultySlave] = &[
                     && is_waiting(&line.slave)
                 {
                     let [high, low] = IDENT.to_be_bytes();
-                    line.hear(&request(cfg.sa, 61, &[LOCK, 0, 0, 11, high, low, 0, 0x80, 0, 0]));
-                    return line.hear(&request(cfg.sa, 62, &CFG));
+                    line.send(&request(cfg.sa, 61, &[LOCK, 0, 0, 11, high, low, 0, 0x80, 0, 0]));
+                    return line.send(&request(cfg.sa, 62, &CFG));
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),
     slave(
         "start-up.no-lock",
         "takes Set_Prm without Lock_Req for one with it",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_prm(request) && request.du[0] & (LOCK | UNLOCK) == 0 {
                 request.du[0] |= LOCK;
             }
@@ -167,7 +167,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.both-locks",
         "ignores Unlock_Req beside Lock_Req",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_prm(request) && request.du[0] & LOCK != 0 {
                 request.du[0] &= !UNLOCK;
             }
@@ -176,13 +176,13 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.wrong-ident",
         "does not look at the ident number of Set_Prm",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_prm(request) {
                 request.du[4..6].copy_from_slice(&IDENT.to_be_bytes());
             }
         }),
     ),
-    slave("start-up.prm-fault", "never says Prm_Fault", Reports(|du| du[ONE] &= !0x40)),
+    slave("start-up.prm-fault", "never reports Prm_Fault", Reports(|du| du[ONE] &= !0x40)),
     slave(
         "start-up.prm-fault-acknowledged",
         "answers a faulty Set_Prm with UE",
@@ -195,14 +195,14 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             Box::new(|line, octets| match Frame::parse(octets) {
                 Some(request) if request.dsap == SET_PRM && request.du.len() < 7 => sc(),
-                _ => line.hear(octets),
+                _ => line.send(octets),
             })
         }),
     ),
     slave(
         "start-up.truncated-cfg",
         "ignores a truncated identifier",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_truncated_cfg(request) {
                 request.du.pop();
             }
@@ -211,13 +211,13 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "start-up.other-cfg",
         "compares the first identifiers only",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if request.dsap == CHK_CFG && request.du.starts_with(&CFG) && !is_truncated_cfg(request) {
                 request.du.truncate(CFG.len());
             }
         }),
     ),
-    slave("start-up.cfg-fault", "never says Cfg_Fault", Reports(|du| du[ONE] &= !0x04)),
+    slave("start-up.cfg-fault", "never reports Cfg_Fault", Reports(|du| du[ONE] &= !0x04)),
     slave(
         "start-up.cfg-fault-acknowledged",
         "answers a faulty Chk_Cfg with UE",

@@ -18,12 +18,12 @@ pub static SLAVES: &[FaultySlave] = &[
         "runs a watchdog that is switched off",
         Reacts(|| {
             Box::new(|line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 let Some(request) = Frame::parse(octets) else { return received };
                 if is_valid_prm(&request) && request.du[0] & WD_ON == 0 {
                     let mut watched = request;
                     watched.du[..3].copy_from_slice(&[LOCK | WD_ON, 20, 1]);
-                    return line.hear(&as_first(&watched));
+                    return line.send(&as_first(&watched));
                 }
                 let Some(mut answer) = Frame::parse_answer(&received) else { return received };
                 let short = line.slave.state().owner().and_then(|owner| owner.watchdog).is_some_and(is_200_ms);
@@ -39,7 +39,7 @@ pub static SLAVES: &[FaultySlave] = &[
     slave(
         "watchdog.expiry",
         "has a watchdog that never expires",
-        Hears(|request| {
+        ChangesRequest(|request| {
             if is_valid_prm(request) && request.du[0] & WD_ON != 0 {
                 request.du[1..3].copy_from_slice(&[255, 255]);
             }
@@ -52,7 +52,7 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             let mut ran = false;
             Box::new(move |line, octets| {
-                let received = line.hear(octets);
+                let received = line.send(octets);
                 let Some(request) = Frame::parse(octets) else { return received };
                 ran = (ran && request.dsap != SET_PRM) || line.slave.watchdog_is_running();
                 let expired = ran && is_waiting(&line.slave);
@@ -72,7 +72,7 @@ pub static SLAVES: &[FaultySlave] = &[
         Reacts(|| {
             let mut watch = Watch::default();
             Box::new(move |line, octets| {
-                let Some(request) = Frame::parse(octets) else { return line.hear(octets) };
+                let Some(request) = Frame::parse(octets) else { return line.send(octets) };
                 if is_prm(&request) {
                     let on = request.du[0] & WD_ON != 0;
                     let period_ms = if on { 10 * u64::from(request.du[1]) * u64::from(request.du[2]) } else { 0 };
@@ -81,7 +81,7 @@ pub static SLAVES: &[FaultySlave] = &[
                 if watch.period_ms != 0 && line.now_ms() > watch.begun_ms + watch.period_ms {
                     leave(line);
                 }
-                line.hear(octets)
+                line.send(octets)
             })
         }),
     ),

@@ -11,6 +11,96 @@
 //!
 //! The first message to SAP 49 carries the Initiate. The resource manager answers it at once, or with SC, and then the master
 //! polls SAP 49. This master never reopens a connection that has ended; that is up to the user.
+//!
+//! A master without slaves of its own reads and writes records of a slave that belongs to no master. The slave is in memory:
+//!
+//! ```
+//! use profivac_dp::link::active::{Active, BusParameters};
+//! use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};
+//! use profivac_dp::master::ms2::RequestError;
+//! use profivac_dp::master::{Master, Ms2Parameters, Phase, Settings};
+//! use profivac_dp::slave::{CfgFault, Device, Dpv1Error, Features, Outputs, PrmFault, Relation, Slave};
+//! use profivac_wire::acyclic::ErrorCode;
+//! use profivac_wire::{Telegram, cfg};
+//!
+//! /// A device with one record: index 20 of slot 1.
+//! struct OneRecord(Vec<u8>);
+//!
+//! impl Device for OneRecord {
+//!     fn features(&self) -> Features {
+//!         Features { dpv1: true, ..Features::default() }
+//!     }
+//!     fn read(&mut self, _via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
+//!         if slot != 1 {
+//!             return Err(Dpv1Error::INVALID_SLOT);
+//!         }
+//!         if index != 20 {
+//!             return Err(Dpv1Error::INVALID_INDEX.with(3));
+//!         }
+//!         record[..self.0.len()].copy_from_slice(&self.0);
+//!         Ok(self.0.len())
+//!     }
+//!     fn write(&mut self, _via: Relation, _slot: u8, _index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
+//!         self.0 = record.to_vec();
+//!         Ok(())
+//!     }
+//!     // Cyclic data are not used here.
+//! #     fn ident_number(&self) -> u16 { 0x1234 }
+//! #     fn set_prm(&mut self, _user: &[u8]) -> Result<(), PrmFault> { Ok(()) }
+//! #     fn chk_cfg(&mut self, octets: &[u8]) -> Result<cfg::Lengths, CfgFault> { cfg::lengths(octets).map_err(|_| CfgFault) }
+//! #     fn get_cfg(&self) -> &[u8] { &[0x11] }
+//! #     fn outputs(&mut self, _outputs: Outputs<'_>) {}
+//! #     fn inputs(&mut self, _inputs: &mut [u8]) {}
+//! }
+//!
+//! /// Runs the line until `done`: the master sends at its deadline, the slave answers not before min T_SDR.
+//! fn run(
+//!     master: &mut Active<Master<1, 32>>,
+//!     slave: &mut Slave<OneRecord>,
+//!     now: &mut BitTime,
+//!     done: impl Fn(&Master<1, 32>) -> bool,
+//! ) {
+//!     while !done(&master.user) {
+//!         *now = (*now).max(master.wake_at().expect("a master always has a deadline"));
+//!         let Some(request) = master.poll(*now) else { continue };
+//!         let octets = request.octets.to_vec();
+//!         *now = (*now).max(request.not_before) + CHARACTER_TBIT * octets.len() as u64;
+//!         master.sent(*now);
+//!         let request = Telegram::parse(&octets).expect("a master sends valid telegrams");
+//!         let Some(answer) = slave.telegram(*now, &request) else { continue };
+//!         *now = answer.not_before + CHARACTER_TBIT * answer.octets.len() as u64;
+//!         master.telegram(*now, &Telegram::parse(answer.octets).expect("a slave sends valid telegrams"));
+//!     }
+//! }
+//!
+//! let baud = Baud::B1500000;
+//! let mut slave = Slave::<OneRecord>::new(OneRecord(vec![1, 2, 3]), 8, baud);
+//! let mut master = Master::<1, 32>::on(BusParameters::new(2, baud).check()?, Settings::new(baud), BitTime(0));
+//! let mut now = BitTime(0);
+//!
+//! let connection = master.user.ms2_open(8, &Ms2Parameters::new(baud))?;
+//! run(&mut master, &mut slave, &mut now, |master| master.ms2_phase(connection) == Some(Phase::Open));
+//! let opened = master.user.outcome(connection).expect("the connection is open")?;
+//! assert_eq!(opened.max_len_data_unit, 240);
+//!
+//! let write = master.user.ms2_write(connection, 1, 20, &[4, 5])?;
+//! run(&mut master, &mut slave, &mut now, |master| master.is_over(write));
+//! assert_eq!(master.user.outcome(write), Some(Ok(())));
+//!
+//! let read = master.user.ms2_read(connection, 1, 20, 240)?;
+//! run(&mut master, &mut slave, &mut now, |master| master.is_over(read));
+//! assert_eq!(master.user.outcome(read), Some(Ok(&[4, 5][..])));
+//!
+//! // A refusal has the codes of the device; the connection stays open.
+//! let read = master.user.ms2_read(connection, 1, 21, 240)?;
+//! run(&mut master, &mut slave, &mut now, |master| master.is_over(read));
+//! let Some(Err(RequestError::Refused(negative))) = master.user.outcome(read) else { panic!("expected a refusal") };
+//! assert_eq!((negative.code_1, negative.code_2), (ErrorCode::INVALID_INDEX, 3));
+//!
+//! master.user.ms2_close(connection)?;
+//! run(&mut master, &mut slave, &mut now, |master| master.is_over(connection));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 
 mod parameters;
 

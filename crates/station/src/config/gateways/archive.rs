@@ -7,6 +7,7 @@
 //! samples = "all"                       # or "deadband", or "off"
 //! deadband-percent = 5.0                # with samples = "deadband"
 //! limit-octets-per-second = 100000      # unless given, without limit
+//! requests = "read"                     # what users of the archive may ask for over NATS: "off" (the default), "read", "acknowledge"
 //!
 //! [archive.nats]
 //! servers = ["tls://nats-1.example", "tls://nats-2.example"]   # or nats:// on this computer; port 4222 unless given
@@ -50,6 +51,21 @@ pub struct Settings {
     pub limit: Option<u32>,
     /// Where the batches go.
     pub transport: Transport,
+    /// What users of the archive may ask the station for.
+    pub requests: Requests,
+}
+
+/// What users of the archive may ask a station for. Each permits what those before it permit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Requests {
+    /// Nothing: the station does not listen.
+    #[default]
+    Off,
+    /// Trends from the database of the station.
+    Read,
+    /// An operator of the archive acknowledges alarms of the station.
+    Acknowledge,
 }
 
 // The deadband is a number of the file, never NaN.
@@ -135,6 +151,7 @@ pub struct ArchiveToml {
     samples: SamplesToml,
     deadband_percent: Option<Spanned<f64>>,
     limit_octets_per_second: Option<Spanned<u32>>,
+    requests: Option<Spanned<Requests>>,
     nats: Option<NatsToml>,
     https: Option<HttpsToml>,
 }
@@ -195,12 +212,19 @@ impl ArchiveToml {
             (None, None) => return Err(located(&self.plant, ArchiveProblem::NoTransport)),
             (Some(_), Some(https)) => return Err(located(&https.url, ArchiveProblem::TwoTransports)),
         };
+        let requests = self.requests.as_ref().map_or(Requests::Off, |requests| *requests.get_ref());
+        if let (Some(given), Transport::Https(_)) =
+            (self.requests.as_ref().filter(|_| requests > Requests::Off), &transport)
+        {
+            return Err(located(given, ArchiveProblem::RequestsWithoutNats));
+        }
         Ok(Settings {
             plant: name(&self.plant)?,
             station: name(&self.station)?,
             samples,
             limit: self.limit_octets_per_second.map(Spanned::into_inner),
             transport,
+            requests,
         })
     }
 }

@@ -67,6 +67,12 @@ export function remove<P extends PathOf<'delete'>>(
   return change('DELETE', addressOf(path, input), null)
 }
 
+/** An answer of another API than the station's. */
+export const getFrom = <T>(address: string, signal: AbortSignal): Promise<T> => send(address, { signal })
+
+/** A change through another API than the station's. */
+export const postTo = (address: string, body: unknown): Promise<unknown> => change('POST', address, body)
+
 type Scalar = string | number
 type Values = Record<string, Scalar | readonly Scalar[] | null | undefined>
 

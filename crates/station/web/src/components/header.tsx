@@ -73,7 +73,7 @@ function Navigation({ current }: { current: string | undefined }): JSX.Element {
   )
 }
 
-function UnitChoice(): JSX.Element {
+export function UnitChoice(): JSX.Element {
   const change = (name: string): void => {
     if (isUnit(name)) setUnit(name)
   }
@@ -82,7 +82,7 @@ function UnitChoice(): JSX.Element {
 
 const THEME_SYMBOLS = { auto: '◐', light: '☀', dark: '☾' }
 
-function ThemeButton(): JSX.Element {
+export function ThemeButton(): JSX.Element {
   const theme = useTheme()
   return (
     <button type="button" class="theme" onClick={nextTheme} aria-label={`Theme: ${theme}`} title="Theme (t)">

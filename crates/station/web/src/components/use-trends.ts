@@ -43,9 +43,24 @@ function useSettled<T>(value: T, key: string): T {
   return settled
 }
 
-/** Fetches again when `notes`, the number of notes that this page made, changes. */
-export function useTrends(names: string[], range: Range, pixels: number, notes = 0): Query<FetchedTrends> {
-  const settled = useSettled({ names, range, pixels, notes }, JSON.stringify([names, range, pixels, notes]))
+/** Fetches the trend of a series. */
+export type TrendSource = (
+  series: string,
+  from: number,
+  to: number,
+  pixels: number,
+  signal: AbortSignal,
+) => Promise<Trend>
+
+/** Fetches again when `version` changes: the number of notes that the page made, or the source of the trends. */
+export function useTrends(
+  names: string[],
+  range: Range,
+  pixels: number,
+  version: number | string = 0,
+  trendOf: TrendSource = fetchTrend,
+): Query<FetchedTrends> {
+  const settled = useSettled({ names, range, pixels, version }, JSON.stringify([names, range, pixels, version]))
   const live = useLive()
   const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
   return useQuery(JSON.stringify(settled), period, async (signal) => {
@@ -54,7 +69,7 @@ export function useTrends(names: string[], range: Range, pixels: number, notes =
     const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
     const [events, ...trends] = await Promise.all([
       fetchEvents(from, to, MOST_EVENTS, signal),
-      ...names.map((name) => fetchTrend(name, from, to, count, signal)),
+      ...names.map((name) => trendOf(name, from, to, count, signal)),
     ])
     return { trends, events, binMs }
   })

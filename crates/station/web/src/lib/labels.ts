@@ -13,7 +13,7 @@ import type {
 
 export const BUS_STATUS: Record<BusStatus, { label: string; sentence: string }> = {
   'own-master': { label: 'our master', sentence: 'The master of this station.' },
-  'other-master': { label: 'other master', sentence: 'Another master; it shares the bus with ours.' },
+  'other-master': { label: 'other master', sentence: 'Another master on the same bus.' },
   'data-exchange': { label: 'exchanging', sentence: 'A configured gauge in data exchange.' },
   fault: { label: 'fault', sentence: 'A configured gauge in data exchange that reports a fault.' },
   starting: { label: 'starting', sentence: 'A configured gauge that the master is bringing into data exchange.' },

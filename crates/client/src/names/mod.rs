@@ -3,6 +3,9 @@
 //! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks
 //! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
 
+#[cfg(test)]
+mod tests;
+
 use crate::suggestion::similarity;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
@@ -105,6 +108,23 @@ pub enum TargetError {
     /// The numbers are not a slot, an instance and an index.
     #[error("expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got {0:?}")]
     InvalidNumbers(String),
+    /// No table has a parameter at this slot and index with this instance.
+    #[error("{device} has no parameter {text}; {}", other_instances(.known))]
+    UnknownInstance {
+        /// The device.
+        device: &'static str,
+        /// The numbers that were searched for.
+        text: String,
+        /// The numbers of the parameters at this slot and index, none for a record outside the tables.
+        known: Vec<String>,
+    },
+}
+
+fn other_instances(known: &[String]) -> String {
+    if known.is_empty() {
+        return "a record outside its tables has no instance: expected SLOT/INDEX".to_owned();
+    }
+    format!("expected {}", known.join(" or "))
 }
 
 fn suggestion(alike: &[String]) -> String {
@@ -268,7 +288,7 @@ impl ParameterNames {
     /// [`TargetError`] with the most similar names, or with all that match.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
         if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
-            return self.by_numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()));
+            return self.by_numbers(device, text);
         }
         let wanted = key(text);
         let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&NamedParameter> {
@@ -291,15 +311,19 @@ impl ParameterNames {
         }
     }
 
-    fn by_numbers(&self, text: &str) -> Option<Target<'_>> {
-        let (slot, instance, index) = numbers(text)?;
-        let raw = Target::Raw { slot, index };
+    fn by_numbers(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
+        let (slot, instance, index) = numbers(text).ok_or_else(|| TargetError::InvalidNumbers(text.to_owned()))?;
+        if let Some(instance) = instance {
+            return self.at(slot, instance, index).map(Target::Parameter).ok_or_else(|| {
+                let known = self.at_index(slot, index).map(|named| named.parameter.numbers()).collect();
+                TargetError::UnknownInstance { device, text: text.to_owned(), known }
+            });
+        }
         let mut found = self.at_index(slot, index);
-        Some(match (instance, found.next(), found.next()) {
-            (Some(instance), ..) => self.at(slot, instance, index).map_or(raw, Target::Parameter),
-            (None, None, _) => raw,
-            (None, Some(only), None) => Target::Parameter(only),
-            (None, Some(_), Some(_)) => Target::CurrentInstance { slot, index },
+        Ok(match (found.next(), found.next()) {
+            (None, _) => Target::Raw { slot, index },
+            (Some(only), None) => Target::Parameter(only),
+            (Some(_), Some(_)) => Target::CurrentInstance { slot, index },
         })
     }
 
@@ -311,8 +335,13 @@ impl ParameterNames {
             similarity(&wanted, &slug(name)).max(similarity(&wanted, row))
         };
         let parameters = self.list.iter().map(|named| named.name.clone());
-        let commands = self.commands().map(|(named, code)| command_name(named, code));
-        let mut alike: Vec<_> = parameters.chain(commands).map(|name| (likeness(&name), name)).collect();
+        // A command without its last word: `degas` in place of `degas on`.
+        let begin = format!("{wanted}-");
+        let commands = self.commands().map(|(named, code)| {
+            let name = command_name(named, code);
+            (if code.name.starts_with(&begin) { 1.0 } else { likeness(&name) }, name)
+        });
+        let mut alike: Vec<_> = parameters.map(|name| (likeness(&name), name)).chain(commands).collect();
         alike.retain(|(likeness, _)| *likeness >= MIN_SIMILARITY);
         alike.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         alike.into_iter().take(SUGGESTIONS).map(|(_, name)| name).collect()
@@ -472,108 +501,4 @@ pub fn slug(text: &str) -> String {
         before = letter;
     }
     slug.trim_end_matches('-').to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use profivac_devices::catalog::model_named;
-
-    fn names(device: &str) -> ParameterNames {
-        ParameterNames::of(model_named(device).unwrap())
-    }
-
-    fn numbers_of(device: &'static str, text: &str) -> String {
-        match names(device).find(device, text) {
-            Ok(Target::Parameter(named)) => named.parameter.numbers(),
-            Ok(Target::CurrentInstance { slot, index }) => format!("shown {slot}/{index}"),
-            Ok(Target::Raw { slot, index }) => format!("raw {slot}/{index}"),
-            Err(error) => error.to_string(),
-        }
-    }
-
-    #[test]
-    fn the_words_and_numbers_of_the_manual_find_a_parameter() {
-        for (device, text, numbers) in [
-            ("bcg450", "pirani.process-value", "1:1/19"),
-            ("bcg450", "Pirani/Process Value (PV)", "1:1/19"),
-            ("bcg450", "ba.degas-status", "1:2/109"),
-            ("bcg450", "degas status", "1:2/109"),
-            ("bcg450", "1:2/19", "1:2/19"),
-            ("bcg450", "1/19", "shown 1/19"),
-            ("bcg450", "0/25", "0/25"),
-            ("bcg450", "device.serial", "0/23"),
-            ("pcg550", "trip-point.1/high-trip-point", "2/17"),
-            ("pcg550", "trip-point.2.high-trip-point", "3/17"),
-            ("pcg550", "cdg.process-value", "1:1/19"),
-            ("pcg550", "run-hours", "0/36"),
-            ("pcg550", "device.run-hours-4", "0/212"),
-            ("img400", "channel.3/process-value", "3/19"),
-            ("img400", "relay.7/hysteresis", "11/24"),
-            ("tpg300", "a2.pressure-unit", "2/22"),
-            ("tpg500", "cold-cathode-b.upper-threshold", "10/21"),
-            ("hpg400", "emission-on-switch", "0/202"),
-        ] {
-            assert_eq!(numbers_of(device, text), numbers, "{device} {text}");
-        }
-    }
-
-    #[test]
-    fn every_parameter_is_found_under_its_name_and_its_numbers() {
-        for model in MODELS {
-            let device = model.name;
-            let names = names(device);
-            assert!(names.all().len() > 40, "{device}");
-            for named in names.all() {
-                let Ok(Target::Parameter(found)) = names.find(device, &named.name) else { panic!("{device} {named}") };
-                assert_eq!(found.to_string(), named.to_string(), "{device}");
-                let shown = names.find(device, &named.parameter.numbers());
-                assert!(matches!(shown, Ok(Target::Parameter(_) | Target::CurrentInstance { .. })), "{device} {named}");
-            }
-        }
-    }
-
-    #[test]
-    fn an_unknown_name_is_an_error_with_suggestions() {
-        let unknown = "bcg450 has no parameter or command \"pirani.proces-valeu\"; did you mean pirani.process-value?";
-        assert!(numbers_of("bcg450", "pirani.proces-valeu").starts_with(unknown.trim_end_matches('?')));
-        assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter or command \"xyz\"");
-        assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
-        let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
-        assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
-        let numbers = "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/300\"";
-        assert_eq!(numbers_of("bcg450", "1/300"), numbers);
-        assert!(numbers_of("bcg450", "").starts_with("bcg450 has no parameter"));
-    }
-
-    #[test]
-    fn a_command_is_found_by_its_name_and_its_instance() {
-        let command = |device: &str, text: &str| match names(device).command(text) {
-            Ok(Some((named, code))) => format!("{} {}", named.parameter.numbers(), code.number),
-            Ok(None) => "none".to_owned(),
-            Err(error) => error.to_string(),
-        };
-        assert_eq!(command("bcg450", "degas on"), "1:2/14 257");
-        assert_eq!(command("bcg450", "execute"), "0/15 4");
-        assert_eq!(command("bcg450", "explode"), "none");
-        assert_eq!(command("pcg550", "cdg.zero-adjust"), "1:1/15 0");
-        let ambiguous = "\"zero-adjust\" is ambiguous: it may be cdg.zero-adjust, pirani.zero-adjust";
-        assert_eq!(command("pcg550", "zero-adjust"), ambiguous);
-        assert_eq!(command("img400", "channel.2/degas on"), "2/14 257");
-        assert_eq!(command("psg550", "zero adjust"), "1:1/15 0");
-    }
-
-    #[test]
-    fn a_slug_has_words_in_lower_case_with_hyphens() {
-        for (text, expected) in [
-            ("ProcessValue (PV)", "process-value-pv"),
-            ("Device Exception Detail Alarm 0 ... 3", "device-exception-detail-alarm-0-3"),
-            ("Sensor On_Off", "sensor-on-off"),
-            ("AIBlockAdjust Command", "ai-block-adjust-command"),
-            ("OneOfN PV Selector", "one-of-n-pv-selector"),
-            ("Run hours (*4)", "run-hours-4"),
-        ] {
-            assert_eq!(slug(text), expected);
-        }
-    }
 }

@@ -1,0 +1,101 @@
+//! The station's answers to requests of the archive. The file of the station says which requests it answers.
+
+use crate::nats::NatsError;
+use crate::request::{MAX_PIXELS, Reply, Request, subject};
+use async_nats::{Client, Message};
+use futures_util::StreamExt;
+use profivac_recorder::Micros;
+use profivac_station::auth::{Actor, Role, User};
+use profivac_station::config::gateways::archive::{Nats, Requests, Settings};
+use profivac_station::services::Services;
+use profivac_station::view::Trend;
+use profivac_station::visible_text::check_line;
+use std::sync::Arc;
+use tokio::task::{JoinHandle, spawn_blocking};
+
+/// The most octets of a request: names of alarms and series are far shorter.
+const MAX_OCTETS: usize = 8 << 10;
+
+/// The most characters of the name of a user: as of an account.
+const MAX_USER: usize = 32;
+
+/// Answers requests, one at a time, until it is dropped.
+pub struct Responder(JoinHandle<()>);
+
+impl Drop for Responder {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
+/// Begins to answer; `None` if the file permits no requests.
+///
+/// # Errors
+/// [`NatsError`] when the connection has ended.
+pub async fn start(
+    client: Client,
+    nats: &Nats,
+    settings: &Settings,
+    services: &Arc<Services>,
+) -> Result<Option<Responder>, NatsError> {
+    if settings.requests == Requests::Off {
+        return Ok(None);
+    }
+    let subject = subject(&settings.plant, &settings.station);
+    let mut requests = client.subscribe(subject).await.map_err(|error| NatsError::new(nats, error))?;
+    let (permitted, services) = (settings.requests, Arc::clone(services));
+    let task = tokio::spawn(async move {
+        while let Some(message) = requests.next().await {
+            let Message { payload, reply: Some(inbox), .. } = message else { continue };
+            let services = Arc::clone(&services);
+            // The database and the alarms wait for the disk.
+            let reply = spawn_blocking(move || answer(&payload, permitted, &services)).await;
+            let reply =
+                reply.unwrap_or_else(|_| Reply::Refused("a defect of the station; it continues to run".to_owned()));
+            // A client that is gone needs no answer.
+            client.publish(inbox, serde_json::to_vec(&reply).unwrap_or_default().into()).await.ok();
+        }
+    });
+    Ok(Some(Responder(task)))
+}
+
+fn answer(payload: &[u8], permitted: Requests, services: &Services) -> Reply {
+    let request = match payload.get(..MAX_OCTETS + 1) {
+        Some(_) => Err(format!("expected a request of at most {MAX_OCTETS} octets, found {}", payload.len())),
+        None => serde_json::from_slice(payload).map_err(|error| format!("expected a request: {error}")),
+    };
+    request.and_then(|request| answered(request, permitted, services)).unwrap_or_else(Reply::Refused)
+}
+
+/// The answer, or the reason of a refusal.
+fn answered(request: Request, permitted: Requests, services: &Services) -> Result<Reply, String> {
+    match request {
+        Request::Trend { series, from_ms, to_ms, pixels } => {
+            if !(1..=MAX_PIXELS).contains(&pixels) || from_ms >= to_ms {
+                return Err(format!("expected 1 to {MAX_PIXELS} pixels and a beginning before the end"));
+            }
+            let time = |ms: i64| Micros(ms.saturating_mul(1000));
+            let reader = services.recorder().open_reader().map_err(|error| error.to_string())?;
+            let spans = reader.trend(&series, time(from_ms), time(to_ms), pixels).map_err(|error| error.to_string())?;
+            serde_json::to_value(Trend::of(&series, &spans)).map(Reply::Trend).map_err(|error| error.to_string())
+        }
+        Request::Acknowledge { alarm, occurrence, user } => {
+            if permitted < Requests::Acknowledge {
+                return Err(
+                    "the file of this station does not permit it: requests = \"acknowledge\" in [archive] does"
+                        .to_owned(),
+                );
+            }
+            if user.len() > MAX_USER || check_line(&user).is_err() {
+                return Err(format!("expected the name of a user of 1 to {MAX_USER} visible characters"));
+            }
+            services.alarms().acknowledge(&alarm, occurrence, &operator(&user)).map_err(|error| error.to_string())?;
+            Ok(Reply::Done)
+        }
+    }
+}
+
+/// The operator as the audit trail of the station names them: no account of the station has a colon in its name.
+fn operator(user: &str) -> Actor {
+    Actor { user: User { name: Arc::from(format!("archive:{user}")), role: Role::Operator }, peer: None }
+}

@@ -1,0 +1,292 @@
+//! The HTTP API of the view.
+//!
+//! | Path | Content |
+//! |---|---|
+//! | `/api/archive` | stations, latest readings, active alarms |
+//! | `/api/live` | the same, then its changes |
+//! | `/api/trend` | the trend of a series |
+//! | `/api/events` | events |
+//! | `/api/stations/{station}/alarms/{alarm}/acknowledge` | acknowledges an alarm at its station |
+//! | `/api/session`, `/api/login`, `/api/logout`, `/api/password` | the user, as at a station |
+//! | `/api/openapi.json` | this API as an OpenAPI document |
+//! | every other path | the page |
+
+use super::history::{ArchivedEvent, Wanted, events, trend};
+use super::pool::Pool;
+use super::state::State as Shown;
+use super::stations::Stations;
+use super::watch::Watch;
+use crate::config::Config;
+use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Reply, Request};
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::{Extensions, HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use profivac_station::api::authenticator::AccessObserver;
+use profivac_station::api::body::Body;
+use profivac_station::api::live_source::{LiveSource, stream};
+use profivac_station::api::query::{checked_range, parsed_query, time_range};
+use profivac_station::api::{Problem, headers, session_routes};
+use profivac_station::auth::{Role, User};
+use profivac_station::view::Trend;
+use profivac_station::web;
+use serde::Deserialize;
+use std::sync::Arc;
+use std::time::Duration;
+use utoipa::{IntoParams, OpenApi, ToSchema};
+
+/// The most entries of a trend: more than a screen has pixels.
+const MAX_PIXELS: u32 = 20_000;
+
+/// The entries of a trend, unless the request says otherwise.
+const PIXELS: u32 = 1000;
+
+/// The most events of an answer, and the number unless the request says otherwise.
+const MAX_EVENTS: u32 = 10_000;
+const EVENTS: u32 = 200;
+
+/// The interval between two events of the live stream: the database is read as often.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// The end of the year 9999, in milliseconds since 1970: no station is asked for later times.
+const LAST_MS: i64 = 253_402_300_799_999;
+
+/// The description of the API.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "profivac archive",
+        description = "Readings, alarms, events and trends of many vacuum stations. Pressures are in Pa, times in milliseconds since 1970 (UTC)."
+    ),
+    paths(archive, live, get_trend, get_events, acknowledge)
+)]
+struct Description;
+
+/// The description of the API as JSON.
+#[must_use]
+pub fn description() -> String {
+    Description::openapi().to_pretty_json().unwrap_or_default()
+}
+
+/// The state of all handlers.
+#[derive(Clone)]
+struct Shared {
+    pool: Pool,
+    watch: Watch,
+    stations: Stations,
+    log: Arc<dyn AccessObserver>,
+    source: Arc<LiveSource>,
+}
+
+/// The API and the page.
+pub fn router(config: &Config, watch: &Watch, log: Arc<dyn AccessObserver>) -> Router {
+    let watched = watch.clone();
+    let state = move || serde_json::to_value(watched.state()).unwrap_or_default();
+    let shared = Shared {
+        pool: Pool::of(config.database.clone()),
+        watch: watch.clone(),
+        stations: Stations::of(config.nats.clone()),
+        log,
+        source: Arc::new(LiveSource::of(PERIOD, state)),
+    };
+    Router::new()
+        .route("/api/archive", get(archive))
+        .route("/api/live", get(live))
+        .route("/api/trend", get(get_trend))
+        .route("/api/events", get(get_events))
+        .route("/api/stations/{station}/alarms/{alarm}/acknowledge", post(acknowledge))
+        .merge(session_routes())
+        .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
+        .route(
+            "/api/{*rest}",
+            get(async || Problem::not_found("the API has no such path; /api/openapi.json lists all paths")),
+        )
+        .fallback(get(web::archive_file).fallback(method_not_allowed))
+        .method_not_allowed_fallback(method_not_allowed)
+        .layer(axum::middleware::from_fn(headers::catch_panic))
+        .layer(axum::middleware::from_fn(headers::headers))
+        .with_state(shared)
+}
+
+/// A time that the database has a form for.
+fn checked_time(from: i64, to: i64) -> Result<(i64, i64), Problem> {
+    time_range(from, to)?;
+    Ok((from.clamp(0, LAST_MS), to.clamp(0, LAST_MS)))
+}
+
+async fn method_not_allowed() -> Problem {
+    Problem::method_not_allowed()
+}
+
+/// Stations, latest readings, active alarms
+#[utoipa::path(get, path = "/api/archive", responses((status = 200, body = Shown)))]
+async fn archive(State(shared): State<Shared>) -> Json<Shown> {
+    Json(shared.watch.state())
+}
+
+/// The same, and its changes, up to one a second
+///
+/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
+/// the state. The stream ends with the session of its client.
+#[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Shown)))]
+async fn live(State(shared): State<Shared>, headers: HeaderMap, extensions: Extensions) -> Response {
+    stream(shared.source, &headers, &extensions)
+}
+
+/// The series and the time range of a trend.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+struct TrendParameters {
+    /// Station and series: `hall-1/chamber`.
+    #[param(example = "hall-1/chamber")]
+    series: String,
+    /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
+    from: i64,
+    /// The end, in milliseconds since 1970.
+    #[param(example = 4_102_444_800_000_i64)]
+    to: i64,
+    /// The most entries of the trend, 1 to 20000.
+    #[param(default = 1000, minimum = 1, maximum = 20_000)]
+    pixels: Option<u32>,
+    /// Whether the station is asked for the trend of its own database, which has all samples; then `pixels` is 4000 at most.
+    #[param(default = false)]
+    full: Option<bool>,
+}
+
+/// The trend of a series
+///
+/// Samples where a pixel is shorter than two minutes, otherwise the spans of the station. A series without rows has an empty trend.
+#[utoipa::path(
+    get,
+    path = "/api/trend",
+    params(TrendParameters),
+    responses(
+        (status = 200, body = Trend),
+        (status = 400, body = Problem, description = "A parameter is wrong"),
+        (status = 404, body = Problem, description = "The archive has no such station"),
+        (status = 409, body = Problem, description = "The station refuses"),
+        (status = 501, body = Problem, description = "The archive has no servers of NATS"),
+        (status = 503, body = Problem, description = "The database or the station does not answer")
+    )
+)]
+async fn get_trend(
+    State(shared): State<Shared>,
+    query: Result<Query<TrendParameters>, QueryRejection>,
+) -> Result<Response, Problem> {
+    let TrendParameters { series, from, to, pixels, full } = parsed_query(query)?;
+    let time = checked_time(from, to)?;
+    let pixels = checked_range("pixels", pixels.unwrap_or(PIXELS), MAX_PIXELS)?;
+    let Some((station, series)) = series.split_once('/') else {
+        return Err(Problem::bad_request(format!("expected series=STATION/SERIES, found {series:?}")));
+    };
+    if full == Some(true) {
+        let pixels = checked_range("pixels", pixels, MAX_STATION_PIXELS)?;
+        let request = Request::Trend { series: series.to_owned(), from_ms: time.0, to_ms: time.1, pixels };
+        return match shared.ask(station, &request).await? {
+            // The station knows the series without its own name before it.
+            Reply::Trend(mut trend) => {
+                trend["series"] = format!("{station}/{series}").into();
+                Ok(Json(trend).into_response())
+            }
+            _ => Err(Problem::unavailable(format!("{station} answers with something else than a trend"))),
+        };
+    }
+    let wanted = Wanted { station: station.to_owned(), series: series.to_owned(), time, pixels };
+    Ok(Json(trend(&shared.pool, &wanted).await?).into_response())
+}
+
+impl Shared {
+    /// Asks a station that the archive knows.
+    async fn ask(&self, station: &str, request: &Request) -> Result<Reply, Problem> {
+        let plant = self.watch.plant_of(station);
+        let plant = plant.ok_or_else(|| Problem::not_found(format!("the archive has no station {station:?}")))?;
+        Ok(self.stations.ask(&plant, station, request).await?)
+    }
+}
+
+/// The occurrence of an alarm that a user has seen.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct Acknowledge {
+    /// The number of the occurrence.
+    #[schema(example = 1)]
+    occurrence: i64,
+}
+
+/// Acknowledge an alarm at its station
+///
+/// The station decides, and writes the name of the user into its audit trail. The changed state comes in the live stream.
+#[utoipa::path(
+    post,
+    path = "/api/stations/{station}/alarms/{alarm}/acknowledge",
+    params(
+        ("station" = String, Path, description = "The station", example = "hall-1"),
+        ("alarm" = String, Path, description = "The alarm", example = "chamber too high")
+    ),
+    request_body = Acknowledge,
+    responses(
+        (status = 204, description = "The alarm is acknowledged"),
+        (status = 400, body = Problem, description = "The body is malformed"),
+        (status = 403, body = Problem, description = "The role operator is needed"),
+        (status = 404, body = Problem, description = "The archive has no such station"),
+        (status = 409, body = Problem, description = "The station refuses"),
+        (status = 501, body = Problem, description = "The archive has no servers of NATS"),
+        (status = 503, body = Problem, description = "The station does not answer")
+    )
+)]
+async fn acknowledge(
+    State(shared): State<Shared>,
+    user: User,
+    Path((station, alarm)): Path<(String, String)>,
+    Body(Acknowledge { occurrence }): Body<Acknowledge>,
+) -> Result<StatusCode, Problem> {
+    user.require(Role::Operator, "acknowledging an alarm")?;
+    let request = Request::Acknowledge { alarm: alarm.clone(), occurrence, user: user.name.to_string() };
+    shared.ask(&station, &request).await?;
+    shared.log.record(&format!("{} acknowledged {alarm:?} at {station}", user.name));
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The station and the time range of events.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+struct EventsParameters {
+    /// The station; all unless given.
+    #[param(example = "hall-1")]
+    station: Option<String>,
+    /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
+    from: i64,
+    /// The end, in milliseconds since 1970.
+    #[param(example = 4_102_444_800_000_i64)]
+    to: i64,
+    /// The most events of the answer, 1 to 10000.
+    #[param(default = 200, minimum = 1, maximum = 10_000)]
+    limit: Option<u32>,
+}
+
+/// Events, the latest first
+#[utoipa::path(
+    get,
+    path = "/api/events",
+    params(EventsParameters),
+    responses(
+        (status = 200, body = [ArchivedEvent]),
+        (status = 400, body = Problem, description = "A parameter is wrong"),
+        (status = 503, body = Problem, description = "The database does not answer")
+    )
+)]
+async fn get_events(
+    State(shared): State<Shared>,
+    query: Result<Query<EventsParameters>, QueryRejection>,
+) -> Result<Json<Vec<ArchivedEvent>>, Problem> {
+    let EventsParameters { station, from, to, limit } = parsed_query(query)?;
+    let time = checked_time(from, to)?;
+    let limit = checked_range("limit", limit.unwrap_or(EVENTS), MAX_EVENTS)?;
+    Ok(Json(events(&shared.pool, station.as_deref(), time, limit.into()).await?))
+}

@@ -1,0 +1,67 @@
+//! One view of all stations: an API and a page, from the database of the archive.
+//!
+//! | Module | Holds |
+//! |---|---|
+//! | `state` | what the live stream shows: stations, latest readings, active alarms |
+//! | `watch` | the state, read from the database again and again |
+//! | `pool` | connections to the database for requests |
+//! | `history` | trends and events |
+//! | `stations` | requests to the stations: acknowledgements, trends from their own databases |
+//! | `api` | the paths |
+//!
+//! The view reads, and passes acknowledgements on to the station, which decides. Control, and the settings of alarms, stay there.
+
+mod api;
+mod history;
+mod pool;
+mod state;
+mod stations;
+mod watch;
+
+pub use api::description;
+pub use watch::Watch;
+
+use crate::config::{Config, View};
+use profivac_station::api::authenticator::AccessObserver;
+use profivac_station::auth::{Access, User};
+use profivac_station::control::ReleaseReason;
+use profivac_station::server::{Server, ServerError, Setup};
+use std::sync::Arc;
+
+/// Prints what happens to the users: an archive has no event log.
+struct Log<F>(F);
+
+impl<F: Fn(&str) + Send + Sync> AccessObserver for Log<F> {
+    fn record(&self, sentence: &str) {
+        (self.0)(sentence);
+    }
+
+    fn sessions_changed(&self, _ended: &dyn Fn(&User) -> Option<ReleaseReason>) {}
+}
+
+/// Starts the server of the view. It shows the states of `watch`, and passes logins, logouts and refusals to `log`.
+///
+/// # Errors
+/// [`ServerError`].
+pub fn start(
+    config: &Config,
+    view: &View,
+    watch: &Watch,
+    log: impl Fn(&str) + Send + Sync + 'static,
+) -> Result<Server, ServerError> {
+    let log = Arc::new(Log(log));
+    Server::start_with(api::router(config, watch, log.clone()), log, setup(view))
+}
+
+/// Checks the files that `[view]` names, without listening.
+///
+/// # Errors
+/// [`ServerError`].
+pub fn check(view: &View) -> Result<(), ServerError> {
+    Server::check(&setup(view))
+}
+
+fn setup(view: &View) -> Setup {
+    let access = view.users.clone().map_or_else(Access::anonymous_viewer, Access::Users);
+    Setup { hosts: view.hosts.clone(), tls: view.tls.clone(), ..Setup::new(view.listen, access) }
+}

@@ -1,0 +1,81 @@
+//! Connections to the database for requests: a few, so that many clients cost the database no more than a few statements at a time.
+
+use crate::database::Database;
+use profivac_station::api::Problem;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout;
+use tokio_postgres::types::ToSql;
+use tokio_postgres::{Client, Row};
+
+/// Statements at the same time. free choice.
+const MAX_CONNECTIONS: usize = 4;
+
+/// The longest wait for a connection.
+const PLACE_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Connections read, and give up after 20 s: free choice, longer than a year of ten series takes.
+const SETTINGS: &str = "SET default_transaction_read_only = on; SET statement_timeout = '20s'; SET timezone = 'UTC'";
+
+/// Why the database does not answer.
+#[derive(Debug, thiserror::Error)]
+pub enum PoolError {
+    /// All connections are in use.
+    #[error("too many requests wait for the database; try again")]
+    Busy,
+    /// The database has refused something, or cannot be reached.
+    #[error("the database of the archive does not answer: {0}")]
+    Database(#[from] tokio_postgres::Error),
+}
+
+impl From<PoolError> for Problem {
+    fn from(error: PoolError) -> Self {
+        // Class 22 of SQL: a value of the request that the database has no form for, for instance a text with the octet 0.
+        let is_of_request =
+            |error: &tokio_postgres::Error| error.code().is_some_and(|code| code.code().starts_with("22"));
+        match &error {
+            PoolError::Database(cause) if is_of_request(cause) => Self::bad_request(format!("{cause}")),
+            _ => Self::unavailable(error.to_string()),
+        }
+    }
+}
+
+/// The connections.
+#[derive(Clone)]
+pub struct Pool {
+    database: Database,
+    places: Arc<Semaphore>,
+    idle: Arc<Mutex<Vec<Client>>>,
+}
+
+impl Pool {
+    /// A pool without connections. They are made when they are needed.
+    pub fn of(database: Database) -> Self {
+        Self { database, places: Arc::new(Semaphore::new(MAX_CONNECTIONS)), idle: Arc::default() }
+    }
+
+    /// The rows of a query.
+    ///
+    /// # Errors
+    /// [`PoolError`].
+    pub async fn query(&self, sql: &str, parameters: &[&(dyn ToSql + Sync)]) -> Result<Vec<Row>, PoolError> {
+        let (client, _place) = self.client().await?;
+        let rows = client.query(sql, parameters).await?;
+        // A connection with an error is dropped.
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(client);
+        Ok(rows)
+    }
+
+    async fn client(&self) -> Result<(Client, OwnedSemaphorePermit), PoolError> {
+        let place = timeout(PLACE_TIMEOUT, Arc::clone(&self.places).acquire_owned()).await;
+        let Ok(Ok(place)) = place else { return Err(PoolError::Busy) };
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        if let Some(client) = idle.filter(|client| !client.is_closed()) {
+            return Ok((client, place));
+        }
+        let (client, _task) = self.database.connect().await?;
+        client.batch_execute(SETTINGS).await?;
+        Ok((client, place))
+    }
+}

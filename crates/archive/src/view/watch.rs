@@ -1,0 +1,175 @@
+//! The state of all stations, read from the database again and again: once for all clients, and only what has changed.
+
+use super::state::{ActiveAlarm, LatestReading, State, StationState};
+use crate::database::Database;
+use crate::schema::{SchemaError, upgrade};
+use profivac_recorder::{Micros, Quality};
+use std::collections::HashMap;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Duration;
+use thiserror::Error;
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep};
+use tokio_postgres::{Client, Row};
+
+/// The shortest pause between two readings of the database. A station makes a batch at most once a second.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// The pause after a failure.
+const PAUSE: Duration = Duration::from_secs(3);
+
+/// Readings that are older are not shown: a gauge with a constant pressure is recorded once in ten minutes at least. The first reading of
+/// the database looks as far back.
+const LOOK_BACK_DAYS: i32 = 7;
+
+/// The most alarms of a state.
+const MAX_ALARMS: i64 = 500;
+
+const STATIONS: &str = "
+    SELECT station.id, station.plant, station.name, last.number,
+        (extract(epoch FROM last.made) * 1000)::bigint AS made, (extract(epoch FROM last.stored) * 1000)::bigint AS stored
+    FROM profivac_data.station LEFT JOIN LATERAL (
+        SELECT number, made, stored FROM profivac_data.batch
+        WHERE batch.station = station.id AND batch.epoch = station.epoch ORDER BY number DESC LIMIT 1
+    ) AS last ON true";
+
+const READINGS: &str = "
+    SELECT series.station, series.name, (extract(epoch FROM last.at) * 1000)::bigint AS at, last.pressure_pa, last.quality
+    FROM profivac_data.series CROSS JOIN LATERAL (
+        SELECT at, pressure_pa, quality FROM profivac_data.sample
+        WHERE sample.series = series.id AND sample.at > now() - make_interval(days => $2) ORDER BY at DESC LIMIT 1
+    ) AS last
+    WHERE series.station = ANY ($1)";
+
+const ALARMS: &str = "
+    SELECT plant, station, alarm, state, priority, occurrence, subject, (extract(epoch FROM at) * 1000)::bigint AS at, user_name, text,
+        count(*) OVER () AS total
+    FROM profivac.active_alarm
+    ORDER BY CASE state WHEN 'unacknowledged' THEN 0 WHEN 'returned' THEN 1 WHEN 'acknowledged' THEN 2 ELSE 3 END,
+        CASE priority WHEN 'high' THEN 0 WHEN 'medium' THEN 1 ELSE 2 END, at DESC, station, alarm
+    LIMIT $1";
+
+/// Why the state could not be read.
+#[derive(Debug, Error)]
+enum WatchError {
+    #[error("the database does not answer: {0}")]
+    Database(#[from] tokio_postgres::Error),
+    #[error(transparent)]
+    Schema(#[from] SchemaError),
+}
+
+/// The present state. Clones share it.
+#[derive(Clone, Default)]
+pub struct Watch {
+    state: Arc<RwLock<State>>,
+}
+
+impl Watch {
+    /// The plant of a station.
+    pub(super) fn plant_of(&self, station: &str) -> Option<String> {
+        let state = self.state.read().unwrap_or_else(PoisonError::into_inner);
+        state.stations.get(station).map(|station| station.plant.clone())
+    }
+
+    /// The present state, with the present time.
+    pub(super) fn state(&self) -> State {
+        let state = self.state.read().unwrap_or_else(PoisonError::into_inner).clone();
+        State { now_ms: Micros::now().0 / 1000, ..state }
+    }
+
+    /// Reads the database again and again until it is told to stop. After a failure the state stays, with the reason.
+    pub async fn run(&self, database: &Database, mut stop: watch::Receiver<bool>) {
+        tokio::select! {
+            () = self.read_forever(database) => {}
+            () = async { drop(stop.wait_for(|is_stopped| *is_stopped).await) } => {}
+        }
+    }
+
+    async fn read_forever(&self, database: &Database) {
+        loop {
+            if let Err(error) = self.session(database).await {
+                self.state.write().unwrap_or_else(PoisonError::into_inner).problem = Some(error.to_string());
+            }
+            sleep(PAUSE).await;
+        }
+    }
+
+    /// One connection to the database; it ends with an error.
+    async fn session(&self, database: &Database) -> Result<(), WatchError> {
+        let (mut client, _task) = database.connect().await?;
+        upgrade(&mut client).await?;
+        let mut stations = HashMap::new();
+        loop {
+            let begun = Instant::now();
+            let next = read(&client, &mut stations, self.state()).await?;
+            *self.state.write().unwrap_or_else(PoisonError::into_inner) = next;
+            // Many stations: the database has at least three quarters of its time for batches.
+            sleep(PERIOD.max(begun.elapsed() * 3)).await;
+        }
+    }
+}
+
+/// The last batch of each station, by its id.
+type LastBatches = HashMap<i32, (String, Option<i64>)>;
+
+/// The state after `before`: readings of stations that have sent a batch since.
+async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result<State, tokio_postgres::Error> {
+    let mut changed = Vec::new();
+    let mut state = State { problem: None, stations: Default::default(), alarms: Default::default(), ..before };
+    for row in client.query(STATIONS, &[]).await? {
+        let (id, name, number): (i32, String, Option<i64>) = (row.get("id"), row.get("name"), row.get("number"));
+        if known.get(&id).is_none_or(|(_, last)| *last != number) {
+            known.insert(id, (name.clone(), number));
+            changed.push(id);
+        }
+        let station = StationState { plant: row.get("plant"), made_ms: row.get("made"), stored_ms: row.get("stored") };
+        state.stations.insert(name, station);
+    }
+    if !changed.is_empty() {
+        for row in client.query(READINGS, &[&changed, &LOOK_BACK_DAYS]).await? {
+            let station = known.get(&row.get("station")).map(|(name, _)| name.clone()).unwrap_or_default();
+            let reading = reading(station, &row);
+            state.readings.insert(format!("{}/{}", reading.station, reading.series), reading);
+        }
+    }
+    let alarms = client.query(ALARMS, &[&MAX_ALARMS]).await?;
+    let total: i64 = alarms.first().map_or(0, |row| row.get("total"));
+    state.alarms =
+        alarms.iter().map(alarm).map(|alarm| (format!("{}/{}", alarm.station, alarm.alarm), alarm)).collect();
+    state.not_listed = (total - MAX_ALARMS).max(0);
+    Ok(state)
+}
+
+fn reading(station: String, row: &Row) -> LatestReading {
+    let quality = quality(row.get("quality"));
+    let pressure: Option<f64> = row.get("pressure_pa");
+    let is_valid = quality == Quality::Valid;
+    LatestReading {
+        station,
+        series: row.get("name"),
+        at_ms: row.get("at"),
+        pa: pressure.filter(|_| is_valid),
+        limit_pa: pressure.filter(|_| !is_valid),
+        quality: quality.word(),
+    }
+}
+
+/// The quality of a number in the database; one of a later program is shown as a fault.
+fn quality(number: i16) -> Quality {
+    Quality::from_number(number.into()).unwrap_or(Quality::Fault)
+}
+
+fn alarm(row: &Row) -> ActiveAlarm {
+    ActiveAlarm {
+        plant: row.get("plant"),
+        station: row.get("station"),
+        alarm: row.get("alarm"),
+        state: row.get("state"),
+        priority: row.get("priority"),
+        occurrence: row.get("occurrence"),
+        subject: row.get("subject"),
+        at_ms: row.get("at"),
+        user: row.get("user_name"),
+        text: row.get("text"),
+    }
+}

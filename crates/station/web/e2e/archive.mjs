@@ -1,0 +1,132 @@
+// The page of an archive in a browser. contrib/archive/view starts stations and archives, and names their addresses: ARCHIVE without users, ARCHIVE_USERS
+// with the operator ada. PICTURES is a folder for the picture of docs/archive.md. The alarm of station-0 is acknowledged, that of station-1 is not.
+
+import assert from 'node:assert/strict'
+import { after, before, test } from 'node:test'
+import { openContext, openPage, startBrowser } from './setup.mjs'
+
+const { ARCHIVE, ARCHIVE_USERS, PASSWORD, PICTURES } = process.env
+
+let browser
+
+before(async () => {
+  browser = await startBrowser()
+})
+
+after(async () => {
+  await browser?.close()
+})
+
+/** Opens a page of the archive. The console may show no error. */
+async function visit(path, look, options = {}) {
+  const { page, complaints, close } = await openPage(browser, ARCHIVE + path, options)
+  try {
+    await look(page)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+}
+
+const PHONE = { viewport: { width: 320, height: 640 }, isMobile: true, hasTouch: true }
+
+test('problems come first, then each station with its readings', async () => {
+  await visit('/', async (page) => {
+    const chamber = page.locator('[data-series="station-0/chamber"]')
+    await chamber.getByText(/mbar/).first().waitFor()
+    assert.match(await chamber.innerText(), /×\s10⁻[³⁴]\s*mbar/)
+    const problem = page.locator('.problems [data-station="station-1"]')
+    assert.match(await problem.innerText(), /1\shigh\s+not acknowledged/)
+    assert.match(await page.getByRole('banner').innerText(), /2 alarms, 1 not acknowledged/)
+    assert.deepEqual(await page.locator('section.segment h2').allInnerTexts(), ['Problems', 'station-0', 'station-1'])
+    // The picture of docs/archive.md.
+    if (PICTURES) {
+      const { y, height } = await page.locator('section[data-station="station-1"]').boundingBox()
+      await page.screenshot({ path: `${PICTURES}/archive.png`, clip: { x: 0, y: 0, width: 1280, height: y + height } })
+    }
+  })
+})
+
+test('search and plant choose the stations', async () => {
+  await visit('/', async (page) => {
+    await page.getByLabel('Plant').selectOption('ring')
+    await page.getByText('1 of 2 stations').waitFor()
+    await page.getByLabel('Plant').selectOption('')
+    await page.getByLabel('Search stations and gauges').fill('station-0 fore')
+    await page.getByText('1 of 2 stations').waitFor()
+    assert.equal(await page.locator('section[data-station] [data-series]').count(), 1)
+    await page.getByLabel('Search stations and gauges').fill('nothing')
+    await page.getByText('No station and no gauge matches.').waitFor()
+  })
+})
+
+test('a reading leads to its trend, and other stations are added to it', async () => {
+  await visit('/', async (page) => {
+    await page.locator('[data-series="station-0/chamber"]').getByRole('link').click()
+    await page.waitForFunction(() => Number(document.querySelector('.chart')?.dataset.points) > 0)
+    await page.getByRole('checkbox', { name: 'station-1/foreline' }).check()
+    await page.waitForFunction(() => new URLSearchParams(location.search).getAll('s').length === 2)
+    await page.locator('.chart-table summary').click()
+    const heads = page.locator('.chart-table th[scope=col]')
+    await heads.first().waitFor()
+    assert.deepEqual(await heads.allInnerTexts(), ['Time', 'station-0/chamber', 'station-1/foreline'])
+    const asked = page.waitForResponse((answer) => answer.url().includes('full=true'))
+    await page.getByRole('button', { name: 'Full resolution' }).click()
+    assert.equal((await asked).status(), 200)
+  })
+})
+
+test('alarms and events name their stations', async () => {
+  await visit('/alarms', async (page) => {
+    const rows = page.getByRole('row').filter({ hasText: 'chamber too high' })
+    await rows.nth(1).waitFor()
+    assert.match(await rows.first().innerText(), /station-[01]/)
+  })
+  await visit('/events', async (page) => {
+    await page.getByLabel('Station').selectOption('station-1')
+    await page.getByRole('cell', { name: 'station-1', exact: true }).first().waitFor()
+    await page.waitForFunction(() => {
+      const stations = [...document.querySelectorAll('tbody tr td:nth-child(2)')].map((cell) => cell.textContent)
+      return stations.length > 0 && stations.every((station) => station === 'station-1')
+    })
+  })
+})
+
+test('a phone shows all pages without scrolling sideways', async () => {
+  for (const path of ['/', '/trends', '/alarms', '/events']) {
+    await visit(
+      path,
+      async (page) => {
+        await page.locator('main h1').first().waitFor({ state: 'attached' })
+        const [needed, width] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth])
+        assert.ok(needed <= 320 && width === 320, `${path} needs ${needed} of ${width} pixels`)
+      },
+      PHONE,
+    )
+  }
+})
+
+test('a page that does not exist says so', async () => {
+  await visit('/nowhere', async (page) => {
+    await page.getByRole('link', { name: 'Go to the stations' }).click()
+    await page.locator('[data-station="station-0"]').first().waitFor()
+  })
+})
+
+test('an operator logs in and acknowledges an alarm of a station', async () => {
+  const { page, complaints, close } = await openContext(browser)
+  try {
+    await page.goto(`${ARCHIVE_USERS}/alarms`)
+    await page.getByLabel('Name').fill('ada')
+    await page.getByLabel('Password', { exact: true }).fill(PASSWORD)
+    await page.getByRole('button', { name: 'Log in' }).click()
+    const row = page.getByRole('row').filter({ hasText: 'station-1' })
+    await row.getByRole('button', { name: 'Acknowledge' }).click()
+    await row.getByText('(archive:ada)').waitFor()
+    await row.getByRole('button', { name: 'Acknowledge' }).waitFor({ state: 'detached' })
+    assert.match(await page.getByRole('banner').innerText(), /2 alarms/)
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})

@@ -1,0 +1,93 @@
+// The live data of all stations: one stream of server-sent events for all pages.
+
+import { merged } from '../lib/merge.ts'
+import { canView, onSessionChange, refreshSession } from '../session.ts'
+import { createStore, useStore } from '../store.ts'
+import type { State } from './types.ts'
+
+/** Without an event for this long the archive counts as lost: it sends one a second. */
+const SILENCE_MS = 6_000
+const TICK_MS = 1_000
+
+export interface Live {
+  /** The last state that was received; `null` before the first. */
+  state: State | null
+  connected: boolean
+  /** The clock of the archive. */
+  now: number
+}
+
+let state: State | null = null
+let receivedAt = performance.now()
+let stream: EventSource | null = null
+/** Changes with every event, and every tick without one. */
+const changes = createStore(0)
+
+export function live(): Live {
+  const since = performance.now() - receivedAt
+  return {
+    state,
+    connected: state !== null && since < SILENCE_MS,
+    now: state ? Math.round(state.now_ms + since) : Date.now(),
+  }
+}
+
+/** Receives live data while the session allows it. */
+export function startLive(): void {
+  onSessionChange(() => {
+    if (!canView()) disconnect()
+    else if (!stream) connect()
+  })
+  if (canView()) connect()
+  setInterval(() => {
+    const since = performance.now() - receivedAt
+    // The browser reconnects by itself, except after an HTTP error and on a connection that is only silent.
+    if (stream && (stream.readyState === EventSource.CLOSED || since > 2 * SILENCE_MS)) {
+      connect()
+      void refreshSession()
+    }
+    if (since > TICK_MS) notify()
+  }, TICK_MS)
+}
+
+function connect(): void {
+  stream?.close()
+  receivedAt = performance.now()
+  stream = new EventSource('/api/live')
+  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as State))
+  stream.addEventListener('change', (event: MessageEvent<string>) => {
+    if (state) receive(merged(state, JSON.parse(event.data)) as State)
+  })
+  stream.addEventListener('error', () => void refreshSession())
+}
+
+/** Ends the stream and forgets its data: the next user may be another one. */
+function disconnect(): void {
+  stream?.close()
+  stream = null
+  state = null
+  notify()
+}
+
+function receive(received: State): void {
+  state = received
+  receivedAt = performance.now()
+  notify()
+}
+
+function notify(): void {
+  changes.set(changes.get() + 1)
+}
+
+/** Live data; the component is drawn again with every change. */
+export function useLive(): Live {
+  useStore(changes)
+  return live()
+}
+
+/** The last state. Only for pages: they are drawn after the first state has been received. */
+export function useArchive(): State {
+  const { state } = useLive()
+  if (!state) throw new Error('expected a state, got none: pages are drawn after the first one')
+  return state
+}

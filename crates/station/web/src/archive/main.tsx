@@ -1,0 +1,18 @@
+// The page of an archive: all stations.
+
+import '../styles/tokens.css'
+import '../styles/base.css'
+import '../styles/controls.css'
+import '../styles/tables.css'
+
+import { render } from 'preact'
+import { refreshSession } from '../session.ts'
+import { applyTheme } from '../settings.ts'
+import { App } from './app.tsx'
+import { startLive } from './live.ts'
+
+applyTheme()
+startLive()
+void refreshSession()
+const root = document.getElementById('app')
+if (root) render(<App />, root)

@@ -1,0 +1,147 @@
+// All stations: problems first, then each station with its latest readings.
+
+import '../pages/overview.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { AlarmStateMark, PriorityMark } from '../components/alarm-marks.tsx'
+import { Choice, SearchField } from '../components/fields.tsx'
+import { ReadingText } from '../components/pressure.tsx'
+import { age } from '../lib/format.ts'
+import { matchesWords } from '../lib/search.ts'
+import type { Unit } from '../lib/units.ts'
+import { Link } from '../router.tsx'
+import { useUnit } from '../settings.ts'
+import { useArchive, useLive } from './live.ts'
+import { isOpen, isSilent, type Station, stationsOf } from './plant.ts'
+import { trendPath } from './trends.tsx'
+import type { ActiveAlarm, LatestReading } from './types.ts'
+
+/** The readings of few stations are open from the start. */
+const MOST_OPEN = 4
+
+/** The most alarms of a station in the list of problems. */
+const MOST_ALARMS = 5
+
+export function Stations(): JSX.Element {
+  const { now } = useLive()
+  const [text, setText] = useState('')
+  const [plant, setPlant] = useState('')
+  const all = stationsOf(useArchive())
+  const plants = [...new Set(all.map((station) => station.plant))].sort()
+  const isFiltered = text !== ''
+  const shown = all
+    .filter((station) => !plant || station.plant === plant)
+    .map((station) => ({ ...station, readings: station.readings.filter((reading) => matches(station, reading, text)) }))
+    .filter((station) => !isFiltered || station.readings.length > 0 || matchesWords([station.name], text))
+  const problems = shown.filter((station) => isSilent(station, now) || station.alarms.some(isOpen))
+  return (
+    <>
+      <div class="bar">
+        <h1 class="visually-hidden">Stations</h1>
+        <SearchField label="Search stations and gauges" value={text} onInput={setText} />
+        {plants.length > 1 && (
+          <Choice
+            label="Plant"
+            value={plant}
+            options={[['', 'all plants'], ...plants.map((name): [string, string] => [name, name])]}
+            onChange={setPlant}
+          />
+        )}
+        <span class="muted" role="status">
+          {shown.length} of {all.length} stations
+        </span>
+      </div>
+      {problems.length > 0 && (
+        <section class="segment problems" aria-label="Problems">
+          <h2>Problems</h2>
+          <ul class="rows">
+            {problems.map((station) => (
+              <Problem station={station} now={now} key={station.name} />
+            ))}
+          </ul>
+        </section>
+      )}
+      {shown.map((station) => (
+        <StationRows station={station} now={now} isOpen={isFiltered || all.length <= MOST_OPEN} key={station.name} />
+      ))}
+      {all.length === 0 && <p class="waiting">No station has sent anything yet.</p>}
+      {all.length > 0 && shown.length === 0 && <p class="muted">No station and no gauge matches.</p>}
+    </>
+  )
+}
+
+const matches = ({ name, plant }: Station, { series }: LatestReading, text: string): boolean =>
+  matchesWords([name, plant, series], text)
+
+function Problem({ station, now }: { station: Station; now: number }): JSX.Element {
+  const open = station.alarms.filter(isOpen)
+  return (
+    <li class="row station-problem" data-station={station.name}>
+      <strong>{station.name}</strong>
+      {isSilent(station, now) && <span>{silence(station, now)}</span>}
+      {open.slice(0, MOST_ALARMS).map((alarm) => (
+        <AlarmLine alarm={alarm} key={alarm.alarm} />
+      ))}
+      {open.length > MOST_ALARMS && <Link to="/alarms">{open.length - MOST_ALARMS} more alarms</Link>}
+    </li>
+  )
+}
+
+const silence = ({ stored_ms }: Station, now: number): string =>
+  stored_ms ? `has sent nothing for ${age(now - stored_ms)}` : 'has sent nothing yet'
+
+export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
+  return (
+    <span class="alarm-line">
+      <PriorityMark priority={alarm.priority} /> <AlarmStateMark state={alarm.state} /> {alarm.text || alarm.alarm}
+    </span>
+  )
+}
+
+function StationRows({ station, now, isOpen }: { station: Station; now: number; isOpen: boolean }): JSX.Element {
+  const [opened, setOpened] = useState(false)
+  const unit = useUnit()
+  const open = isOpen || opened
+  const { name, plant, readings, stored_ms } = station
+  return (
+    <section class="segment" aria-label={`Station ${name}`} data-station={name}>
+      <details open={open} onToggle={(event) => !isOpen && setOpened(event.currentTarget.open)}>
+        <summary>
+          <h2>{name}</h2>{' '}
+          <span class="muted">
+            {plant}, {readings.length} {readings.length === 1 ? 'gauge' : 'gauges'},{' '}
+            {stored_ms ? `last batch ${age(Math.max(0, now - stored_ms))} ago` : 'no batch yet'}
+          </span>
+        </summary>
+        {open && (
+          <ul class="rows">
+            {readings.map((reading) => (
+              <Reading reading={reading} silent={isSilent(station, now)} unit={unit} now={now} key={reading.series} />
+            ))}
+          </ul>
+        )}
+      </details>
+    </section>
+  )
+}
+
+interface ReadingProps {
+  reading: LatestReading
+  /** The station is silent: its readings are old. */
+  silent: boolean
+  unit: Unit
+  now: number
+}
+
+function Reading({ reading, silent, unit, now }: ReadingProps): JSX.Element {
+  const { station, series, pa, limit_pa, quality, at_ms } = reading
+  return (
+    <li class={silent ? 'row stale' : 'row'} data-series={`${station}/${series}`}>
+      <Link to={trendPath([`${station}/${series}`])}>{series}</Link>
+      <span class="row-readings">
+        <ReadingText pa={pa ?? limit_pa ?? null} quality={quality} unit={unit} />
+      </span>
+      <span class="muted">{age(Math.max(0, now - at_ms))} ago</span>
+    </li>
+  )
+}

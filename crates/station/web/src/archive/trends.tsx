@@ -1,0 +1,156 @@
+// Trends of series of several stations.
+
+import '../components/series-list.css'
+import '../pages/trends/trends.css'
+import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
+import { getFrom } from '../api/request.ts'
+import type { Trend } from '../api/types.ts'
+import { ChartTable } from '../components/chart-table.tsx'
+import { SearchField } from '../components/fields.tsx'
+import { useWidth } from '../components/hooks.ts'
+import { curveColours } from '../components/palette.ts'
+import { SampleText } from '../components/pressure.tsx'
+import { seriesAt, useChartData, useTrends } from '../components/use-trends.ts'
+import { moment } from '../lib/format.ts'
+import { isLive, type Range, windowOf } from '../lib/range.ts'
+import { matchesWords } from '../lib/search.ts'
+import { TrendChart, trendPixels } from '../pages/trends/chart.tsx'
+import { useTrendChoice } from '../pages/trends/choice.ts'
+import { CustomWindow, Toolbar } from '../pages/trends/toolbar.tsx'
+import { useDark, useUnit } from '../settings.ts'
+import { useArchive, useLive } from './live.ts'
+import { seriesOf } from './plant.ts'
+
+/** The most series in the list beside those that are drawn: the search finds the others. */
+const MOST_LISTED = 24
+
+/** The address of the trends of these series. */
+export function trendPath(series: string[]): string {
+  return `/trends?${new URLSearchParams(series.map((name) => ['s', name]))}`
+}
+
+/** The most entries of a trend that a station sends. */
+const MOST_FULL = 4_000
+
+/** The trend of a series from the database of its station, which has all samples. */
+function fullTrend(series: string, from: number, to: number, pixels: number, signal: AbortSignal): Promise<Trend> {
+  const query = { series, from: `${from}`, to: `${to}`, pixels: `${Math.min(pixels, MOST_FULL)}`, full: 'true' }
+  return getFrom(`/api/trend?${new URLSearchParams(query)}`, signal)
+}
+
+export function Trends(): JSX.Element {
+  const { now } = useLive()
+  const unit = useUnit()
+  const names = seriesOf(useArchive())
+  const [choice, change] = useTrendChoice(names)
+  const { series: chosen, range } = choice
+  const [box, width] = useWidth()
+  const [cursor, setCursor] = useState<number | null>(null)
+  const [isFull, setFull] = useState(false)
+  const query = useTrends(chosen, range, trendPixels(width), isFull ? 'full' : '', isFull ? fullTrend : undefined)
+  const data = useChartData(query.value, range, unit, now)
+  const window = windowOf(range, now)
+  const at = cursor === null ? null : window[0] + cursor * (window[1] - window[0])
+  const colours = curveColours(names, chosen, useDark())
+  const colourOf = (series: string): string => colours.get(series) ?? 'gray'
+  const setRange = (range: Range): void => change({ range })
+  const toggle = (series: string): void =>
+    change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
+  return (
+    <div class="trends">
+      <h1 class="visually-hidden">Trends</h1>
+      <Toolbar choice={choice} change={change} />
+      <div class="trend-chart panel">
+        <div ref={box}>
+          <TrendChart
+            all={[]}
+            choice={choice}
+            data={data}
+            limits={[]}
+            width={width}
+            colourOf={colourOf}
+            setRange={setRange}
+            setCursor={setCursor}
+            setReference={() => {}}
+          />
+        </div>
+      </div>
+      <SeriesChoice names={names} chosen={chosen} colourOf={colourOf} toggle={toggle}>
+        {(series) => at !== null && <SampleText sample={seriesAt(data, series, at)} unit={unit} />}
+      </SeriesChoice>
+      <p class="muted">{at === null ? 'Point at the chart for the values at a time.' : moment(at)}</p>
+      <p class="load-error" role="status">
+        {query.error}
+      </p>
+      <div class="bar">
+        <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
+        <button
+          type="button"
+          aria-pressed={isFull}
+          onClick={() => setFull(!isFull)}
+          title="Ask the stations for the samples of their own databases"
+        >
+          Full resolution
+        </button>
+      </div>
+      <ChartTable
+        caption="Pressures"
+        window={window}
+        columns={chosen.map((series) => ({
+          name: series,
+          cell: (at) => <SampleText sample={seriesAt(data, series, at)} unit={unit} />,
+        }))}
+      />
+    </div>
+  )
+}
+
+interface ChoiceProps {
+  names: string[]
+  chosen: string[]
+  colourOf: (series: string) => string
+  toggle: (series: string) => void
+  /** The value of a series that is drawn. */
+  children: (series: string) => JSX.Element | false
+}
+
+/** Which series are drawn. */
+function SeriesChoice({ names, chosen, colourOf, toggle, children }: ChoiceProps): JSX.Element {
+  const [text, setText] = useState('')
+  const others = names.filter((name) => !chosen.includes(name) && matchesWords([name], text))
+  const listed = [...names.filter((name) => chosen.includes(name)), ...others.slice(0, MOST_LISTED)]
+  return (
+    <div class="series-list panel">
+      {names.length > MOST_LISTED && <SearchField label="Search series" value={text} onInput={setText} />}
+      <ul>
+        {listed.map((series) => {
+          const drawn = chosen.includes(series)
+          const colour = colourOf(series)
+          return (
+            <li class={drawn ? '' : 'off'} key={series}>
+              <label>
+                <input
+                  type="checkbox"
+                  checked={drawn}
+                  onChange={() => toggle(series)}
+                  style={{ accentColor: colour }}
+                />
+                <span
+                  class="swatch"
+                  style={drawn ? { background: colour, borderColor: colour } : {}}
+                  aria-hidden="true"
+                />
+                <span class="name">{series}</span>
+                <span class="value">{drawn && children(series)}</span>
+              </label>
+            </li>
+          )
+        })}
+      </ul>
+      {others.length > MOST_LISTED && (
+        <p class="muted">{others.length - MOST_LISTED} more series: search to see them.</p>
+      )}
+    </div>
+  )
+}
