@@ -70,6 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         record_plant(&services, start);
         record_helium(&services, start);
     }
+    services.directory().set(gauges::directory(&fakes));
     show(&services, &fakes, 0.0, &Told::default());
     for segment in ["beam line", "hall"] {
         answer(&services, &fakes, segment);

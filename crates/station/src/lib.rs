@@ -37,6 +37,7 @@ pub mod client_tls;
 pub mod comparison;
 pub mod config;
 pub mod control;
+pub mod directory;
 pub mod gateway_status;
 pub mod host_name;
 pub mod identification;

@@ -9,6 +9,7 @@
 use crate::alarm::AlarmService;
 use crate::alarm_editor::AlarmEditor;
 use crate::control::ControlService;
+use crate::directory::DirectoryStore;
 use crate::gateway_status::GatewayStatuses;
 use crate::plant::PlantStore;
 use crate::recording::RecorderHandle;
@@ -32,6 +33,7 @@ pub struct Services {
     webhooks: Arc<DeliveryStatus>,
     gateways: Arc<GatewayStatuses>,
     plant: PlantStore,
+    directory: DirectoryStore,
 }
 
 impl Services {
@@ -46,6 +48,7 @@ impl Services {
         let webhooks = Arc::new(DeliveryStatus::default());
         let gateways = Arc::new(GatewayStatuses::default());
         let plant = PlantStore::default();
+        let directory = DirectoryStore::default();
         Self {
             name,
             started: Micros::now(),
@@ -57,6 +60,7 @@ impl Services {
             webhooks,
             gateways,
             plant,
+            directory,
         }
     }
 
@@ -112,6 +116,12 @@ impl Services {
     #[must_use]
     pub const fn plant(&self) -> &PlantStore {
         &self.plant
+    }
+
+    /// The labels of the gauges, and the views.
+    #[must_use]
+    pub const fn directory(&self) -> &DirectoryStore {
+        &self.directory
     }
 
     /// The parts that a segment needs.

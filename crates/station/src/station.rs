@@ -52,6 +52,7 @@ impl Station {
         let services = Arc::new(Services::new(config.name, config.database, recorder));
         services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
         services.plant().set(config.plant);
+        services.directory().set(config.directory);
         services.alarm_editor().set_source(config.source);
         let receivers = Receiver::all(config.webhooks, config.emails);
         services.alarms().start(config.alarms, notification_targets(&receivers))?;
@@ -96,6 +97,7 @@ impl Station {
         }
         stop_all(old);
         self.services.plant().set(config.plant);
+        self.services.directory().set(config.directory);
         self.services.alarm_editor().set_source(config.source);
         let receivers = Receiver::all(config.webhooks, config.emails);
         self.services.alarms().reconfigure(config.alarms, notification_targets(&receivers));

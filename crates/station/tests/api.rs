@@ -9,10 +9,11 @@ use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retentio
 use profivac_station::api::{description, router};
 use profivac_station::control::error::Unavailable;
 use profivac_station::control::requests::SegmentRequest;
+use profivac_station::directory::{Directory, GaugeLabels};
 use profivac_station::services::Services;
 use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{Block, BusStationState, Gauge, Reading, Segment, SegmentState};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
@@ -144,6 +145,30 @@ fn the_api_serves_the_published_snapshot() {
     assert_eq!(gauge, station.json("/api/gauges")[0]);
     assert_eq!((&gauge["state"], &gauge["readings"][0]["pa"]), (&"data-exchange".into(), &1e-4.into()));
     assert_eq!(station.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
+}
+
+#[test]
+fn a_gauge_has_its_labels_and_the_directory_lists_them() {
+    let station = TestStation::new();
+    let empty = json!({"group": null, "tags": [], "location": null, "calibrated": null, "calibration_due": null});
+    assert_eq!(station.json("/api/gauges/chamber")["labels"], empty);
+    assert_eq!(station.json("/api/directory"), json!({"gauges": {}, "views": []}));
+    let labels = GaugeLabels {
+        group: Some("target".to_owned()),
+        tags: vec!["bake-out".to_owned()],
+        location: Some("rack 4".to_owned()),
+        calibrated: Some("2026-05-01".to_owned()),
+        calibration_due: None,
+    };
+    let directory = Directory { gauges: [("chamber".to_owned(), labels)].into(), views: Vec::new() };
+    station.services.directory().set(directory);
+    let expected = json!({
+        "group": "target", "tags": ["bake-out"], "location": "rack 4", "calibrated": "2026-05-01", "calibration_due": null
+    });
+    assert_eq!(station.json("/api/gauges/chamber")["labels"], expected);
+    let all = station.json("/api/gauges");
+    assert_eq!((&all[0]["name"], &all[0]["labels"]), (&"chamber".into(), &expected));
+    assert_eq!(station.json("/api/directory")["gauges"], json!({"chamber": expected}));
 }
 
 #[test]
@@ -592,7 +617,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 46);
+    assert_eq!(described.len(), 47);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

@@ -4,6 +4,7 @@
 use profivac_devices::Principle;
 use profivac_devices::model::{Model, PartSpec};
 use profivac_recorder::Quality;
+use profivac_station::directory::{Directory, GaugeLabels, SavedView};
 use profivac_station::segment::corrected;
 use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
 use profivac_vacuum::Gas;
@@ -329,5 +330,42 @@ impl Fake {
             quality: shown.quality,
             cause: (shown.quality == Quality::Fault).then(|| "device alarm".to_owned()),
         }
+    }
+}
+
+/// The labels of the gauges: those of the hall, and a group, a tag and a place for each of the many gauges of [`large`].
+pub fn directory(fakes: &[Fake]) -> Directory {
+    let day = |day: &str| Some(day.to_owned());
+    let labels = |fake: &Fake| {
+        let (group, location) = match fake.segment {
+            "hall" => ("target hall", "hall, platform"),
+            "beam line" => ("beam line", "tunnel"),
+            "bench" => ("laboratory", "room 12"),
+            segment if segment.ends_with(['0', '2', '4', '6', '8']) => ("ring, inside", segment),
+            segment => ("ring, outside", segment),
+        };
+        let tags = if fake.address.is_multiple_of(3) { vec!["bake-out".to_owned()] } else { Vec::new() };
+        // The days are so far away that no test depends on its date.
+        let calibration_due = if fake.name == "oven" { day("2021-03-01") } else { day("2121-03-01") };
+        GaugeLabels {
+            group: Some(group.to_owned()),
+            tags,
+            location: Some(location.to_owned()),
+            calibrated: day("2020-03-01"),
+            calibration_due,
+        }
+    };
+    let view = |name: &str, group: Option<&str>, series: &[&str]| SavedView {
+        name: name.to_owned(),
+        search: None,
+        group: group.map(str::to_owned),
+        tag: None,
+        location: None,
+        state: None,
+        series: series.iter().map(|&series| series.to_owned()).collect(),
+    };
+    Directory {
+        gauges: fakes.iter().map(|fake| (fake.name.to_owned(), labels(fake))).collect(),
+        views: vec![view("Tunnel", Some("beam line"), &[]), view("Pump stand", None, &["vessel", "pump stand"])],
     }
 }

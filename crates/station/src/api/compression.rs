@@ -1,7 +1,7 @@
-//! Compression of a stream: each chunk is flushed, so that the client has every event at once.
+//! Compression of a stream: each chunk is flushed, so that the client has every event at once. Compression of a whole answer.
 
 use axum::body::{Body, Bytes};
-use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, VARY};
+use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_TYPE, VARY};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::Response;
 use flate2::Compression;
@@ -20,6 +20,26 @@ pub fn compressed(response: Response, request: &HeaderMap) -> Response {
     let mut encoder = ChunkEncoder::new();
     let chunks = body.into_data_stream().map(move |chunk| chunk.map(|chunk| encoder.encode(&chunk)));
     Response::from_parts(parts, Body::from_stream(chunks))
+}
+
+/// A complete body in JSON, compressed if the client accepts gzip.
+pub fn compressed_json(body: Vec<u8>, request: &HeaderMap) -> Response {
+    let mut response = Response::new(Body::empty());
+    response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    response.headers_mut().insert(VARY, HeaderValue::from_static("accept-encoding"));
+    let compress = || {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        // Writing into memory does not fail.
+        encoder.write_all(&body).and_then(|()| encoder.finish())
+    };
+    match accepts_gzip(request).then(compress) {
+        Some(Ok(compressed)) => {
+            response.headers_mut().insert(CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+            *response.body_mut() = Body::from(compressed);
+        }
+        _ => *response.body_mut() = Body::from(body),
+    }
+    response
 }
 
 /// Whether Accept-Encoding names gzip without refusing it (RFC 9110 12.5.3).
@@ -52,6 +72,25 @@ impl ChunkEncoder {
 mod tests {
     use super::*;
     use flate2::write::GzDecoder;
+    use std::io::Read;
+
+    #[test]
+    fn a_whole_answer_is_a_complete_stream_or_plain() {
+        let octets = |response: Response| {
+            let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+            runtime.block_on(axum::body::to_bytes(response.into_body(), usize::MAX)).unwrap().to_vec()
+        };
+        let plain = compressed_json(b"{}".to_vec(), &HeaderMap::new());
+        assert!(!plain.headers().contains_key(CONTENT_ENCODING));
+        assert_eq!(octets(plain), b"{}");
+        let gzip = HeaderMap::from_iter([(ACCEPT_ENCODING, HeaderValue::from_static("gzip"))]);
+        let answer = compressed_json(b"{}".to_vec(), &gzip);
+        assert_eq!(answer.headers().get(CONTENT_ENCODING).unwrap(), "gzip");
+        let mut text = Vec::new();
+        // Reading to the end checks the trailer.
+        flate2::read::GzDecoder::new(octets(answer).as_slice()).read_to_end(&mut text).unwrap();
+        assert_eq!(text, b"{}");
+    }
 
     #[test]
     fn each_chunk_can_be_decoded_at_once() {

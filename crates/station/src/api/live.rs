@@ -59,6 +59,8 @@ pub struct Snapshot {
     alarms: LiveAlarms,
     /// The states of the parts of the plant.
     plant: LivePlant,
+    /// Changes when `/api/directory` changes.
+    directory_revision: u64,
 }
 
 /// A gauge in the live stream.
@@ -181,6 +183,7 @@ fn state(services: &Services) -> Value {
         read_progress: services.snapshots().read_progress(),
         alarms: services.alarms().overview().into(),
         plant: services.plant().live(),
+        directory_revision: services.directory().revision(),
     };
     // Numbers, texts and lists always have a JSON form.
     serde_json::to_value(&snapshot).unwrap_or_default()

@@ -13,6 +13,7 @@
 //! | `/api/armed-commands/{id}`, `/api/armed-commands/{id}/execute` | disarms and executes it |
 //! | `/api/control-authority` and below | control authority |
 //! | `/api/audit`, `/api/audit.csv` | the audit trail |
+//! | `/api/directory` | the labels of the gauges, and the views |
 //! | `/api/plant` | the plant: volumes, valves, pumps |
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
@@ -106,6 +107,7 @@ use utoipa::OpenApi;
         snapshot::blocks,
         snapshot::gateways,
         snapshot::plant,
+        snapshot::directory,
         history::trend,
         history::events,
         notes::make,
@@ -243,6 +245,7 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/gauges/{name}/blocks", get(snapshot::blocks))
         .route("/api/gateways", get(snapshot::gateways))
         .route("/api/plant", get(snapshot::plant))
+        .route("/api/directory", get(snapshot::directory))
         .route("/api/trend", get(history::trend))
         .route("/api/events", get(history::events))
         .route("/api/notes", post(notes::make))

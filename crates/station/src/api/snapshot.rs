@@ -1,15 +1,36 @@
 //! The present state of the station, its segments and its gauges.
 
+use super::compression::compressed_json;
 use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
+use crate::directory::{Directory, GaugeLabels};
 use crate::gateway_status::GatewayView;
 use crate::plant::PlantPicture;
 use crate::services::Services;
 use crate::view::{Block, Gauge, Segment, Station};
 use axum::Json;
 use axum::extract::{Path, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde::Serialize;
 use std::sync::Arc;
+use utoipa::ToSchema;
+
+/// A gauge with its labels.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct LabelledGauge {
+    #[serde(flatten)]
+    gauge: Gauge,
+    /// What the station's file says about it beside the bus.
+    labels: GaugeLabels,
+}
+
+impl LabelledGauge {
+    fn of(gauge: Gauge, services: &Services) -> Self {
+        Self { labels: services.directory().labels(&gauge.name), gauge }
+    }
+}
 
 /// The station and its recorder
 #[utoipa::path(get, path = "/api/station", responses((status = 200, body = Station)))]
@@ -24,9 +45,9 @@ pub async fn segments(State(services): State<Arc<Services>>) -> Json<Vec<Segment
 }
 
 /// All gauges with their readings
-#[utoipa::path(get, path = "/api/gauges", responses((status = 200, body = [Gauge])))]
-pub async fn gauges(State(services): State<Arc<Services>>) -> Json<Vec<Gauge>> {
-    Json(services.snapshots().gauges())
+#[utoipa::path(get, path = "/api/gauges", responses((status = 200, body = [LabelledGauge])))]
+pub async fn gauges(State(services): State<Arc<Services>>) -> Json<Vec<LabelledGauge>> {
+    Json(services.snapshots().gauges().into_iter().map(|gauge| LabelledGauge::of(gauge, &services)).collect())
 }
 
 /// One gauge with its readings
@@ -35,12 +56,17 @@ pub async fn gauges(State(services): State<Arc<Services>>) -> Json<Vec<Gauge>> {
     path = "/api/gauges/{name}",
     params(("name" = String, Path, description = "The name of the gauge", example = "chamber")),
     responses(
-        (status = 200, body = Gauge),
+        (status = 200, body = LabelledGauge),
         (status = 404, body = Problem, description = "There is no gauge of this name")
     )
 )]
-pub async fn gauge(State(services): State<Arc<Services>>, Path(name): Path<String>) -> Result<Json<Gauge>, Problem> {
-    services.snapshots().gauge(&name).map(Json).ok_or_else(|| Problem::not_found(format!("there is no gauge {name:?}")))
+pub async fn gauge(
+    State(services): State<Arc<Services>>,
+    Path(name): Path<String>,
+) -> Result<Json<LabelledGauge>, Problem> {
+    let gauge = services.snapshots().gauge(&name);
+    let gauge = gauge.ok_or_else(|| Problem::not_found(format!("there is no gauge {name:?}")))?;
+    Ok(Json(LabelledGauge::of(gauge, &services)))
 }
 
 /// The blocks and parameters of a gauge
@@ -75,6 +101,16 @@ pub async fn blocks(
 #[utoipa::path(get, path = "/api/plant", responses((status = 200, body = PlantPicture)))]
 pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> {
     Json(services.plant().view())
+}
+
+/// The directory: the labels of the gauges, and the views
+///
+/// Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
+/// stream has a new `directory_revision` when this answer changes.
+#[utoipa::path(get, path = "/api/directory", responses((status = 200, body = Directory)))]
+pub async fn directory(State(services): State<Arc<Services>>, headers: HeaderMap) -> Response {
+    // Texts and lists always have a JSON form.
+    compressed_json(serde_json::to_vec(&services.directory().view()).unwrap_or_default(), &headers)
 }
 
 /// The gateways to control systems, with their clients and errors

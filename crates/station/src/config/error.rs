@@ -4,6 +4,7 @@ use super::certificates::CertificateError;
 use super::number_range::NumberRange;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
+use crate::directory::ViewState;
 use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
@@ -74,6 +75,16 @@ pub enum NamedItem {
     Volume,
     /// `zone` of a volume.
     Zone,
+    /// `group` of a gauge.
+    Group,
+    /// An entry of `tags` of a gauge.
+    Tag,
+    /// `location` of a gauge.
+    Location,
+    /// `[[view]]`.
+    View,
+    /// `search` of a view.
+    Search,
     /// `[[pump]]` or `[[valve]]`.
     PlantPart,
 }
@@ -91,6 +102,11 @@ impl fmt::Display for NamedItem {
             Self::Email => "e-mail or webhook",
             Self::Volume => "volume",
             Self::Zone => "zone",
+            Self::Group => "group",
+            Self::Tag => "tag",
+            Self::Location => "location",
+            Self::View => "view",
+            Self::Search => "search",
             Self::PlantPart => "pump or valve",
         })
     }
@@ -265,6 +281,57 @@ pub enum ConfigProblem {
         /// The volume that has it.
         volume: String,
     },
+    /// A text has too many characters.
+    #[error("expected a {item} of at most {most} characters, found {found}; shorten it")]
+    LongText {
+        /// The kind of text.
+        item: NamedItem,
+        /// The permitted number.
+        most: usize,
+        /// The number.
+        found: usize,
+    },
+    /// A view is neither a filter nor a group of trends, or both.
+    #[error(
+        "expected for the view {0:?} either series, a list for the trends, or a filter of the overview: one or more of search, group, \
+         tag, location and state"
+    )]
+    ViewContent(String),
+    /// The state of a view does not exist.
+    #[error("expected a state out of {}, found {found:?}", view_states())]
+    UnknownViewState {
+        /// The word.
+        found: String,
+    },
+    /// No gauge has this label.
+    #[error("no gauge has the {item} {name:?}{}; add it to a [[segment.gauge]], or change the view", hint(.suggestion.as_deref()))]
+    UnknownLabel {
+        /// The kind of label.
+        item: NamedItem,
+        /// The label.
+        name: String,
+        /// The most similar label.
+        suggestion: Option<String>,
+    },
+    /// A gauge has too many tags.
+    #[error("expected at most {most} tags for a gauge, found {found}; delete some, or use group")]
+    TooManyTags {
+        /// The permitted number.
+        most: usize,
+        /// The number.
+        found: usize,
+    },
+    /// `calibrated` is no date.
+    #[error("expected the day of the last calibration without quotes and time, such as 2026-05-01, found {0}")]
+    CalibrationDate(String),
+    /// `calibration-interval` is no time, or out of range.
+    #[error("expected a time from 1 day to 36525 days, such as \"365 days\", found {0:?}")]
+    CalibrationInterval(String),
+    /// `calibration-interval` without `calibrated`.
+    #[error(
+        "calibration-interval counts from the last calibration: add calibrated = DATE, such as 2026-05-01, or delete it"
+    )]
+    IntervalWithoutCalibration,
     /// No segment has this name.
     #[error("there is no segment {name:?}{}", hint(.suggestion.as_deref()))]
     UnknownSegment {
@@ -603,6 +670,7 @@ pub enum MqttProblem {
 fn twice_hint(item: NamedItem) -> &'static str {
     match item {
         NamedItem::Port => "put all its gauges into one segment",
+        NamedItem::Tag => "delete one of both",
         NamedItem::Webhook | NamedItem::Email => "give each a name of its own",
         NamedItem::Station
         | NamedItem::Segment
@@ -611,12 +679,20 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Alarm
         | NamedItem::Volume
         | NamedItem::Zone
+        | NamedItem::Group
+        | NamedItem::Location
+        | NamedItem::View
+        | NamedItem::Search
         | NamedItem::PlantPart => "choose another name",
     }
 }
 
 fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|name| format!("; did you mean {name:?}?")).unwrap_or_default()
+}
+
+fn view_states() -> String {
+    ViewState::ALL.map(ViewState::word).join(", ")
 }
 
 fn priorities(may_be_off: bool) -> String {

@@ -15,8 +15,10 @@ use super::names::stem;
 use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
+use super::views::ViewToml;
 use super::webhooks::WebhookToml;
 use super::{Config, ConfigSource, TlsFiles, UsersFile};
+use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
@@ -53,6 +55,8 @@ pub struct ConfigToml {
     pub pump: Vec<PumpToml>,
     #[serde(default)]
     pub valve: Vec<ValveToml>,
+    #[serde(default)]
+    pub view: Vec<ViewToml>,
     modbus: Option<ModbusToml>,
     archive: Option<ArchiveToml>,
     epics: Option<EpicsToml>,
@@ -115,7 +119,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without its source, alarms, webhooks, e-mails, plant, retention and gateways.
+    /// The configuration without its source, alarms, webhooks, e-mails, plant, directory, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -136,6 +140,7 @@ impl ConfigToml {
             emails: Vec::new(),
             gateways: Vec::new(),
             plant: PlantPicture::default(),
+            directory: Directory::default(),
             renamed_keys: Vec::new(),
             source: ConfigSource::default(),
         }

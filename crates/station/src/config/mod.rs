@@ -28,6 +28,11 @@
 //! poll = "200 ms"                  # sampling interval
 //! gas = "ar"                       # the dashboard shows a corrected pressure beside the indicated one
 //! levels = { "process" = "1e-3 mbar" }
+//! group = "target"                 # filters of the dashboard
+//! tags = ["bake-out"]
+//! location = "hall 2, rack 4"
+//! calibrated = 2026-05-01
+//! calibration-interval = "365 days"
 //!
 //! [[segment]]
 //! name = "plc"
@@ -64,10 +69,12 @@
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
+//! | `labels` | group, tags, location and calibration of a gauge |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
+//! | `views` | `[[view]]` |
 //! | `names`, `number_range`, `values`, `certificates` | rules for names; ranges of numbers; delays and priorities; certificates |
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
@@ -81,6 +88,7 @@ mod emails;
 mod error;
 mod file;
 pub mod gateways;
+mod labels;
 mod names;
 mod notice;
 mod number_range;
@@ -89,6 +97,7 @@ mod retention;
 mod segments;
 mod source;
 mod values;
+mod views;
 mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
@@ -107,6 +116,7 @@ pub use webhooks::{Secret, Webhook, secret_of_file};
 
 use crate::alarm::Rule;
 use crate::auth::Access;
+use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use error::Located;
 use file::ConfigToml;
@@ -152,6 +162,8 @@ pub struct Config {
     pub gateways: Vec<GatewaySettings>,
     /// The picture of the plant; empty if the file has none.
     pub plant: PlantPicture,
+    /// The labels of the gauges, and the views.
+    pub directory: Directory,
     /// Keys that are written with a former name.
     pub renamed_keys: Vec<RenamedKey>,
     /// The file itself.
@@ -274,6 +286,8 @@ impl Config {
         let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
         let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
         let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
+        let mut directory = labels::directory(&file.segment).map_err(located)?;
+        directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         let source = ConfigSource::new(path, text);
@@ -282,6 +296,7 @@ impl Config {
             webhooks,
             emails,
             plant,
+            directory,
             retention,
             renamed_keys,
             gateways,

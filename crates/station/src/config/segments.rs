@@ -50,6 +50,14 @@ pub struct GaugeToml {
     pub unit: Option<Spanned<String>>,
     /// The first slot in the map of Modbus.
     pub modbus: Option<Spanned<u16>>,
+    pub group: Option<Spanned<String>>,
+    #[serde(default)]
+    pub tags: Vec<Spanned<String>>,
+    pub location: Option<Spanned<String>>,
+    /// A date; checked with an error of our own.
+    pub calibrated: Option<Spanned<toml::Value>>,
+    #[serde(rename = "calibration-interval")]
+    pub calibration_interval: Option<Spanned<String>>,
     #[serde(default)]
     pub levels: BTreeMap<Spanned<String>, Parsed<Pressure>>,
 }

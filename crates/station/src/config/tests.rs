@@ -2,6 +2,7 @@
 
 use super::segments::POLL;
 use super::*;
+use crate::directory::ViewState;
 use crate::plant::PlantPartKind;
 use std::path::Path;
 
@@ -329,4 +330,91 @@ fn a_limit_that_no_reading_can_be_beyond_is_an_error() {
     for condition in ["above = '1500 mbar'", "below = '5e-10 mbar'", "above = '1e-9 mbar'"] {
         assert!(parse(&alarm(condition)).is_ok(), "{condition}");
     }
+}
+
+#[test]
+fn a_gauge_may_have_labels() {
+    let labelled =
+        |lines: &str| parse(&format!("{FILE}{lines}\n").replace("levels = { process = \"1e-3 mbar\" }\n", ""));
+    assert_eq!(parse(FILE).unwrap().directory, Directory::default());
+    let all = "group = 'target'\ntags = ['bake-out', 'ion pump']\nlocation = 'hall 2 / rack 4'\ncalibrated = 2024-02-29\n\
+               calibration-interval = '365 days'";
+    let labels = &labelled(all).unwrap().directory.gauges["chamber"];
+    assert_eq!((labels.group.as_deref(), labels.location.as_deref()), (Some("target"), Some("hall 2 / rack 4")));
+    assert_eq!(labels.tags, ["bake-out", "ion pump"]);
+    assert_eq!(labels.calibrated.as_deref(), Some("2024-02-29"));
+    assert_eq!(labels.calibration_due.as_deref(), Some("2025-02-28"));
+    let undue = labelled("calibrated = 2026-05-01").unwrap().directory;
+    assert_eq!(undue.gauges["chamber"].calibration_due, None);
+}
+
+#[test]
+fn wrong_labels_are_refused_with_line_column_and_the_next_step() {
+    let refused = |lines: &str| parse(&format!("{FILE}{lines}\n")).unwrap_err().to_string();
+    let long = "x".repeat(41);
+    let many: Vec<_> = (0..17).map(|number| format!("'{number}'")).collect();
+    for (lines, sentence) in [
+        ("group = ''", "18:9: expected a name for the group, found an empty string".to_owned()),
+        (&format!("group = '{long}'"), "18:9: expected a group of at most 40 characters, found 41; shorten it".to_owned()),
+        ("group = 'a\u{202E}b'", "18:9: expected visible characters in one line, found U+202E in ".to_owned()),
+        ("tags = ['a', 'b\u{200B}']", "18:14: expected visible characters in one line, found U+200B in ".to_owned()),
+        ("tags = ['a', 'a']", "18:14: the tag \"a\" is defined twice; delete one of both".to_owned()),
+        (
+            &format!("tags = [{}]", many.join(",")),
+            "expected at most 16 tags for a gauge, found 17; delete some, or use group".to_owned(),
+        ),
+        ("location = '..'", "18:12: expected a name, found the path \"..\"".to_owned()),
+        (
+            "calibrated = '2026-05-01'",
+            "18:14: expected the day of the last calibration without quotes and time, such as 2026-05-01, found \"2026-05-01\""
+                .to_owned(),
+        ),
+        ("calibrated = 2026-05-01T10:00:00Z", "18:14: expected the day of the last calibration without quotes".to_owned()),
+        ("calibrated = 2026-02-30", "plants/hall.toml:18:".to_owned()),
+        (
+            "calibration-interval = '365 days'",
+            "18:24: calibration-interval counts from the last calibration: add calibrated = DATE".to_owned(),
+        ),
+        (
+            "calibrated = 2026-05-01\ncalibration-interval = 'soon'",
+            "19:24: expected a time from 1 day to 36525 days, such as \"365 days\", found \"soon\"".to_owned(),
+        ),
+        ("calibrated = 2026-05-01\ncalibration-interval = '36526 days'", "19:24: expected a time from 1 day".to_owned()),
+        ("calibrated = 9999-12-31\ncalibration-interval = '1 day'", "19:24: expected a time from 1 day".to_owned()),
+    ] {
+        let found = refused(lines);
+        assert!(found.contains(&sentence), "{lines}: {found}");
+    }
+}
+
+#[test]
+fn a_view_is_a_filter_of_the_overview_or_a_group_of_trends() {
+    let labelled = format!("{FILE}group = 'target'\ntags = ['bake-out']\nlocation = 'rack 4'\n");
+    let given = |lines: &str| parse(&format!("{labelled}[[view]]\nname = 'a'\n{lines}\n"));
+    let refused = |lines: &str| given(lines).unwrap_err().problem.to_string();
+    let views = given("group = 'target'\ntag = 'bake-out'\nlocation = 'rack 4'\nstate = 'no-data'\nsearch = 'cham'");
+    let view = views.unwrap().directory.views.remove(0);
+    assert_eq!((view.group.as_deref(), view.tag.as_deref()), (Some("target"), Some("bake-out")));
+    assert_eq!((view.location.as_deref(), view.search.as_deref()), (Some("rack 4"), Some("cham")));
+    assert_eq!((view.state, view.series.len()), (Some(ViewState::NoData), 0));
+    let trends = given("series = ['chamber', 'chamber.2']").unwrap().directory.views.remove(0);
+    assert_eq!(trends.series, ["chamber", "chamber.2"]);
+    assert_eq!(
+        refused("group = 'targt'"),
+        "no gauge has the group \"targt\"; did you mean \"target\"?; add it to a [[segment.gauge]], or change the view"
+    );
+    assert!(refused("tag = 'x'").starts_with("no gauge has the tag \"x\""));
+    assert!(refused("location = 'x'").starts_with("no gauge has the location \"x\""));
+    assert_eq!(
+        refused("state = 'bad'"),
+        "expected a state out of problems, alarms, fault, no-data, calibration-overdue, found \"bad\""
+    );
+    assert!(refused("series = ['chambre']").starts_with("there is no gauge \"chambre\"; did you mean \"chamber\"?"));
+    assert_eq!(refused("series = ['chamber', 'chamber']"), "\"chamber\" is twice in the list of gauges");
+    for lines in ["", "series = ['chamber']\nstate = 'fault'"] {
+        assert!(refused(lines).starts_with("expected for the view \"a\" either series, "), "{lines}");
+    }
+    assert!(refused("search = 'a\u{202E}b'").starts_with("expected visible characters in one line, found U+202E in "));
+    let twice = refused("state = 'fault'\n[[view]]\nname = 'a'\nstate = 'fault'");
+    assert_eq!(twice, "the view \"a\" is defined twice; choose another name");
 }

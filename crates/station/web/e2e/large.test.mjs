@@ -81,3 +81,46 @@ test('pressures of a large plant change as they arrive', async () => {
     await page.waitForFunction(([element, first]) => element.innerText !== first, [pressure, first])
   })
 })
+
+test('a filter by group, tag, location and state is in the address and survives a reload', async () => {
+  await visit('/', async (page) => {
+    const said = (text) => page.getByRole('status').getByText(text).waitFor()
+    await page.getByLabel('Group').selectOption('ring, inside')
+    await page.waitForURL(/group=ring%2C\+inside/)
+    await said('229 of 480 gauges')
+    await page.getByLabel('Location').selectOption('segment 04')
+    await said('34 of 480 gauges')
+    await page.getByLabel('Tag').selectOption('bake-out')
+    await said('12 of 480 gauges')
+    await page.reload()
+    await said('12 of 480 gauges')
+    assert.equal(await page.getByLabel('Location').inputValue(), 'segment 04')
+    assert.equal(await page.locator('.row').count(), 12)
+    await page.getByLabel('State').selectOption('problems')
+    await page.getByText('No gauge passes the filter.').waitFor()
+  })
+  await visit('/?state=fault&group=ring,+outside', async (page) => {
+    await page.getByRole('status').getByText('1 of 480 gauges').waitFor()
+    await page.locator('.row[data-gauge="s05-35"]').waitFor()
+  })
+})
+
+test('an overdue calibration is said in words, is no problem, and can be filtered', async () => {
+  await visit('/?state=calibration-overdue', async (page) => {
+    await page.getByRole('status').getByText('1 of 480 gauges').waitFor()
+    const row = page.locator('.row[data-gauge="oven"]')
+    await row.getByText('calibration overdue since 2021-03-01').waitFor()
+  })
+  await visit('/gauge/oven', async (page) => {
+    const labels = page.locator('.gauge-labels')
+    await labels.getByText('2020-03-01, valid until 2021-03-01').waitFor()
+    await labels.getByText('calibration overdue').waitFor()
+    await labels.getByRole('link', { name: 'laboratory' }).click()
+    await page.waitForURL(/\/\?group=laboratory/)
+    await page.getByRole('status').getByText('1 of 480 gauges').waitFor()
+  })
+  await visit('/gauge/cryostat', async (page) => {
+    await page.locator('.gauge-labels').getByText('valid until 2121-03-01').waitFor()
+    assert.equal(await page.getByText('calibration overdue').count(), 0)
+  })
+})

@@ -21,6 +21,7 @@ import { PlantPage } from './pages/plant.tsx'
 import { RateOfRise } from './pages/rise/rise.tsx'
 import { PumpDowns } from './pages/trends/pump-downs.tsx'
 import { Trends } from './pages/trends/trends.tsx'
+import { Wall } from './pages/wall.tsx'
 import { gaugeIn, Link, useLocation } from './router.tsx'
 import { useSessionState } from './session.ts'
 import { useShortcutKeys } from './shortcuts.ts'
@@ -53,11 +54,16 @@ export function App(): JSX.Element {
   const page = pageOf(path)
   const station = live.snapshot?.station.name
   const gauge = gaugeIn(path)
+  const isWall = path === '/wall' && !isLoggedOut
   useEffect(() => {
-    document.title = [isLoggedOut ? 'Log in' : (gauge ?? page?.name ?? 'Page not found'), station ?? 'profivac'].join(
-      ' · ',
-    )
-  }, [page, gauge, station, isLoggedOut])
+    document.title = [
+      isLoggedOut ? 'Log in' : (gauge ?? (isWall ? 'Wall display' : page?.name) ?? 'Page not found'),
+      station ?? 'profivac',
+    ].join(' · ')
+  }, [page, gauge, station, isLoggedOut, isWall])
+  if (isWall) {
+    return <main id="main">{live.snapshot ? <Wall /> : <p class="waiting">Waiting for the station …</p>}</main>
+  }
   return (
     <>
       <a class="skip" href="#main">

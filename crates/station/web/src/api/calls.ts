@@ -17,6 +17,7 @@ import type {
   Condition,
   Control,
   ControlAction,
+  Directory,
   Gateway,
   Outcome,
   Plant,
@@ -53,6 +54,8 @@ export const fetchEvents = (from: number, to: number, limit: number, signal?: Ab
   get('/api/events', { query: { from, to, limit }, signal })
 
 export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
+
+export const fetchDirectory = (signal?: AbortSignal): Promise<Directory> => get('/api/directory', { signal })
 
 export const fetchPlant = (signal?: AbortSignal): Promise<PlantPicture> => get('/api/plant', { signal })
 

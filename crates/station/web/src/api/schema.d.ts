@@ -356,6 +356,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/directory": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The directory: the labels of the gauges, and the views
+         * @description Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
+         *     stream has a new `directory_revision` when this answer changes.
+         */
+        get: operations["directory"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/events": {
         parameters: {
             query?: never;
@@ -1477,6 +1498,15 @@ export interface components {
             /** @description What it reports. */
             reports: string[];
         };
+        /** @description The directory of the station. */
+        Directory: {
+            /** @description The labels of the gauges, by name. A gauge without labels is not listed. */
+            gauges: {
+                [key: string]: components["schemas"]["GaugeLabels"];
+            };
+            /** @description The views of all users, in the order of the file. */
+            views: components["schemas"]["SavedView"][];
+        };
         /** @description Durations. */
         Distribution: {
             /** @description The buckets that have durations, a quarter of an octave each. */
@@ -1689,6 +1719,19 @@ export interface components {
             /** @description The warnings that it reports, without those that the qualities of its readings explain. */
             warnings: string[];
         };
+        /** @description The labels of a gauge. */
+        GaugeLabels: {
+            /** @description The day of its last calibration, as `2026-05-01`. */
+            calibrated: string | null;
+            /** @description The last day on which the calibration is valid, as `2027-05-01`; `null` without an interval. */
+            calibration_due: string | null;
+            /** @description The group that it belongs to. */
+            group: string | null;
+            /** @description The place where it is mounted. */
+            location: string | null;
+            /** @description Its tags, in the order of the file. */
+            tags: string[];
+        };
         /** @description A value in a request. */
         GivenValue: string | number | boolean;
         /** @description A value with its 95 % interval. */
@@ -1708,6 +1751,11 @@ export interface components {
              * @description The mean.
              */
             mean: number;
+        };
+        /** @description A gauge with its labels. */
+        LabelledGauge: components["schemas"]["Gauge"] & {
+            /** @description What the station's file says about it beside the bus. */
+            labels: components["schemas"]["GaugeLabels"];
         };
         /** @description The time to a pressure. */
         LevelView: {
@@ -2357,6 +2405,22 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator" | "engineer";
+        /** @description A view of all users: a filter of the overview, or a group of trends. */
+        SavedView: {
+            /** @description The group. */
+            group: string | null;
+            /** @description The location. */
+            location: string | null;
+            /** @description Its name. */
+            name: string;
+            /** @description Words that are searched in name, segment, device and labels. */
+            search: string | null;
+            /** @description The series of the trends: gauges, or channels of a controller. Empty for a filter. */
+            series: string[];
+            state: components["schemas"]["ViewState"] | null;
+            /** @description The tag. */
+            tag: string | null;
+        };
         /** @description A segment with the stations on its bus. */
         Segment: {
             /**
@@ -2454,6 +2518,11 @@ export interface components {
             alarms: components["schemas"]["LiveAlarms"];
             /** @description The user with control authority, and a request for it. */
             control_authority: components["schemas"]["ControlAuthorityView"];
+            /**
+             * Format: int64
+             * @description Changes when `/api/directory` changes.
+             */
+            directory_revision: number;
             /** @description The names of the gauges in the order of the station's file. */
             gauge_order: string[];
             /** @description Its gauges with their readings, by name. */
@@ -2692,6 +2761,11 @@ export interface components {
              */
             s: number;
         };
+        /**
+         * @description The state of a gauge that a view chooses.
+         * @enum {string}
+         */
+        ViewState: "problems" | "alarms" | "fault" | "no-data" | "calibration-overdue";
         /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
         WatchedParameter: {
             /** @description Its number is a pressure in Pa. */
@@ -4674,6 +4748,61 @@ export interface operations {
             };
         };
     };
+    directory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Directory"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     events: {
         parameters: {
             query: {
@@ -5016,7 +5145,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Gauge"][];
+                    "application/json": components["schemas"]["LabelledGauge"][];
                 };
             };
             /** @description The user has not logged in */
@@ -5077,7 +5206,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Gauge"];
+                    "application/json": components["schemas"]["LabelledGauge"];
                 };
             };
             /** @description The user has not logged in */

@@ -17,6 +17,7 @@ export interface Snapshot {
   read_progress: Schemas['ReadProgress'][]
   alarms: ActiveAlarms
   plant: LivePlant
+  directory_revision: number
 }
 export type Station = Schemas['Station']
 export type Recorder = Schemas['RecorderView']
@@ -43,6 +44,12 @@ export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
 export type Block = Schemas['Block']
 export type Parameter = Schemas['Parameter']
+
+/** The labels of the gauges, from the station's file. */
+export type Directory = Schemas['Directory']
+/** A view of all users. */
+export type SavedView = Schemas['SavedView']
+export type GaugeLabels = Schemas['GaugeLabels']
 
 /** The plant of the station's file: volumes, and what is between them. */
 export type PlantPicture = Schemas['PlantPicture']

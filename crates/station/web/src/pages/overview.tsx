@@ -3,16 +3,17 @@
 import './overview.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
-import type { Alarm, Gauge, Reading, Segment } from '../api/types.ts'
+import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { BusStatusMark } from '../components/bus-status.tsx'
-import { SearchField } from '../components/fields.tsx'
+import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
+import { Views } from '../components/views.tsx'
 import { isActive, PRIORITIES } from '../lib/alarms.ts'
-import { matchesWords } from '../lib/search.ts'
+import { isFiltered as hasFilter, needsLabels } from '../lib/filter.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
@@ -22,8 +23,9 @@ import { useUnit } from '../settings.ts'
 /** A plant with more gauges has rows instead of cards. */
 const MOST_CARDS = 40
 
-interface GaugeProps {
+export interface GaugeProps {
   gauge: Gauge
+  labels: GaugeLabels
   alarms: Alarm[]
   live: Live
   unit: Unit
@@ -32,38 +34,55 @@ interface GaugeProps {
 export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
-  const [text, setText] = useState('')
+  const [filter, change] = useFilter()
+  const { directory, error } = useDirectory()
   const { segments, gauges, alarms, plant: now } = useSnapshot()
   const { plant } = usePlant()
   const isLarge = gauges.length > MOST_CARDS
   const alarmsOf = ({ name }: Gauge): Alarm[] => alarms.alarms.filter(({ gauge }) => gauge === name)
+  const isFiltered = hasFilter(filter)
+  // A label that is not known yet hides no gauge as if it had another one.
+  const isWaiting = directory === null && error === null && needsLabels(filter)
   const shown = gauges
-    .filter(({ name, segment, device }) => matchesWords([name, segment, device], text))
-    .map((gauge): GaugeProps => ({ gauge, alarms: alarmsOf(gauge), live, unit }))
+    .map((gauge): GaugeProps => {
+      const labels = labelsOf(directory, gauge.name)
+      return { gauge, labels, alarms: alarmsOf(gauge), live, unit }
+    })
+    .filter(({ gauge, labels, alarms }) => !isFiltered || passesNow(filter, gauge, labels, alarms, live))
   return (
     <>
       <div class="bar">
         <h1 class="visually-hidden">Overview</h1>
-        <SearchField label="Search gauges" placeholder="Search gauges" value={text} onInput={setText} />
-        {text !== '' && (
+        <FilterFields filter={filter} change={change} directory={directory} />
+        {isFiltered && !isWaiting && (
           <span class="muted" role="status">
             {shown.length} of {gauges.length} gauges
           </span>
         )}
+        <Views page="/" directory={directory} />
+        <Link to={`/wall${location.search}`}>Wall display</Link>
       </div>
-      {text === '' && plant && plant.volumes.length > 0 && (
+      {error && (
+        <p class="error" role="alert">
+          The labels of the gauges were not loaded: {error}
+        </p>
+      )}
+      {!isFiltered && plant && plant.volumes.length > 0 && (
         <section class="overview-plant" aria-label="Plant">
           <Story now={now} />
           <Picture plant={plant} />
         </section>
       )}
       {isLarge ? (
-        <Rows segments={segments} shown={shown} isFiltered={text !== ''} />
+        <Rows segments={segments} shown={shown} isFiltered={isFiltered} />
       ) : (
         <Cards segments={segments} shown={shown} />
       )}
       {segments.length === 0 && <p class="waiting">The station has no segments.</p>}
-      {text !== '' && shown.length === 0 && <p class="muted">No gauge matches {text}.</p>}
+      {isWaiting && <p class="waiting">Waiting for the labels of the gauges …</p>}
+      {isFiltered && !isWaiting && shown.length === 0 && (
+        <p class="muted">{filter.text === '' ? 'No gauge passes the filter.' : `No gauge matches ${filter.text}.`}</p>
+      )}
     </>
   )
 }
@@ -139,7 +158,7 @@ function RowList({ rows }: { rows: GaugeProps[] }): JSX.Element {
 }
 
 /** How soon a user must look at a gauge; 0 if it has no problem. */
-function urgency({ gauge, alarms, live }: GaugeProps): number {
+export function urgency({ gauge, alarms, live }: GaugeProps): number {
   const priorities = alarms.filter(isActive).map(({ priority }) => PRIORITIES.length - PRIORITIES.indexOf(priority))
   const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, live.since)
   return Math.max(0, ...priorities) * 2 + Number(hasProblem)
@@ -154,7 +173,7 @@ function SegmentHeading({ segment }: { segment: Segment }): JSX.Element {
   )
 }
 
-function Row({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
+function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   return (
     <li class={stale ? 'row stale' : 'row'} data-gauge={gauge.name}>
@@ -168,12 +187,13 @@ function Row({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
         {gauge.readings.length === 0 && <span class="no-pressure stale">no data</span>}
       </span>
       <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
+      <Overdue labels={labels} />
       <CardAlarms alarms={alarms} />
     </li>
   )
 }
 
-function Card({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
+function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   const several = gauge.readings.length > 1
   return (
@@ -190,6 +210,7 @@ function Card({ gauge, alarms, live, unit }: GaugeProps): JSX.Element {
       {gauge.readings.length === 0 && <p class="big none">no data</p>}
       <Faults gauge={gauge} />
       <CardAlarms alarms={alarms} />
+      <Overdue labels={labels} />
       <p class="card-foot">
         <span>{gauge.device}</span>
         <Age gauge={gauge} live={live} />

@@ -2,13 +2,15 @@
 
 import './readings.css'
 import type { JSX } from 'preact'
-import type { Gauge, Reading } from '../../api/types.ts'
+import type { Gauge, GaugeLabels, Reading } from '../../api/types.ts'
 import { BusStatusMark } from '../../components/bus-status.tsx'
+import { labelsOf, Overdue, useDirectory } from '../../components/gauge-filter.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../../components/pressure.tsx'
 import { Age, Faults } from '../../components/reading-state.tsx'
 import { Sparkline } from '../../components/sparkline.tsx'
 import { currentQuality, isStale } from '../../lib/stale.ts'
 import { useLive } from '../../live.ts'
+import { Link } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
 
 export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
@@ -31,7 +33,50 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
         {gauge.readings.length === 0 && <p class="big none">no data</p>}
       </div>
       <Faults gauge={gauge} />
+      <Labels labels={labelsOf(useDirectory().directory, gauge.name)} />
     </section>
+  )
+}
+
+/** What the station's file says about the gauge; nothing without labels. A group, tag and location leads to its gauges. */
+function Labels({ labels }: { labels: GaugeLabels }): JSX.Element | null {
+  const { group, tags, location, calibrated, calibration_due: due } = labels
+  if (!group && tags.length === 0 && !location && !calibrated) return null
+  const link = (key: 'group' | 'tag' | 'location', value: string): JSX.Element => (
+    <Link to={`/?${new URLSearchParams([[key, value]])}`} key={value}>
+      {value}
+    </Link>
+  )
+  return (
+    <dl class="gauge-labels">
+      {group && (
+        <>
+          <dt>Group</dt>
+          <dd>{link('group', group)}</dd>
+        </>
+      )}
+      {tags.length > 0 && (
+        <>
+          <dt>Tags</dt>
+          <dd class="tags">{tags.map((tag) => link('tag', tag))}</dd>
+        </>
+      )}
+      {location && (
+        <>
+          <dt>Location</dt>
+          <dd>{link('location', location)}</dd>
+        </>
+      )}
+      {calibrated && (
+        <>
+          <dt>Calibrated</dt>
+          <dd>
+            {calibrated}
+            {due && `, valid until ${due}`} <Overdue labels={labels} />
+          </dd>
+        </>
+      )}
+    </dl>
   )
 }
 

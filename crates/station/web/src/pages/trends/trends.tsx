@@ -6,11 +6,13 @@ import { useRef, useState } from 'preact/hooks'
 import { csvAddress, fetchAlarms, parquetAddress } from '../../api/calls.ts'
 import type { Alarm, StationEvent } from '../../api/types.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
+import { useDirectory } from '../../components/gauge-filter.tsx'
 import { useQuery, useWidth } from '../../components/hooks.ts'
 import { curveColours } from '../../components/palette.ts'
 import { SampleText } from '../../components/pressure.tsx'
 import { SeriesList } from '../../components/series-list.tsx'
 import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
+import { Views } from '../../components/views.tsx'
 import { limitsOf } from '../../lib/alarms.ts'
 import { type Difference, differenceOf, differenceText } from '../../lib/difference.ts'
 import { day, moment } from '../../lib/format.ts'
@@ -75,6 +77,9 @@ export function Trends(): JSX.Element {
     <div class="trends">
       <h1 class="visually-hidden">Trends</h1>
       <Toolbar choice={choice} change={change} />
+      <div class="bar">
+        <Views page="/trends" directory={useDirectory().directory} />
+      </div>
       <div class="trend-chart panel" ref={panel}>
         <div ref={box}>
           <TrendChart

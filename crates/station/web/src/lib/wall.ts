@@ -1,0 +1,48 @@
+// The arrangement of the wall display: how many tiles fit, and which page has which.
+
+/** The narrowest tile in pixels. free choice: its digits are 35 pixels high, readable from three metres on a usual screen. */
+const NARROWEST = 340
+
+/** The height of a tile as a part of its width. */
+const HEIGHT = 0.5
+
+/** Pages turn after this time. free choice: a page of twenty values is read in it. */
+export const TURN_MS = 12_000
+
+export interface Grid {
+  columns: number
+  rows: number
+  /** The width of a tile in pixels. */
+  width: number
+}
+
+/** The grid with the largest tiles that shows `count` of them; if the narrowest do not fit, the grid of the narrowest. */
+export function gridOf(count: number, width: number, height: number): Grid {
+  const most = Math.max(1, Math.floor(width / NARROWEST))
+  const grid = (columns: number): Grid => {
+    const tile = Math.max(1, Math.floor(width / columns))
+    return { columns, rows: Math.max(1, Math.floor(height / (tile * HEIGHT))), width: tile }
+  }
+  for (let columns = 1; columns < most; columns += 1) {
+    const found = grid(columns)
+    // A tile that is higher than the screen is no larger tile.
+    if (found.width * HEIGHT <= height && found.columns * found.rows >= count) return found
+  }
+  return grid(most)
+}
+
+/** The pages: problems that fill at most half of a page stay on every page, all other tiles turn. */
+export function pagesOf<T>(problems: readonly T[], others: readonly T[], perPage: number): T[][] {
+  if (problems.length + others.length <= perPage) return [[...problems, ...others]]
+  const staying = problems.slice(0, Math.floor(perPage / 2))
+  const turning = [...problems.slice(staying.length), ...others]
+  const size = perPage - staying.length
+  const pages: T[][] = []
+  for (let first = 0; first < turning.length; first += size) {
+    pages.push([...staying, ...turning.slice(first, first + size)])
+  }
+  return pages
+}
+
+/** The number of the page at a time, from 0. */
+export const pageAt = (now: number, pages: number): number => Math.floor(now / TURN_MS) % Math.max(1, pages)

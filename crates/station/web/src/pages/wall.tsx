@@ -1,0 +1,181 @@
+// The wall display: large values without controls, the problems first.
+
+import './wall.css'
+import type { JSX } from 'preact'
+import { useEffect, useRef, useState } from 'preact/hooks'
+import type { Gauge, Reading } from '../api/types.ts'
+import { PriorityMark } from '../components/alarm-marks.tsx'
+import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import { boundOf, ReadingText } from '../components/pressure.tsx'
+import { isActive, summary } from '../lib/alarms.ts'
+import { needsLabels } from '../lib/filter.ts'
+import { age, clock } from '../lib/format.ts'
+import { BUS_STATUS } from '../lib/labels.ts'
+import { currentQuality, isStale } from '../lib/stale.ts'
+import { gridOf, pageAt, pagesOf } from '../lib/wall.ts'
+import { type Live, useLive, useSnapshot } from '../live.ts'
+import { go } from '../router.tsx'
+import { applyTheme, useUnit } from '../settings.ts'
+import { type GaugeProps, urgency } from './overview.tsx'
+
+interface TileProps {
+  props: GaugeProps
+  /** `null` for a gauge without readings. */
+  reading: Reading | null
+}
+
+export function Wall(): JSX.Element {
+  const live = useLive()
+  const unit = useUnit()
+  const { gauges, alarms, station } = useSnapshot()
+  const [filter] = useFilter()
+  const { directory, error } = useDirectory()
+  const [box, width, height] = useSize()
+  useDarkTheme()
+  useNewVersion(station.version)
+  useEscape()
+  const isWaiting = directory === null && error === null && needsLabels(filter)
+  const shown = gauges
+    .map((gauge): GaugeProps => {
+      const own = alarms.alarms.filter((alarm) => alarm.gauge === gauge.name)
+      return { gauge, labels: labelsOf(directory, gauge.name), alarms: own, live, unit }
+    })
+    .filter(({ gauge, labels, alarms }) => passesNow(filter, gauge, labels, alarms, live))
+  const problems = shown.filter((one) => urgency(one) > 0).sort((one, other) => urgency(other) - urgency(one))
+  const tiles = [problems, shown.filter((one) => urgency(one) === 0)].map((list) => list.flatMap(tilesOf))
+  const [first = [], others = []] = tiles
+  const grid = gridOf(first.length + others.length, width, height)
+  const pages = pagesOf(first, others, grid.columns * grid.rows)
+  const page = pageAt(live.now, pages.length)
+  return (
+    <div class="wall">
+      <h1 class="visually-hidden">Wall display</h1>
+      <p class="wall-head">
+        <strong>{station.name}</strong>
+        <WallAlarms />
+        {pages.length > 1 && (
+          <span class="wall-page">
+            page {page + 1} of {pages.length}
+          </span>
+        )}
+        <time>{clock(live.now)}</time>
+      </p>
+      <WallProblem live={live} />
+      {isWaiting && <p>Waiting for the labels of the gauges …</p>}
+      {!isWaiting && shown.length === 0 && <p>No gauge passes the filter in the address of this page.</p>}
+      <div
+        class="wall-tiles"
+        ref={box}
+        style={{ '--columns': String(grid.columns), '--tile': `${grid.width}px` }}
+        data-pages={pages.length}
+      >
+        {(pages[page] ?? []).map((tile) => (
+          <Tile {...tile} key={tile.reading?.series ?? tile.props.gauge.name} />
+        ))}
+      </div>
+    </div>
+  )
+}
+
+function tilesOf(props: GaugeProps): TileProps[] {
+  const { readings } = props.gauge
+  return readings.length > 0 ? readings.map((reading) => ({ props, reading })) : [{ props, reading: null }]
+}
+
+function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX.Element {
+  const stale = isStale(gauge, live.since)
+  const active = alarms.filter(isActive)
+  return (
+    <article class={`wall-tile ${stale ? 'stale' : ''}`} data-series={reading?.series ?? gauge.name}>
+      <h2>{reading?.series ?? gauge.name}</h2>
+      <p class="wall-value">
+        {reading ? (
+          <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
+        ) : (
+          <span class="no-pressure stale">no data</span>
+        )}
+      </p>
+      <p class="wall-state">
+        {active[0] && (
+          <>
+            <PriorityMark priority={active[0].priority} /> {active[0].name}
+            {active.length > 1 && ` and ${active.length - 1} more`}
+          </>
+        )}
+        {!active[0] && gauge.state !== 'data-exchange' && stateText(gauge)}
+      </p>
+    </article>
+  )
+}
+
+const stateText = ({ state, problem }: Gauge): string => problem ?? BUS_STATUS[state].label
+
+/** The number of alarms, as text. */
+function WallAlarms(): JSX.Element {
+  const { alarms } = useSnapshot()
+  const counts = summary(alarms)
+  if (alarms.problem) return <span>alarms not monitored: {alarms.problem}</span>
+  if (!counts?.priority) return <span>no active alarms</span>
+  return (
+    <span>
+      <PriorityMark priority={counts.priority} /> {counts.active} active alarm{counts.active === 1 ? '' : 's'}
+      {counts.unacknowledged > 0 && `, ${counts.unacknowledged} not acknowledged`}
+    </span>
+  )
+}
+
+/** What makes the whole display doubtful. */
+function WallProblem({ live }: { live: Live }): JSX.Element | null {
+  const { station } = useSnapshot()
+  const text = live.connected
+    ? station.recorder.error && `The recorder does not write: ${station.recorder.error}`
+    : `No connection to the station for ${age(live.since)}. The values are not current.`
+  return text ? (
+    <p class="wall-problem" role="alert">
+      {text}
+    </p>
+  ) : null
+}
+
+/** Dark, unless the address says `theme=light`; the theme of the user returns with the other pages. */
+function useDarkTheme(): void {
+  useEffect(() => {
+    const isLight = new URLSearchParams(location.search).get('theme') === 'light'
+    document.documentElement.dataset.theme = isLight ? 'light' : 'dark'
+    return applyTheme
+  }, [])
+}
+
+/** After an update of the station the display loads the new dashboard by itself. */
+function useNewVersion(version: string): void {
+  const first = useRef(version)
+  useEffect(() => {
+    if (version !== first.current) location.reload()
+  }, [version])
+}
+
+/** Escape leads to the overview with the same filter. */
+function useEscape(): void {
+  useEffect(() => {
+    const pressed = ({ key }: KeyboardEvent): void => {
+      if (key === 'Escape') go(`/${location.search}`)
+    }
+    addEventListener('keydown', pressed)
+    return () => removeEventListener('keydown', pressed)
+  }, [])
+}
+
+/** The size of an element in pixels. */
+function useSize(): [(element: HTMLElement | null) => void, number, number] {
+  const [element, setElement] = useState<HTMLElement | null>(null)
+  const [size, setSize] = useState({ width: 0, height: 0 })
+  useEffect(() => {
+    if (!element) return
+    const observer = new ResizeObserver(([entry]) => {
+      if (entry) setSize({ width: entry.contentRect.width, height: entry.contentRect.height })
+    })
+    observer.observe(element)
+    return () => observer.disconnect()
+  }, [element])
+  return [setElement, size.width, size.height]
+}

@@ -1,0 +1,45 @@
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import { gridOf, pageAt, pagesOf, TURN_MS } from '../dist/test/lib/wall.js'
+
+test('few tiles are large, and many are not narrower than can be read', () => {
+  assert.deepEqual(gridOf(1, 1920, 1000), { columns: 1, rows: 1, width: 1920 })
+  assert.deepEqual(gridOf(6, 1920, 1000), { columns: 3, rows: 3, width: 640 })
+  assert.deepEqual(gridOf(480, 1920, 1000), { columns: 5, rows: 5, width: 384 })
+  for (const [count, width, height] of [
+    [0, 0, 0],
+    [5, 100, 50],
+    [1000, 7680, 4320],
+  ]) {
+    const { columns, rows } = gridOf(count, width, height)
+    assert.ok(columns >= 1 && rows >= 1, `${count} ${width} ${height}`)
+  }
+})
+
+test('every tile has a page, problems stay on all pages, and a page is never longer than the display', () => {
+  const names = (letter, count) => Array.from({ length: count }, (_, number) => `${letter}${number}`)
+  assert.deepEqual(pagesOf(['p0'], ['o0'], 2), [['p0', 'o0']])
+  for (const [problems, others, perPage] of [
+    [0, 7, 3],
+    [2, 40, 6],
+    [9, 4, 5],
+    [30, 0, 4],
+    [3, 3, 1],
+  ]) {
+    const all = [...names('p', problems), ...names('o', others)]
+    const pages = pagesOf(names('p', problems), names('o', others), perPage)
+    assert.deepEqual([...new Set(pages.flat())].sort(), all.sort())
+    assert.ok(pages.every((page) => page.length > 0 && page.length <= perPage))
+  }
+  const pages = pagesOf(['p0', 'p1'], names('o', 10), 6)
+  assert.equal(pages.length, 3)
+  assert.ok(pages.every((page) => page[0] === 'p0' && page[1] === 'p1'))
+})
+
+test('pages turn with the clock of the station', () => {
+  assert.deepEqual(
+    [0, TURN_MS - 1, TURN_MS, 3 * TURN_MS].map((now) => pageAt(now, 3)),
+    [0, 0, 1, 0],
+  )
+  assert.equal(pageAt(5, 0), 0)
+})
