@@ -12,7 +12,7 @@
 //! | every other path | the page |
 
 use super::history::{ArchivedEvent, Wanted, events, trend};
-use super::pool::Pool;
+use super::pool::{Pool, PoolError};
 use super::state::State as Shown;
 use super::stations::Stations;
 use super::watch::Watch;
@@ -28,7 +28,7 @@ use profivac_station::api::authenticator::AccessObserver;
 use profivac_station::api::body::Body;
 use profivac_station::api::live_source::{LiveSource, stream};
 use profivac_station::api::query::{checked_range, parsed_query, time_range};
-use profivac_station::api::{Problem, headers, session_routes};
+use profivac_station::api::{Problem, headers, session_routes, task_failed};
 use profivac_station::auth::{Role, User};
 use profivac_station::view::Trend;
 use profivac_station::web;
@@ -196,7 +196,15 @@ async fn get_trend(
         };
     }
     let wanted = Wanted { station: station.to_owned(), series: series.to_owned(), time, pixels };
-    Ok(Json(trend(&shared.pool, &wanted).await?).into_response())
+    Ok(Json(to_its_end(async move { trend(&shared.pool, &wanted).await }).await?).into_response())
+}
+
+/// Runs a query to its end, also when the client is gone: its statement keeps its place until then, so that clients who leave cannot
+/// start more statements than there are places.
+async fn to_its_end<T: Send + 'static>(
+    query: impl Future<Output = Result<T, PoolError>> + Send + 'static,
+) -> Result<T, Problem> {
+    Ok(tokio::spawn(query).await.map_err(|error| task_failed(&error))??)
 }
 
 impl Shared {
@@ -288,5 +296,6 @@ async fn get_events(
     let EventsParameters { station, from, to, limit } = parsed_query(query)?;
     let time = checked_time(from, to)?;
     let limit = checked_range("limit", limit.unwrap_or(EVENTS), MAX_EVENTS)?;
-    Ok(Json(events(&shared.pool, station.as_deref(), time, limit.into()).await?))
+    let query = async move { events(&shared.pool, station.as_deref(), time, limit.into()).await };
+    Ok(Json(to_its_end(query).await?))
 }

@@ -132,6 +132,8 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
             state.readings.insert(format!("{}/{}", reading.station, reading.series), reading);
         }
     }
+    let State { readings, stations, .. } = &mut state;
+    readings.retain(|_, reading| stations.contains_key(&reading.station));
     let alarms = client.query(ALARMS, &[&MAX_ALARMS]).await?;
     let total: i64 = alarms.first().map_or(0, |row| row.get("total"));
     state.alarms =

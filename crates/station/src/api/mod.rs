@@ -83,7 +83,7 @@ use database::DatabaseReaders;
 use fits::Fits;
 use live_source::LiveSource;
 use openapi::CommonResponses;
-pub use problem::Problem;
+pub use problem::{Problem, task_failed};
 use std::sync::Arc;
 use utoipa::OpenApi;
 
