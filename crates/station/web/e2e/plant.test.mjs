@@ -5,7 +5,7 @@ import { mkdtemp, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startLastingDemo, startPlant, startStation } from './setup.mjs'
+import { openContext, openPage, startBrowser, startLastingDemo, startPlant, startStation } from './setup.mjs'
 
 let browser
 let demo
@@ -159,5 +159,21 @@ test('a station without a plant says how to describe one', async () => {
     })
   } finally {
     await plain.stop()
+  }
+})
+
+test('the picture comes also when the first request for it has no answer', async () => {
+  const { page, close } = await openContext(browser)
+  try {
+    let requests = 0
+    await page.route('**/api/plant', (route) => {
+      requests += 1
+      return requests === 1 ? route.abort() : route.continue()
+    })
+    await page.goto(`${station.url}/plant`)
+    await page.locator('.plant-picture svg').first().waitFor()
+    assert.equal(requests, 2)
+  } finally {
+    await close()
   }
 })

@@ -2,12 +2,16 @@
 
 import type { RefObject } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
+import { RequestError } from '../api/request.ts'
 
 export interface Query<T> {
   /** The last answer; `null` before the first. */
   value: T | null
   error: string | null
 }
+
+/** A request without an answer is repeated after this time, also without a period. */
+const RETRY_MS = 3_000
 
 /** Fetches whenever `key` changes, and every `periodMs`. The last answer stays until the next one arrives. */
 export function useQuery<T>(
@@ -22,13 +26,15 @@ export function useQuery<T>(
     const abort = new AbortController()
     let timer: number | undefined
     const once = async (): Promise<void> => {
+      let next = periodMs
       try {
         const value = await latest.current(abort.signal)
         if (!abort.signal.aborted) setQuery({ value, error: null })
       } catch (error) {
         if (!abort.signal.aborted) setQuery((before) => ({ ...before, error: errorText(error) }))
+        if (error instanceof RequestError && error.status === 0) next ??= RETRY_MS
       }
-      if (!abort.signal.aborted && periodMs !== null) timer = window.setTimeout(once, periodMs)
+      if (!abort.signal.aborted && next !== null) timer = window.setTimeout(once, next)
     }
     void once()
     return () => {
