@@ -42,7 +42,7 @@ pub enum StoreError {
 }
 
 /// The error with its cause: that of the library alone says only "db error".
-fn described(error: &tokio_postgres::Error) -> String {
+pub(crate) fn described(error: &tokio_postgres::Error) -> String {
     match (error.as_db_error(), std::error::Error::source(error)) {
         (Some(error), _) => error.to_string(),
         (None, Some(source)) if is_untrusted(source) => {

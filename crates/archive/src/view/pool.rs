@@ -1,6 +1,7 @@
 //! Connections to the database for requests: a few, so that many clients cost the database no more than a few statements at a time.
 
 use crate::database::Database;
+use crate::store::described;
 use profivac_station::api::Problem;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -25,7 +26,7 @@ pub enum PoolError {
     #[error("too many requests wait for the database; try again")]
     Busy,
     /// The database has refused something, or cannot be reached.
-    #[error("the database of the archive does not answer: {0}")]
+    #[error("the database of the archive does not answer: {}", described(.0))]
     Database(#[from] tokio_postgres::Error),
 }
 
@@ -35,7 +36,7 @@ impl From<PoolError> for Problem {
         let is_of_request =
             |error: &tokio_postgres::Error| error.code().is_some_and(|code| code.code().starts_with("22"));
         match &error {
-            PoolError::Database(cause) if is_of_request(cause) => Self::bad_request(format!("{cause}")),
+            PoolError::Database(cause) if is_of_request(cause) => Self::bad_request(described(cause)),
             _ => Self::unavailable(error.to_string()),
         }
     }

@@ -3,6 +3,7 @@
 use super::state::{ActiveAlarm, LatestReading, State, StationState};
 use crate::database::Database;
 use crate::schema::{SchemaError, upgrade};
+use crate::store::described;
 use profivac_recorder::{Micros, Quality};
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -52,7 +53,7 @@ const ALARMS: &str = "
 /// Why the state could not be read.
 #[derive(Debug, Error)]
 enum WatchError {
-    #[error("the database does not answer: {0}")]
+    #[error("the database does not answer: {}", described(.0))]
     Database(#[from] tokio_postgres::Error),
     #[error(transparent)]
     Schema(#[from] SchemaError),

@@ -88,7 +88,7 @@ function Problem({ station, now }: { station: Station; now: number }): JSX.Eleme
 }
 
 const silence = ({ stored_ms }: Station, now: number): string =>
-  stored_ms ? `has sent nothing for ${age(now - stored_ms)}` : 'has sent nothing yet'
+  stored_ms ? `has sent nothing for ${age(now - stored_ms)}` : 'has sent nothing yet, or nothing for days'
 
 export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
   return (
