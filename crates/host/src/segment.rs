@@ -170,6 +170,13 @@ impl<C: Stations> Segment<C> {
         }
     }
 
+    /// The end of the last character that the port delivers now. The clock counts whole bit times, so a real line takes the next one: an
+    /// answer never leaves before its time.
+    fn heard_at(&self) -> BitTime {
+        let is_real = self.port.is_timed() && self.port.simulated_time().is_none();
+        self.now() + u64::from(is_real)
+    }
+
     /// Serves the line once: waits for an octet, the next deadline of a station or one of `others`, at most `at_most`; then
     /// receives, runs the stations and sends. Returns for each of `others` whether it is readable.
     ///
@@ -221,7 +228,7 @@ impl<C: Stations> Segment<C> {
     fn receive(&mut self) -> Result<(), PortError> {
         self.received.clear();
         self.port.receive(&mut self.received)?;
-        let now = self.now();
+        let now = self.heard_at();
         if self.port.generation() != self.generation {
             self.generation = self.port.generation();
             self.reopened = true;
