@@ -352,7 +352,8 @@ async fn receive(mut events: EventLoop, sender: mpsc::Sender<Report>, dropped: A
             Ok(rumqttc::Event::Outgoing(Outgoing::Disconnect)) => return true,
             Ok(_) => continue,
             Err(error) => {
-                // The reason waits for the gateway; the connection is gone anyway.
+                // The gateway may be publishing, which fails only when nobody takes messages any more; then it fetches the reason.
+                drop(events);
                 sender.send(Report::Ended(error)).await.ok();
                 return false;
             }
@@ -372,6 +373,38 @@ fn offer(sender: &mpsc::Sender<Report>, report: Report, dropped: &AtomicU64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
+    use std::net::{Shutdown, TcpListener};
+
+    /// Accepts one client, answers a subscription a thousand times that nobody has asked for, and then ends.
+    fn confusing_broker() -> Broker {
+        let listener = TcpListener::bind(("127.0.0.1", 0)).unwrap();
+        let port = listener.local_addr().unwrap().port();
+        std::thread::spawn(move || {
+            let (mut client, _) = listener.accept().unwrap();
+            client.write_all(&[0x20, 2, 0, 0]).unwrap();
+            client.write_all(&[0x90, 3, 0xFF, 0xFF, 0x80].repeat(1000)).unwrap();
+            client.shutdown(Shutdown::Write).unwrap();
+            // An unread octet would reset the connection before the client has read everything.
+            std::io::copy(&mut client, &mut std::io::sink()).ok();
+        });
+        Broker { host: "127.0.0.1".into(), port, tls: None, credentials: None, client_id: None, standby: Vec::new() }
+    }
+
+    #[tokio::test]
+    async fn publishing_fails_when_the_broker_is_gone_and_its_answers_still_wait() {
+        let message = || Message {
+            topic: "topic".to_owned(),
+            payload: Vec::new(),
+            delivery: Delivery::AtMostOnce,
+            is_retained: false,
+        };
+        let connector = Connector::new(confusing_broker()).unwrap();
+        let mut connection = connector.connect("client".to_owned(), message(), Vec::new()).await.unwrap();
+        let ended = timeout(Duration::from_secs(60), async { while connection.publish(message()).await.is_ok() {} });
+        ended.await.expect("the gateway waits for a connection that has ended");
+        assert!(matches!(connection.end().await, MqttError::Subscription(_)));
+    }
 
     #[tokio::test]
     async fn messages_of_others_leave_room_for_the_answers_of_the_broker() {
