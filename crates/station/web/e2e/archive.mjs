@@ -3,6 +3,7 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
+import { violations } from './axe.mjs'
 import { openContext, openPage, startBrowser } from './setup.mjs'
 
 const { ARCHIVE, ARCHIVE_USERS, PASSWORD, PICTURES } = process.env
@@ -128,5 +129,20 @@ test('an operator logs in and acknowledges an alarm of a station', async () => {
     assert.deepEqual(complaints, [])
   } finally {
     await close()
+  }
+})
+
+test('axe finds nothing on any page', async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    for (const path of ['/', '/trends?s=station-0%2Fchamber', '/alarms', '/events']) {
+      await visit(
+        path,
+        async (page) => {
+          await page.locator('main h1').waitFor()
+          assert.deepEqual(await violations(page), [], `${path}, ${colorScheme}`)
+        },
+        { colorScheme },
+      )
+    }
   }
 })

@@ -54,7 +54,8 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
   if (priority === null) {
     const text = `none active, ${unacknowledged} cleared and not acknowledged`
     return (
-      <Link to="/alarms" class="badge cleared" title={text} aria-label={`Alarms: ${text}`}>
+      <Link to="/alarms" class="badge cleared" title={text}>
+        <span class="visually-hidden">Alarms: </span>
         <span aria-hidden="true">○ </span>
         {unacknowledged} cleared
       </Link>
@@ -62,12 +63,8 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
   }
   const text = `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`
   return (
-    <Link
-      to="/alarms"
-      class={`badge ${priority} ${unacknowledged ? '' : 'acknowledged'}`}
-      title={text}
-      aria-label={`Alarms: ${text}`}
-    >
+    <Link to="/alarms" class={`badge ${priority} ${unacknowledged ? '' : 'acknowledged'}`} title={text}>
+      <span class="visually-hidden">Alarms: </span>
       <PriorityShape priority={priority} /> {activeOfPriority} {priority}
       {unacknowledged > 0 && (
         <span class="unacknowledged">

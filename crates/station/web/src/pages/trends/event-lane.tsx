@@ -38,7 +38,7 @@ export function EventLane({ events, window, width }: Props): JSX.Element {
             type="button"
             key={group.at_ms}
             style={{ left: `${group.position * 100}%` }}
-            aria-label={nameOf(group)}
+            aria-label={`${group.events.length}: ${nameOf(group)}`}
             aria-expanded={group === opened}
             title={nameOf(group)}
             onClick={() => setOpen(group === opened ? null : group.at_ms)}
