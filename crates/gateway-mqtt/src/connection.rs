@@ -352,7 +352,7 @@ async fn receive(mut events: EventLoop, sender: mpsc::Sender<Report>, dropped: A
             Ok(rumqttc::Event::Outgoing(Outgoing::Disconnect)) => return true,
             Ok(_) => continue,
             Err(error) => {
-                // The gateway may be publishing, which fails only when nobody takes messages any more; then it fetches the reason.
+                // The gateway may be publishing, which fails as soon as the queue of messages is gone; then it fetches the reason.
                 drop(events);
                 sender.send(Report::Ended(error)).await.ok();
                 return false;
@@ -376,7 +376,7 @@ mod tests {
     use std::io::Write;
     use std::net::{Shutdown, TcpListener};
 
-    /// Accepts one client, answers a subscription a thousand times that nobody has asked for, and then ends.
+    /// Accepts one client, answers a subscription a thousand times without a question, and then ends.
     fn confusing_broker() -> Broker {
         let listener = TcpListener::bind(("127.0.0.1", 0)).unwrap();
         let port = listener.local_addr().unwrap().port();
