@@ -1,10 +1,12 @@
-//! `cargo xtask layers|citations|architecture|pages|doctests|prose|purity|goldens`: checks of the repository, and its generated files.
+//! `cargo xtask layers|citations|architecture|pages|configuration|doctests|prose|purity|goldens`: checks of the repository, and its
+//! generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
 mod architecture;
 mod circles;
 mod citations;
+mod configuration;
 mod doctests;
 mod goldens;
 mod layers;
@@ -24,6 +26,8 @@ const USAGE: &str =
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist; the records in DESIGN.md
                              have a decision, a reason, alternatives and a cost
        cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; each path has its four kinds of pages
+                             and every key of a file has its sentence
+       cargo xtask configuration  the page about the keys of the files
        cargo xtask doctests  every public function, method and type of client and wire has an example
        cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
                              with --wrap: breaks the wide lines
@@ -38,7 +42,8 @@ fn main() -> Result<()> {
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
         ["architecture"] => architecture::check().and_then(|()| records::check()),
-        ["pages"] => pages::check(),
+        ["pages"] => pages::check().and_then(|()| configuration::check()),
+        ["configuration"] => configuration::print(),
         ["doctests"] => doctests::check(),
         ["prose"] => prose::check(false),
         ["prose", "--count"] => prose::check(true),

@@ -201,62 +201,85 @@ pub enum ValueProblem {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Toml {
+    /// Retention and the stream.
     #[serde(default)]
     archive: ArchiveToml,
+    /// Servers of NATS, if stations send there.
     nats: Option<NatsToml>,
+    /// Where stations send without NATS.
     https: Option<HttpsToml>,
+    /// The database.
     postgres: PostgresToml,
+    /// A station that sends over HTTPS.
     #[serde(default)]
     station: Vec<SenderToml>,
+    /// A plant, with the roles that may read it.
     #[serde(default)]
     plant: Vec<PlantToml>,
+    /// The page of all stations; without the table there is none.
     view: Option<ViewToml>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ViewToml {
+    /// The address. Beyond loopback it needs `tls` and `users`.
     listen: SocketAddr,
+    /// The file of the users; without it every user of this computer may look.
     users: Option<PathBuf>,
+    /// Names by which browsers reach this computer, without ports.
     #[serde(default)]
     hosts: Vec<String>,
+    /// The certificate.
     tls: Option<TlsToml>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct ArchiveToml {
+    /// How many days samples are kept, 1 to 36525. Default: 730.
     samples_days: Option<u32>,
+    /// The servers that hold each batch: 1, 3 or 5, used when the stream is created. Default: 1.
     replicas: Option<u8>,
+    /// The most octets of the stream, at least 10000000. Default: 10000000000.
     stream_octets: Option<u64>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct HttpsToml {
+    /// The address. Beyond loopback it needs `tls`.
     listen: SocketAddr,
+    /// The certificate.
     tls: Option<TlsToml>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TlsToml {
+    /// The certificate in PEM, followed by its chain; read again each minute.
     certificate: PathBuf,
+    /// Its private key in PEM, which only its owner may read.
     key: PathBuf,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct SenderToml {
+    /// The plant of the station.
     plant: Spanned<String>,
+    /// The name of the station in the archive.
     name: Spanned<String>,
+    /// The file with its token, of at least 16 characters, which only its owner may read.
     token_file: Spanned<PathBuf>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlantToml {
+    /// The name of the plant, as in the files of its stations.
     name: String,
+    /// Roles of PostgreSQL that may read it, which exist.
     readers: Vec<String>,
 }
 

@@ -23,9 +23,13 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PostgresToml {
+    /// How to connect: `host=`, `port=`, `user=`, `dbname=` as in libpq, without a password.
     connection: String,
+    /// The file with the password, which only its owner may read.
     password_file: Option<PathBuf>,
+    /// Certificates in PEM that are trusted in addition to those of the system, for a database on another computer.
     ca_file: Option<PathBuf>,
+    /// `true` permits a connection to another computer without TLS. Default: `false`.
     #[serde(default)]
     unencrypted: bool,
 }

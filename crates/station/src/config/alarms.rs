@@ -65,24 +65,43 @@ const ROUNDING: f64 = 1e-6;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct AlarmToml {
+    /// The name, unique among the alarms. It is the identity of the alarm in the history.
     name: Spanned<String>,
+    /// The gauge, or `NAME.N` for channel N of a controller.
     gauge: Option<Spanned<String>>,
+    /// Several gauges; the alarm needs `count` of them beyond the limit.
     gauges: Option<Spanned<Vec<Spanned<String>>>>,
+    /// How many of `gauges` must be beyond the limit: 1 to their number.
     count: Option<Spanned<usize>>,
+    /// The segment of `station`.
     segment: Option<Spanned<String>>,
+    /// The address of the station whose requests are counted, 0 to 126.
     station: Option<Spanned<u8>>,
+    /// Raised above this percentage of repeated requests in the last minute, up to 100.
     repetitions: Option<Spanned<f64>>,
+    /// Raised above this percentage of requests without an answer in the last minute, up to 100.
     lost: Option<Spanned<f64>>,
+    /// Raised above this percentage of damaged answers in the last minute, up to 100.
     damaged: Option<Spanned<f64>>,
+    /// Raised above this pressure: a number and its unit.
     above: Option<Spanned<Parsed<Pressure>>>,
+    /// Raised below this pressure: a number and its unit.
     below: Option<Spanned<Parsed<Pressure>>>,
+    /// Raised by a rise of more than this many decades per minute, up to 10.
     rise: Option<Spanned<f64>>,
+    /// The pressure at which `above` or `below` ends, in place of `hysteresis`.
     reset: Option<Spanned<Parsed<Pressure>>>,
+    /// How far back the pressure must go: decades, 0 to 10, default 0.1; for `rise` decades per minute, default half of the limit.
     hysteresis: Option<Spanned<f64>>,
+    /// The time over which a rise is fitted, 5 s to 10 min. Default: `30 s`.
     window: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// The condition must hold for this time, up to 1 h. Default: `1 s`.
     delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// The condition must be over for this time, up to 1 h. Default: `5 s`.
     off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// `high`, `medium` or `low`. Default: `medium`.
     priority: Option<Spanned<String>>,
+    /// What an operator shall do, shown with the alarm.
     message: Option<Spanned<String>>,
 }
 

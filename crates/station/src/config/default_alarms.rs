@@ -23,15 +23,21 @@ use toml::Spanned;
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DefaultAlarmsToml {
+    /// A gauge reports a fault. Default: medium, after 2 s, ends after 5 s.
     #[serde(default)]
     fault: DefaultAlarmToml,
+    /// A gauge sends nothing. Default: medium, after 15 s, ends after 2 s.
     #[serde(default)]
     stale: DefaultAlarmToml,
+    /// The gauge of a limit alarm measures nothing. Default: medium, after 15 s, ends after 5 s.
     pub not_measurable: Option<Spanned<DefaultAlarmToml>>,
+    /// A segment is down. Default: high, after 10 s, ends after 5 s.
     #[serde(default)]
     segment: DefaultAlarmToml,
+    /// Damaged telegrams on a segment. Default: low, without delays.
     #[serde(default)]
     damage: DefaultAlarmToml,
+    /// The station does not record. Default: high, after 10 s, ends at once.
     pub database: Option<Spanned<DefaultAlarmToml>>,
     /// The former name of `not-measurable`.
     pub blind: Option<Spanned<DefaultAlarmToml>>,
@@ -43,10 +49,15 @@ pub struct DefaultAlarmsToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DefaultAlarmToml {
+    /// `high`, `medium`, `low`, or `off`: then there is no such alarm.
     priority: Option<Spanned<String>>,
+    /// The condition must hold for this time, up to 1 h.
     delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// The condition must be over for this time, up to 1 h.
     off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// For `damage` only: the damaged telegrams in a minute. Default: 30.
     limit: Option<Spanned<f64>>,
+    /// Gauges, or for `segment` and `damage` segments, that have no such alarm.
     #[serde(default)]
     except: Vec<Spanned<String>>,
 }

@@ -108,17 +108,29 @@ impl Email {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EmailToml {
+    /// The name, unique among webhooks and e-mails. Default: the host of the server.
     name: Option<Spanned<String>>,
+    /// Host, or `host:port`. The default port is 587, with `tls` 465, with `none` 25.
     server: Spanned<String>,
+    /// `starttls` (default), `tls`, or `none` for a server on this computer.
     security: Option<Spanned<String>>,
+    /// The sender, as `name@example.org` or `Name <name@example.org>`.
     from: Spanned<String>,
+    /// 1 to 50 recipients.
     to: Spanned<Vec<Spanned<String>>>,
+    /// The user at the server, with `password-file`.
     user: Option<Spanned<String>>,
+    /// The file with the password, beside this file, which only its owner may read.
     password_file: Option<Spanned<PathBuf>>,
+    /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<Spanned<PathBuf>>,
+    /// The address of the dashboard, for the message.
     link: Option<Spanned<Parsed<Uri>>>,
+    /// The lowest priority that is sent: `high`, `medium`, `low`. Default: `low`.
     priority: Option<Spanned<String>>,
+    /// Hours such as `22:00-06:00`, in the time zone of the computer, in which only alarms of high priority are sent.
     quiet: Option<Spanned<String>>,
+    /// Only alarms that no user has acknowledged for this time are sent, 1 s to 1 day.
     unacknowledged_after: Option<Spanned<Parsed<humantime::Duration>>>,
 }
 

@@ -34,34 +34,52 @@ const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 8080);
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConfigToml {
+    /// The station itself: its name, its address, its database.
     #[serde(default)]
     pub station: StationToml,
+    /// The certificate; without it only this computer is served.
     tls: Option<TlsToml>,
+    /// How long rows of the database are kept, in recorded time.
     #[serde(default)]
     pub retention: RetentionToml,
+    /// A PROFIBUS segment behind a port.
     #[serde(default)]
     pub segment: Vec<SegmentToml>,
+    /// A limit alarm, an alarm of a rise, or one of the bus.
     #[serde(default)]
     pub alarm: Vec<AlarmToml>,
+    /// The default alarms, which every segment and gauge has.
     #[serde(default)]
     pub alarms: DefaultAlarmsToml,
+    /// A URL that is told of alarms.
     #[serde(default)]
     pub webhook: Vec<WebhookToml>,
+    /// Recipients that are told of alarms by e-mail.
     #[serde(default)]
     pub email: Vec<EmailToml>,
+    /// A volume in the picture of the plant.
     #[serde(default)]
     pub volume: Vec<VolumeToml>,
+    /// A pump in the picture of the plant.
     #[serde(default)]
     pub pump: Vec<PumpToml>,
+    /// A valve in the picture of the plant.
     #[serde(default)]
     pub valve: Vec<ValveToml>,
+    /// A filter of the overview, or a group of trends, for all users.
     #[serde(default)]
     pub view: Vec<ViewToml>,
+    /// The gateway for Modbus TCP.
     modbus: Option<ModbusToml>,
+    /// What the station sends to an archive of many stations.
     archive: Option<ArchiveToml>,
+    /// The gateway for EPICS.
     epics: Option<EpicsToml>,
+    /// The gateway for MQTT and Sparkplug.
     mqtt: Option<MqttToml>,
+    /// The gateway for OPC UA, in a program with this cargo feature.
     opcua: Option<OpcuaToml>,
+    /// The gateway for Prometheus.
     prometheus: Option<PrometheusToml>,
 }
 
@@ -69,10 +87,15 @@ pub struct ConfigToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StationToml {
+    /// The name of the station. Default: that of this file, without `.toml`.
     pub name: Option<Spanned<String>>,
+    /// The address of the dashboard and of the API. Default: `127.0.0.1:8080`.
     listen: Option<Parsed<SocketAddr>>,
+    /// The database, beside this file. Default: the name of this file with `.db`.
     pub database: Option<Spanned<PathBuf>>,
+    /// The file of the users, beside this file. Default: the name of this file with `.users.toml`.
     users: Option<PathBuf>,
+    /// Names by which browsers reach this computer, besides `localhost` and the address of `listen`.
     #[serde(default)]
     pub hosts: Vec<Spanned<String>>,
     /// The former name of `database`.
@@ -83,7 +106,9 @@ pub struct StationToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TlsToml {
+    /// The certificate in PEM, followed by its chain; beside this file. SIGHUP reads it again.
     certificate: PathBuf,
+    /// Its private key in PEM, which only its owner may read.
     key: PathBuf,
 }
 

@@ -14,8 +14,11 @@ use toml::Spanned;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VolumeToml {
+    /// The name, unique among the volumes.
     name: Spanned<String>,
+    /// The zone, whose volumes have a frame together.
     zone: Option<Spanned<String>>,
+    /// The gauges on the volume, or `NAME.N` for a channel: the first with a valid reading leads.
     #[serde(default)]
     gauges: Vec<Spanned<String>>,
 }
@@ -24,9 +27,13 @@ pub struct VolumeToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PumpToml {
+    /// The name, unique among pumps and valves.
     name: Spanned<String>,
+    /// `roughing`, `turbo` or `capture`.
     kind: PumpKindToml,
+    /// The volume that is pumped.
     inlet: Spanned<String>,
+    /// The volume into which it pumps; without the key the atmosphere.
     outlet: Option<Spanned<String>>,
 }
 
@@ -43,7 +50,9 @@ enum PumpKindToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ValveToml {
+    /// The name, unique among pumps and valves.
     name: Spanned<String>,
+    /// The two volumes that it connects, the left one first.
     between: [Spanned<String>; 2],
 }
 

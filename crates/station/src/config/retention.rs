@@ -25,9 +25,13 @@ const UNLIMITED: &str = "unlimited";
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RetentionToml {
+    /// Samples: 1 to 36525 days, or `unlimited`. Default: `730 days`.
     samples: Option<Spanned<String>>,
+    /// Spans of 10 s: 1 to 36525 days, or `unlimited`; longer spans stay. Default: `1826 days`.
     spans: Option<Spanned<String>>,
+    /// Events: 1 to 36525 days, or `unlimited`. Default: `1826 days`.
     events: Option<Spanned<String>>,
+    /// The history of alarms: 1 to 36525 days, or `unlimited`. Default: `1826 days`.
     alarm_history: Option<Spanned<String>>,
 }
 

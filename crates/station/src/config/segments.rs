@@ -20,14 +20,20 @@ pub const POLL: Duration = Duration::from_millis(200);
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentToml {
+    /// The name, unique in the station.
     pub name: Spanned<String>,
+    /// A serial device, a pty, `tcp://host:port`, or `sim:FILE.toml` beside this file.
     pub port: Spanned<String>,
+    /// The rate in bit/s. Default: 19200; with `listen-only` the rate that is found by listening.
     #[serde(default)]
     baud: Option<BaudToml>,
+    /// `true`: the station sends nothing, because a PLC owns the bus. Default: `false`.
     #[serde(default, rename = "listen-only")]
     pub listen_only: bool,
+    /// The address of the station as a master, 0 to 125, which no other station has. Default: 0.
     #[serde(default)]
     pub master: Option<Spanned<u8>>,
+    /// A gauge or controller of the segment.
     #[serde(default)]
     pub gauge: Vec<GaugeToml>,
 }
@@ -41,23 +47,35 @@ struct BaudToml(#[serde(deserialize_with = "baud")] Baud);
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeToml {
+    /// The name, unique in the station.
     pub name: Spanned<String>,
+    /// The address on the segment, 0 to 125.
     pub address: Spanned<u8>,
+    /// The device: a name that `profivac list` knows.
     pub device: Spanned<String>,
+    /// The sampling interval, 20 ms to 1 h. Default: `200 ms`.
     pub poll: Option<Spanned<Parsed<humantime::Duration>>>,
+    /// The gas, for a corrected pressure beside the indicated one.
     gas: Option<Parsed<Gas>>,
+    /// With `listen-only`: the octets of Chk_Cfg in hexadecimal, until they are heard.
     pub configuration: Option<Spanned<String>>,
+    /// With `listen-only`: the unit of the pressures, until it is heard.
     pub unit: Option<Spanned<String>>,
     /// The first slot in the map of Modbus.
     pub modbus: Option<Spanned<u16>>,
+    /// The group by which the overview filters, up to 40 characters.
     pub group: Option<Spanned<String>>,
+    /// Up to 16 words by which the overview filters, up to 40 characters each.
     #[serde(default)]
     pub tags: Vec<Spanned<String>>,
+    /// Where the gauge is, up to 120 characters.
     pub location: Option<Spanned<String>>,
-    /// A date; checked with an error of our own.
+    /// The day of the last calibration, without quotes: `2026-05-01`.
     pub calibrated: Option<Spanned<toml::Value>>,
+    /// How long a calibration is valid: `365 days`.
     #[serde(rename = "calibration-interval")]
     pub calibration_interval: Option<Spanned<String>>,
+    /// Pressures that are lines in trends, by name.
     #[serde(default)]
     pub levels: BTreeMap<Spanned<String>, Parsed<Pressure>>,
 }

@@ -15,12 +15,19 @@ use toml::Spanned;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewToml {
+    /// The name, unique among the views.
     name: Spanned<String>,
+    /// A word in the names that the overview shows.
     search: Option<Spanned<String>>,
+    /// A group of gauges.
     group: Option<Spanned<String>>,
+    /// A tag of gauges.
     tag: Option<Spanned<String>>,
+    /// A location of gauges.
     location: Option<Spanned<String>>,
+    /// `problems`, `alarms`, `fault`, `no-data` or `calibration-overdue`.
     state: Option<Spanned<String>>,
+    /// Gauges, or `NAME.N` for a channel, that are a group of trends; without the other keys.
     #[serde(default)]
     series: Vec<Spanned<String>>,
 }

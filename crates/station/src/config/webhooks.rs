@@ -102,13 +102,21 @@ impl Webhook {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct WebhookToml {
+    /// The name, unique among webhooks and e-mails. Default: the host of the URL.
     name: Option<Spanned<String>>,
+    /// The URL: `https://`, or `http://` to this computer or without a token.
     url: Spanned<Parsed<Uri>>,
+    /// Sent as `Authorization: Bearer`; then only its owner may read this file.
     token: Option<Spanned<Secret>>,
+    /// The file with the token, beside this file, which only its owner may read; in place of `token`.
     token_file: Option<Spanned<PathBuf>>,
+    /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<Spanned<PathBuf>>,
+    /// The lowest priority that is sent: `high`, `medium`, `low`. Default: `low`.
     priority: Option<Spanned<String>>,
+    /// Hours such as `22:00-06:00`, in the time zone of the computer, in which only alarms of high priority are sent.
     quiet: Option<Spanned<String>>,
+    /// Only alarms that no user has acknowledged for this time are sent, 1 s to 1 day.
     unacknowledged_after: Option<Spanned<Parsed<humantime::Duration>>>,
 }
 

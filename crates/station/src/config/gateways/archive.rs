@@ -145,14 +145,22 @@ impl Nats {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ArchiveToml {
+    /// The plant of the station in the archive.
     plant: Spanned<String>,
+    /// The name of the station in the archive, which no other one has.
     station: Spanned<String>,
+    /// `deadband` (default), `all`, or `off`: then spans only.
     #[serde(default)]
     samples: SamplesToml,
+    /// A sample is sent when the pressure has changed by this percentage. Default: 5.
     deadband_percent: Option<Spanned<f64>>,
+    /// The most octets in a second, on average. Default: no limit.
     limit_octets_per_second: Option<Spanned<u32>>,
+    /// What users of the archive may ask the station for: `off` (default), `read` for trends, `acknowledge` for alarms too.
     requests: Option<Spanned<Requests>>,
+    /// Servers of NATS; this or `https`.
     nats: Option<NatsToml>,
+    /// The archive itself, without NATS.
     https: Option<HttpsToml>,
 }
 
@@ -160,10 +168,14 @@ pub struct ArchiveToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct HttpsToml {
+    /// The URL of the archive, without a path.
     url: Spanned<Parsed<Uri>>,
+    /// `true` permits `http://` to another computer. Default: `false`.
     #[serde(default)]
     unencrypted: bool,
+    /// The file with the token of the station, of at least 16 characters, which only its owner may read.
     token_file: Spanned<PathBuf>,
+    /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<Spanned<PathBuf>>,
 }
 
@@ -181,10 +193,14 @@ enum SamplesToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct NatsToml {
+    /// URLs of the servers: `tls://` or `nats://`, with host and port.
     servers: Vec<Spanned<Parsed<Uri>>>,
+    /// `true` permits `nats://` to another computer. Default: `false`.
     #[serde(default)]
     unencrypted: bool,
+    /// A TOML file with `user` and `password`, which only its owner may read.
     credentials: Option<Spanned<PathBuf>>,
+    /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<PathBuf>,
 }
 

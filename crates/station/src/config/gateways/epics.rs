@@ -176,23 +176,39 @@ fn size_of(unit: &str) -> Option<f64> {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EpicsToml {
+    /// Channel Access. Default: `true`.
     ca: Option<Spanned<bool>>,
+    /// PV Access. Default: `true`.
     pva: Option<bool>,
+    /// Where it listens: `192.168.1.5/24` answers searches by broadcast too, `0.0.0.0` is everywhere. Default: `["127.0.0.1"]`.
     interfaces: Option<Spanned<Vec<Spanned<String>>>>,
+    /// The port of Channel Access, UDP and TCP; beacons go to the next one. Default: 5064.
     ca_port: Option<u16>,
+    /// The port of PV Access over TCP. Default: 5075.
     pva_port: Option<u16>,
+    /// The port of searches of PV Access over UDP. Default: 5076.
     pva_search_port: Option<u16>,
+    /// The template of names, with `{prefix}`, `{station}`, `{segment}`, `{gauge}`, `{GAUGE}`, `{address}`, `{device}`, `{channel}`,
+    /// `{signal}`. Default: `{prefix}{GAUGE}:{signal}`.
     name: Option<Spanned<String>>,
+    /// What all names begin with.
     prefix: Option<Spanned<String>>,
+    /// `Pa`, `hPa`, `kPa`, `mbar`, `bar`, `ubar`, `Torr`, `mTorr`, `micron`; `EGU` is spelled as here. Default: `mbar`.
     unit: Option<Spanned<String>>,
+    /// The value of a reading without a pressure: `nan` (default), or `hold` for the last one with the severity INVALID.
     on_invalid: Option<OnInvalidToml>,
+    /// Severities that differ from the default.
     #[serde(default)]
     severity: SeverityToml,
+    /// The names of signals as at a facility: `isis`, `dls`, `nsls2`, `lcls`, `ess`, `sirius`.
     preset: Option<Preset>,
+    /// Names of signals, by the key of the signal; they precede those of `preset`.
     #[serde(default)]
     signals: BTreeMap<String, Spanned<String>>,
+    /// Further names, each for `gauge.signal`.
     #[serde(default)]
     alias: BTreeMap<Spanned<String>, String>,
+    /// Which clients write; without the table they only read.
     write: Option<WriteToml>,
 }
 
@@ -206,13 +222,21 @@ enum OnInvalidToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct SeverityToml {
+    /// Below the range. Default: `none`.
     underrange: Option<Severity>,
+    /// Above the range. Default: `minor`.
     overrange: Option<Severity>,
+    /// Switched off. Default: `minor`.
     off: Option<Severity>,
+    /// Not measured yet. Default: `invalid`.
     starting: Option<Severity>,
+    /// Invalid. Default: `invalid`.
     invalid: Option<Severity>,
+    /// No gauge at the channel. Default: `invalid`.
     not_present: Option<Severity>,
+    /// Nothing was received. Default: `invalid`.
     gap: Option<Severity>,
+    /// The gauge reports a fault. Default: `invalid`.
     fault: Option<Severity>,
 }
 

@@ -159,13 +159,19 @@ pub struct Settings {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ModbusToml {
+    /// The address. Default: `127.0.0.1:1502`.
     listen: Option<Spanned<Parsed<SocketAddr>>>,
+    /// The order of the two registers of a value: `high-first` (default) or `low-first`.
     #[serde(default)]
     word_order: WordOrder,
+    /// The unit of the second pressure: `pa`, `mbar`, `torr`, `hpa`, `micron`. Default: `mbar`.
     unit: Option<MapUnit>,
+    /// The computers that may connect, as addresses or networks; needed beyond loopback.
     #[serde(default)]
     allow: Vec<Parsed<Network>>,
+    /// The most connections at the same time, 1 to 1000. Default: 64.
     connections: Option<Spanned<usize>>,
+    /// A connection without a request ends after this time, 1 s to 1 h. Default: `60 s`.
     idle: Option<Spanned<Parsed<humantime::Duration>>>,
 }
 

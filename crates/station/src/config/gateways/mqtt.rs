@@ -136,19 +136,32 @@ pub struct Sparkplug {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct MqttToml {
+    /// The broker: `mqtts://host` (port 8883) or `mqtt://host` (port 1883), or with another port.
     broker: Spanned<Parsed<Uri>>,
+    /// Further brokers, for as long as those before cannot be reached; with the same login and certificates.
     #[serde(default)]
     standby: Vec<Spanned<Parsed<Uri>>>,
+    /// `true` permits `mqtt://` to another computer. Default: `false`.
     unencrypted: Option<Spanned<bool>>,
+    /// A TOML file with `user` and `password`, which only its owner may read.
     credentials: Option<Spanned<PathBuf>>,
+    /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<Spanned<PathBuf>>,
+    /// A client certificate in PEM, with `key`.
     certificate: Option<Spanned<PathBuf>>,
+    /// Its private key in PEM, which only its owner may read.
     key: Option<Spanned<PathBuf>>,
+    /// The client identifier, which no other client of the broker has. Default: `profivac-NAME`.
     client_id: Option<Spanned<String>>,
+    /// What plain topics begin with. Default: `profivac/NAME`.
     prefix: Option<Spanned<String>>,
+    /// Plain topics. Default: `true`.
     plain: Option<Spanned<bool>>,
+    /// Sensors are described for Home Assistant. Default: `false`.
     home_assistant: Option<Spanned<bool>>,
+    /// Where Home Assistant expects them. Default: `homeassistant`.
     discovery_prefix: Option<Spanned<String>>,
+    /// An edge node of Sparkplug B; without the table there is none.
     sparkplug: Option<SparkplugToml>,
 }
 
@@ -156,9 +169,13 @@ pub struct MqttToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct SparkplugToml {
+    /// The group of the edge node.
     group: Spanned<String>,
+    /// Its name. Default: the name of the station.
     edge_node: Option<Spanned<String>>,
+    /// The host for which births wait. Default: none.
     primary_host: Option<Spanned<String>>,
+    /// The longest outage whose samples are sent afterwards. Default: `7 days`.
     backlog: Option<Spanned<Parsed<humantime::Duration>>>,
 }
 

@@ -53,11 +53,17 @@ pub struct Settings {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OpcuaToml {
+    /// The address. Default: `127.0.0.1:4840`.
     listen: Option<Spanned<Parsed<SocketAddr>>>,
+    /// The host in the URLs. Default: the address of `listen`.
     host: Option<Spanned<String>>,
+    /// Clients need no login, on loopback only. Default on loopback: `true`.
     anonymous: Option<Spanned<bool>>,
+    /// The security policies. Default: all three.
     policies: Option<Spanned<Vec<Policy>>>,
+    /// The folder of the certificates. Default: the name of this file with `.opcua`.
     certificates: Option<PathBuf>,
+    /// Operators and engineers write parameters. Default: `false`.
     write: Option<Spanned<bool>>,
 }
 

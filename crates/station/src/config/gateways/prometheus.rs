@@ -27,7 +27,9 @@ pub struct Settings {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PrometheusToml {
+    /// The address. Default: `127.0.0.1:9464`.
     listen: Option<Spanned<Parsed<SocketAddr>>>,
+    /// The file with the bearer token of a scrape, which only its owner may read; needed beyond loopback.
     token_file: Option<Spanned<PathBuf>>,
 }
 

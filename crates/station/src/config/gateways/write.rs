@@ -33,7 +33,9 @@ impl Write {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WriteToml {
+    /// The account of the station as which clients write, an operator or engineer.
     user: Spanned<String>,
+    /// The computers that may write, as addresses or networks. Default: this computer.
     clients: Option<Vec<Parsed<Network>>>,
 }
 

@@ -1,0 +1,420 @@
+//! The page of the book about the keys of the files: it is made from the types that read them.
+//!
+//! A type names its keys as serde sees them; the comment of a field is the sentence about its key.
+
+use crate::{root, verdict};
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+use syn::{Attribute, Expr, Field, GenericArgument, Item, ItemEnum, ItemStruct, Lit, Meta, PathArguments, Type};
+
+/// The files that users write: title, the folder of the types, the type of the whole file.
+const FILES: [(&str, &str, &str); 2] = [
+    ("The file of a station", "crates/station/src/config", "ConfigToml"),
+    ("The file of an archive", "crates/archive/src", "Toml"),
+];
+
+/// Types around the type of a value that do not show in the file.
+const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
+
+/// Types of values, and what the file has for them.
+const WORDS: [(&str, &str); 19] = [
+    ("BaudToml", "integer"),
+    ("Duration", "duration"),
+    ("Gas", "gas"),
+    ("Network", "address or network"),
+    ("PathBuf", "file"),
+    ("Pressure", "pressure"),
+    ("Secret", "text"),
+    ("SocketAddr", "address and port"),
+    ("String", "text"),
+    ("Uri", "URL"),
+    ("Value", "date"),
+    ("bool", "`true` or `false`"),
+    ("f64", "number"),
+    ("i64", "integer"),
+    ("u16", "integer"),
+    ("u32", "integer"),
+    ("u64", "integer"),
+    ("u8", "integer"),
+    ("usize", "integer"),
+];
+
+/// Prints the page.
+pub fn print() -> Result<()> {
+    let types = read()?;
+    println!(
+        "# Keys of the files\n\nThe files are TOML. A text is in quotes; so are a pressure (`\"1e-3 mbar\"`), a duration (`\"5 s\"`) and an address."
+    );
+    println!(
+        "A file that is named is beside the file that names it, unless it begins with `/`. `--check` of `run` and of `archive` tests a file.\n"
+    );
+    for page in &pages(&types)? {
+        println!("## {}\n", page.title);
+        for table in &page.tables {
+            println!("{}\n", heading(&table.places));
+            println!("| Key | Value | Needed | Meaning |\n|---|---|---|---|");
+            for key in &table.keys {
+                let needed = if key.is_needed { "yes" } else { "no" };
+                println!("| `{}` | {} | {needed} | {} |", key.name, key.shape, key.meaning.replace('|', "\\|"));
+            }
+            println!();
+        }
+    }
+    Ok(())
+}
+
+/// The places of a table: the first one in the heading, and all of them with their sentences.
+fn heading(places: &[(String, String)]) -> String {
+    let list = places.iter().map(|(name, meaning)| format!("- `{name}`: {meaning}")).collect::<Vec<_>>().join("\n");
+    match places {
+        [(name, meaning)] => format!("### `{name}`\n\n{meaning}"),
+        [(name, _), others @ ..] => format!("### `{name}` and {} more\n\n{list}", others.len()),
+        [] => String::new(),
+    }
+}
+
+/// Checks that every key has its sentence, and every value a known type.
+pub fn check() -> Result<()> {
+    let types = read()?;
+    let pages = pages(&types)?;
+    let tables = || pages.iter().flat_map(|page| &page.tables);
+    let places = tables().flat_map(|table| &table.places).map(|(name, meaning)| (name.clone(), meaning));
+    let keys = tables().flat_map(|table| {
+        let names = table.places.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+        table.keys.iter().map(move |key| (format!("{names} {}", key.name), &key.meaning))
+    });
+    let missing = places.chain(keys).filter(|(_, meaning)| meaning.is_empty());
+    let defects: Vec<String> = missing.map(|(name, _)| format!("{name}: write a comment on its field")).collect();
+    println!("configuration: {} keys", tables().map(|table| table.keys.len()).sum::<usize>());
+    verdict("configuration", &defects)
+}
+
+/// The types of each file.
+fn read() -> Result<Vec<Types>> {
+    FILES.iter().map(|(_, folder, _)| Types::read(folder)).collect()
+}
+
+fn pages(types: &[Types]) -> Result<Vec<Page<'_>>> {
+    let files = FILES.iter().zip(types);
+    let pages = files.map(|((title, _, whole), own)| {
+        let others = types.iter().filter(|other| !std::ptr::eq(*other, own));
+        let mut page = Page { title, types: std::iter::once(own).chain(others).collect(), tables: Vec::new() };
+        page.add_tables_of(whole)?;
+        Ok(page)
+    });
+    pages.collect()
+}
+
+/// The types of a folder that serde reads.
+struct Types {
+    structs: BTreeMap<String, ItemStruct>,
+    enums: BTreeMap<String, ItemEnum>,
+}
+
+impl Types {
+    fn read(folder: &str) -> Result<Self> {
+        let mut types = Self { structs: BTreeMap::new(), enums: BTreeMap::new() };
+        types.add_folder(&root().join(folder))?;
+        Ok(types)
+    }
+
+    fn add_folder(&mut self, folder: &Path) -> Result<()> {
+        for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+            let path = entry?.path();
+            if path.is_dir() {
+                self.add_folder(&path)?;
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let file =
+                    syn::parse_file(&std::fs::read_to_string(&path)?).with_context(|| path.display().to_string())?;
+                file.items.into_iter().for_each(|item| self.add(item));
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, item: Item) {
+        match item {
+            Item::Struct(item) if derives_deserialize(&item.attrs) => {
+                self.structs.insert(item.ident.to_string(), item);
+            }
+            Item::Enum(item) if derives_deserialize(&item.attrs) => {
+                self.enums.insert(item.ident.to_string(), item);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The keys of a file.
+struct Page<'a> {
+    title: &'static str,
+    /// The types of its own folder come first.
+    types: Vec<&'a Types>,
+    tables: Vec<Table>,
+}
+
+/// A table of a file. Several tables with the same keys are one.
+struct Table {
+    /// As in the file, `[station]` or `[[segment.gauge]]`, each with its sentence.
+    places: Vec<(String, String)>,
+    of: String,
+    keys: Vec<Key>,
+}
+
+struct Key {
+    name: String,
+    shape: Shape,
+    is_needed: bool,
+    meaning: String,
+}
+
+/// What a value of the file is.
+enum Shape {
+    Word(String),
+    /// A table, or with `true` a list of tables.
+    Table(String, bool),
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Word(word) => formatter.write_str(word),
+            Self::Table(_, true) => formatter.write_str("tables"),
+            Self::Table(_, false) => formatter.write_str("table"),
+        }
+    }
+}
+
+impl Page<'_> {
+    /// Adds the tables of the whole file.
+    fn add_tables_of(&mut self, whole: &str) -> Result<()> {
+        for key in self.keys(whole)? {
+            match key.shape {
+                Shape::Table(of, is_list) => self.add(&of, &key.name, is_list, key.meaning)?,
+                Shape::Word(_) => anyhow::bail!("{} is no table", key.name),
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the table at `path`, whose keys are the fields of the type `of`, and the tables in it.
+    fn add(&mut self, of: &str, path: &str, is_list: bool, meaning: String) -> Result<()> {
+        let place = (if is_list { format!("[[{path}]]") } else { format!("[{path}]") }, meaning);
+        if let Some(table) = self.tables.iter_mut().find(|table| table.of == of) {
+            table.places.push(place);
+            return Ok(());
+        }
+        let keys = self.keys(of)?;
+        let inner = keys.iter().filter_map(|key| match &key.shape {
+            Shape::Table(of, is_list) => {
+                Some((of.clone(), format!("{path}.{}", key.name), *is_list, key.meaning.clone()))
+            }
+            Shape::Word(_) => None,
+        });
+        let inner: Vec<_> = inner.collect();
+        self.tables.push(Table { places: vec![place], of: of.to_owned(), keys });
+        inner.into_iter().try_for_each(|(of, path, is_list, meaning)| self.add(&of, &path, is_list, meaning))
+    }
+
+    /// The keys of a table: the fields of a type.
+    fn keys(&self, of: &str) -> Result<Vec<Key>> {
+        let item =
+            self.types.iter().find_map(|types| types.structs.get(of)).with_context(|| format!("no type {of}"))?;
+        let rename = serde(&item.attrs, "rename_all");
+        let keys = item.fields.iter().map(|field| {
+            let name = key(field, rename.as_deref());
+            let shape = self.shape(&field.ty).with_context(|| format!("{of}: {name}"))?;
+            let is_option = matches!(&field.ty, Type::Path(path) if path.path.segments.last().is_some_and(|it| it.ident == "Option"));
+            let is_needed = !is_option && serde(&field.attrs, "default").is_none();
+            Ok(Key { name, shape, is_needed, meaning: comment(&field.attrs) })
+        });
+        keys.collect()
+    }
+
+    fn shape(&self, kind: &Type) -> Result<Shape> {
+        let (name, arguments) = match kind {
+            Type::Path(path) => {
+                let last = path.path.segments.last().context("a type without a name")?;
+                (last.ident.to_string(), types_in(&last.arguments))
+            }
+            Type::Array(array) => return Ok(Shape::Word(format!("list of {}", self.word(&array.elem)?))),
+            _ => anyhow::bail!("a type that is no path"),
+        };
+        match (name.as_str(), &arguments[..]) {
+            (wrapper, [inside]) if WRAPPERS.contains(&wrapper) => self.shape(inside),
+            ("Vec", [inside]) => Ok(match self.shape(inside)? {
+                Shape::Table(of, _) => Shape::Table(of, true),
+                Shape::Word(word) => Shape::Word(format!("list of {word}")),
+            }),
+            ("BTreeMap", [_, inside]) => Ok(Shape::Word(format!("table of {} by name", self.word(inside)?))),
+            _ => self.named(&name),
+        }
+    }
+
+    /// The value of a key that has no keys of its own.
+    fn word(&self, kind: &Type) -> Result<String> {
+        match self.shape(kind)? {
+            Shape::Word(word) => Ok(word),
+            Shape::Table(of, _) => anyhow::bail!("{of} has keys"),
+        }
+    }
+
+    fn named(&self, name: &str) -> Result<Shape> {
+        if let Some((_, word)) = WORDS.iter().find(|(kind, _)| *kind == name) {
+            return Ok(Shape::Word((*word).to_owned()));
+        }
+        if let Some(item) = self.types.iter().find_map(|types| types.enums.get(name)) {
+            return Ok(Shape::Word(choices(item)));
+        }
+        if self.types.iter().any(|types| types.structs.contains_key(name)) {
+            return Ok(Shape::Table(name.to_owned(), false));
+        }
+        anyhow::bail!("the type {name} is unknown: add a word for it in xtask/src/configuration.rs")
+    }
+}
+
+fn types_in(arguments: &PathArguments) -> Vec<&Type> {
+    let PathArguments::AngleBracketed(arguments) = arguments else { return Vec::new() };
+    let types = arguments.args.iter().filter_map(|argument| match argument {
+        GenericArgument::Type(kind) => Some(kind),
+        _ => None,
+    });
+    types.collect()
+}
+
+fn derives_deserialize(attributes: &[Attribute]) -> bool {
+    let mut derives = attributes.iter().filter(|attribute| attribute.path().is_ident("derive"));
+    derives.any(|derive| {
+        let mut found = false;
+        // An attribute that cannot be parsed does not compile either.
+        let _parsed = derive.parse_nested_meta(|meta| {
+            found |= meta.path.is_ident("Deserialize");
+            Ok(())
+        });
+        found
+    })
+}
+
+/// The value of a setting for serde; empty for a setting without a value.
+fn serde(attributes: &[Attribute], wanted: &str) -> Option<String> {
+    let mut found = None;
+    for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("serde")) {
+        let _parsed = attribute.parse_nested_meta(|meta| {
+            let value = meta.value().and_then(|value| value.parse::<syn::LitStr>()).map(|text| text.value());
+            if meta.path.is_ident(wanted) {
+                found = Some(value.unwrap_or_default());
+            }
+            Ok(())
+        });
+    }
+    found
+}
+
+/// The text of the comment, in one line.
+fn comment(attributes: &[Attribute]) -> String {
+    let lines = attributes.iter().filter_map(|attribute| match &attribute.meta {
+        Meta::NameValue(doc) if doc.path.is_ident("doc") => match &doc.value {
+            Expr::Lit(text) => match &text.lit {
+                Lit::Str(text) => Some(text.value().trim().to_owned()),
+                _ => None,
+            },
+            _ => None,
+        },
+        _ => None,
+    });
+    lines.collect::<Vec<_>>().join(" ")
+}
+
+/// The key of a field, as serde has it.
+fn key(field: &Field, rename_all: Option<&str>) -> String {
+    let name = field.ident.as_ref().map(ToString::to_string).unwrap_or_default();
+    let name = name.strip_prefix("r#").unwrap_or(&name);
+    serde(&field.attrs, "rename")
+        .unwrap_or_else(|| if rename_all.is_some() { name.replace('_', "-") } else { name.to_owned() })
+}
+
+/// The words of an enum, as serde has them.
+fn choices(item: &ItemEnum) -> String {
+    let rename = serde(&item.attrs, "rename_all");
+    let words = item.variants.iter().map(|variant| {
+        let name = variant.ident.to_string();
+        let word = serde(&variant.attrs, "rename").unwrap_or_else(|| match rename.as_deref() {
+            Some("kebab-case") => kebab(&name),
+            Some(_) => name.to_lowercase(),
+            None => name,
+        });
+        format!("`{word}`")
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+fn kebab(name: &str) -> String {
+    let mut word = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !word.is_empty() {
+            word.push('-');
+        }
+        word.extend(letter.to_lowercase());
+    }
+    word
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn types(text: &str) -> Vec<Types> {
+        let mut types = Types { structs: BTreeMap::new(), enums: BTreeMap::new() };
+        syn::parse_file(text).unwrap().items.into_iter().for_each(|item| types.add(item));
+        vec![types]
+    }
+
+    fn tables(text: &str) -> Result<Vec<Table>> {
+        let types = types(text);
+        let mut page = Page { title: "File", types: types.iter().collect(), tables: Vec::new() };
+        page.add_tables_of("Whole")?;
+        Ok(page.tables)
+    }
+
+    #[test]
+    fn keys_have_the_names_and_the_values_that_serde_reads() {
+        let text = "
+            #[derive(Deserialize)] struct Whole { /// The hall.
+                one_hall: Option<Hall>, #[serde(default)] pipes: Vec<Pipe> }
+            #[derive(Debug, Deserialize)] #[serde(deny_unknown_fields, rename_all = \"kebab-case\")]
+            struct Hall { /// How wide.
+                the_width: Option<Spanned<u8>>, pub r#type: Kind, #[serde(rename = \"x\")] inner: Inner }
+            #[derive(Deserialize)] struct Inner { files: Vec<Parsed<PathBuf>> }
+            #[derive(Deserialize)] struct Pipe { #[serde(default)] by_name: BTreeMap<String, f64> }
+            #[derive(Deserialize)] #[serde(rename_all = \"kebab-case\")] enum Kind { WideOpen, Shut }
+        ";
+        let lines: Vec<String> = tables(text)
+            .unwrap()
+            .iter()
+            .flat_map(|table| table.keys.iter().map(|key| (&table.places[0], key)))
+            .map(|((place, about), key)| {
+                format!("{place}({about}) {}: {} {} {}", key.name, key.shape, key.is_needed, key.meaning)
+            })
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                "[one_hall](The hall.) the-width: integer false How wide.",
+                "[one_hall](The hall.) type: `wide-open`, `shut` true ",
+                "[one_hall](The hall.) x: table true ",
+                "[one_hall.x]() files: list of file true ",
+                "[[pipes]]() by_name: table of number by name false ",
+            ]
+        );
+    }
+
+    #[test]
+    fn an_unknown_type_is_an_error_that_names_its_key() {
+        let text =
+            "#[derive(Deserialize)] struct Whole { hall: Hall }  #[derive(Deserialize)] struct Hall { width: Width }";
+        let Err(error) = tables(text) else { panic!("it is no error") };
+        assert!(format!("{error:#}").starts_with("Hall: width: the type Width is unknown"), "{error:#}");
+    }
+}
