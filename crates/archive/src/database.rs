@@ -11,13 +11,22 @@ use std::sync::Arc;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::task::JoinHandle;
+use tokio::time::timeout;
 use tokio_postgres::config::{Host, SslMode};
 use tokio_postgres::{Client, Config, NoTls};
 use tokio_postgres_rustls::MakeRustlsConnect;
 use tokio_rustls::rustls::{self, ClientConfig};
 
-/// The longest wait for the server.
+/// The longest wait for an address of the server.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The longest wait until the server has taken the login: it may accept the connection and say nothing.
+const LOGIN_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// A computer that is gone is noticed after a minute, while a statement waits too. free choice; the system waits for two hours.
+const KEEPALIVE: Duration = Duration::from_secs(30);
+const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(10);
+const KEEPALIVES: u32 = 3;
 
 /// `[postgres]`.
 #[derive(Debug, Deserialize)]
@@ -98,14 +107,26 @@ impl Database {
             config.password(password(folder.join(file))?);
         }
         config.application_name("profivac archive").connect_timeout(CONNECT_TIMEOUT);
+        // The file may have its own.
+        if config.get_keepalives_retries().is_none() {
+            config.keepalives_idle(KEEPALIVE).keepalives_interval(KEEPALIVE_INTERVAL).keepalives_retries(KEEPALIVES);
+        }
         Ok(Self { config, tls: if uses_tls { Some(tls(toml, folder)?) } else { None } })
     }
 
     /// Connects. The task carries the connection, until the client is dropped.
     ///
     /// # Errors
-    /// When the server cannot be reached, has no certificate that is trusted, or refuses the login.
-    pub async fn connect(&self) -> Result<(Client, JoinHandle<()>), tokio_postgres::Error> {
+    /// When the server cannot be reached, says nothing, has no certificate that is trusted, or refuses the login.
+    pub async fn connect(&self) -> Result<(Client, JoinHandle<()>), ConnectError> {
+        self.connect_within(LOGIN_TIMEOUT).await
+    }
+
+    async fn connect_within(&self, longest: Duration) -> Result<(Client, JoinHandle<()>), ConnectError> {
+        timeout(longest, self.log_in()).await.map_err(|_| ConnectError::Silent(longest))?.map_err(ConnectError::Refused)
+    }
+
+    async fn log_in(&self) -> Result<(Client, JoinHandle<()>), tokio_postgres::Error> {
         // The error of a connection is also that of the statement that waits.
         match &self.tls {
             None => {
@@ -119,6 +140,36 @@ impl Database {
             }
         }
     }
+}
+
+/// Why there is no connection to the database.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConnectError {
+    /// It cannot be reached, or refuses the login.
+    #[error("{}", described(.0))]
+    Refused(tokio_postgres::Error),
+    /// It says nothing.
+    #[error("it has not answered for {} s", .0.as_secs())]
+    Silent(Duration),
+}
+
+/// The error with its cause: that of the library alone says only "db error".
+pub(crate) fn described(error: &tokio_postgres::Error) -> String {
+    match (error.as_db_error(), std::error::Error::source(error)) {
+        (Some(error), _) => error.to_string(),
+        (None, Some(source)) if is_untrusted(source) => {
+            format!("{error}: {source}; name a file with the certificate of its issuer in ca-file of [postgres]")
+        }
+        (None, Some(source)) => format!("{error}: {source}"),
+        (None, None) => error.to_string(),
+    }
+}
+
+/// Whether the certificate of the server is the cause.
+fn is_untrusted(source: &(dyn std::error::Error + 'static)) -> bool {
+    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
+    matches!(inner.and_then(|inner| inner.downcast_ref()), Some(rustls::Error::InvalidCertificate(_)))
 }
 
 /// Whether every server is on this computer. Where both are given, the library connects to `hostaddr`, and `host` is only a name.
@@ -143,4 +194,37 @@ fn password(file: PathBuf) -> Result<String, DatabaseProblem> {
     }
     let text = text_file::read(&file).map_err(|error| DatabaseProblem::Read { file, error })?;
     Ok(text.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::net::TcpListener;
+
+    fn database(connection: &str) -> Database {
+        let toml =
+            PostgresToml { connection: connection.to_owned(), password_file: None, ca_file: None, unencrypted: false };
+        Database::new(&toml, Path::new("")).unwrap()
+    }
+
+    #[tokio::test]
+    async fn a_server_that_accepts_and_says_nothing_is_an_error() {
+        let listener = TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let silent = database(&format!("host=127.0.0.1 port={port} user=profivac"));
+        let longest = Duration::from_millis(50);
+        let connected = silent.connect_within(longest).await;
+        assert!(matches!(connected, Err(ConnectError::Silent(waited)) if waited == longest));
+    }
+
+    #[test]
+    fn a_server_that_is_gone_is_noticed_within_a_minute_unless_the_file_says_otherwise() {
+        let config = |connection| database(connection).config;
+        let usual = config("host=127.0.0.1");
+        let longest = usual.get_keepalives_idle()
+            + usual.get_keepalives_interval().unwrap() * usual.get_keepalives_retries().unwrap();
+        assert_eq!(longest, Duration::from_secs(60));
+        let own = config("host=127.0.0.1 keepalives_retries=9 keepalives_idle=5");
+        assert_eq!((own.get_keepalives_retries(), own.get_keepalives_idle()), (Some(9), Duration::from_secs(5)));
+    }
 }

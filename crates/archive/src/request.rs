@@ -6,8 +6,8 @@
 //! | `{"acknowledge": {"alarm": "chamber too high", "occurrence": 1, "user": "ada"}}` | `"done"` |
 //! | any other | `{"refused": "the reason in a sentence"}` |
 
+use profivac_station::view::Trend;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 /// The most entries of a trend: its answer stays below the megabyte that a server of NATS passes on.
 pub const MAX_PIXELS: u32 = 4_000;
@@ -48,7 +48,7 @@ pub enum Request {
 #[serde(rename_all = "kebab-case")]
 pub enum Reply {
     /// The trend.
-    Trend(Value),
+    Trend(Trend),
     /// It is done, and on the disk of the station.
     Done,
     /// The station refuses.
@@ -68,5 +68,8 @@ mod tests {
         assert_eq!(serde_json::to_string(&Reply::Done).unwrap(), r#""done""#);
         let refused = Reply::Refused("no".to_owned());
         assert_eq!(serde_json::to_string(&refused).unwrap(), r#"{"refused":"no"}"#);
+        for wrong in [r#"{"trend":"none"}"#, r#"{"trend":{"series":[]}}"#, "[]", ""] {
+            assert!(serde_json::from_str::<Reply>(wrong).is_err(), "{wrong}");
+        }
     }
 }

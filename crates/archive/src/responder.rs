@@ -77,7 +77,7 @@ fn answered(request: Request, permitted: Requests, services: &Services) -> Resul
             let time = |ms: i64| Micros(ms.saturating_mul(1000));
             let reader = services.recorder().open_reader().map_err(|error| error.to_string())?;
             let spans = reader.trend(&series, time(from_ms), time(to_ms), pixels).map_err(|error| error.to_string())?;
-            serde_json::to_value(Trend::of(&series, &spans)).map(Reply::Trend).map_err(|error| error.to_string())
+            Ok(Reply::Trend(Trend::of(&series, &spans)))
         }
         Request::Acknowledge { alarm, occurrence, user } => {
             if permitted < Requests::Acknowledge {

@@ -7,7 +7,7 @@ use profivac_devices::Principle;
 use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
 use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use std::time::Duration;
 use utoipa::ToSchema;
 
@@ -252,7 +252,7 @@ fn principle<S: Serializer>(principle: &Option<Principle>, serializer: S) -> Res
 }
 
 /// A trend: each list has one entry for every pixel with samples.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Trend {
     /// The name of the series.
     pub series: String,

@@ -5,7 +5,7 @@ mod rows;
 
 pub use accept::Incoming;
 
-use crate::database::Database;
+use crate::database::{ConnectError, Database, described};
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Accepted, Refusal, accept, text};
 use profivac_recorder::Micros;
@@ -16,7 +16,6 @@ use thiserror::Error;
 use tokio::task::JoinHandle;
 use tokio_postgres::error::SqlState;
 use tokio_postgres::{Client, Transaction};
-use tokio_rustls::rustls;
 
 /// A former database that still makes batches this time after its successor began is that of another station with the same name.
 const SUCCESSION: i64 = 60 * Micros::SECOND;
@@ -36,27 +35,12 @@ pub enum StoreError {
     /// The database has refused something, or cannot be reached.
     #[error("the database: {}", described(.0))]
     Database(#[from] tokio_postgres::Error),
+    /// There is no connection to it.
+    #[error("the database: {0}")]
+    Connect(#[from] ConnectError),
     /// The tables cannot be used.
     #[error(transparent)]
     Schema(#[from] SchemaError),
-}
-
-/// The error with its cause: that of the library alone says only "db error".
-pub(crate) fn described(error: &tokio_postgres::Error) -> String {
-    match (error.as_db_error(), std::error::Error::source(error)) {
-        (Some(error), _) => error.to_string(),
-        (None, Some(source)) if is_untrusted(source) => {
-            format!("{error}: {source}; name a file with the certificate of its issuer in ca-file of [postgres]")
-        }
-        (None, Some(source)) => format!("{error}: {source}"),
-        (None, None) => error.to_string(),
-    }
-}
-
-/// Whether the certificate of the server is the cause.
-fn is_untrusted(source: &(dyn std::error::Error + 'static)) -> bool {
-    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
-    matches!(inner.and_then(|inner| inner.downcast_ref()), Some(rustls::Error::InvalidCertificate(_)))
 }
 
 impl StoreError {

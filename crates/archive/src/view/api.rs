@@ -188,10 +188,7 @@ async fn get_trend(
         let request = Request::Trend { series: series.to_owned(), from_ms: time.0, to_ms: time.1, pixels };
         return match shared.ask(station, &request).await? {
             // The station knows the series without its own name before it.
-            Reply::Trend(mut trend) => {
-                trend["series"] = format!("{station}/{series}").into();
-                Ok(Json(trend).into_response())
-            }
+            Reply::Trend(trend) => Ok(Json(Trend { series: format!("{station}/{series}"), ..trend }).into_response()),
             _ => Err(Problem::unavailable(format!("{station} answers with something else than a trend"))),
         };
     }

@@ -1,7 +1,6 @@
 //! Connections to the database for requests: a few, so that many clients cost the database no more than a few statements at a time.
 
-use crate::database::Database;
-use crate::store::described;
+use crate::database::{ConnectError, Database, described};
 use profivac_station::api::Problem;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -16,6 +15,9 @@ const MAX_CONNECTIONS: usize = 4;
 /// The longest wait for a connection.
 const PLACE_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// The longest wait for the rows: a database that runs gives up before.
+const ROWS_TIMEOUT: Duration = Duration::from_secs(30);
+
 /// Connections read, and give up after 20 s: free choice, longer than a year of ten series takes.
 const SETTINGS: &str = "SET default_transaction_read_only = on; SET statement_timeout = '20s'; SET timezone = 'UTC'";
 
@@ -25,9 +27,15 @@ pub enum PoolError {
     /// All connections are in use.
     #[error("too many requests wait for the database; try again")]
     Busy,
-    /// The database has refused something, or cannot be reached.
+    /// There is no connection.
+    #[error("the database of the archive does not answer: {0}")]
+    Connect(#[from] ConnectError),
+    /// The database has refused something.
     #[error("the database of the archive does not answer: {}", described(.0))]
     Database(#[from] tokio_postgres::Error),
+    /// The database has not refused, and sends nothing.
+    #[error("the database of the archive has not answered for {} s", .0.as_secs())]
+    Silent(Duration),
 }
 
 impl From<PoolError> for Problem {
@@ -62,7 +70,8 @@ impl Pool {
     /// [`PoolError`].
     pub async fn query(&self, sql: &str, parameters: &[&(dyn ToSql + Sync)]) -> Result<Vec<Row>, PoolError> {
         let (client, _place) = self.client().await?;
-        let rows = client.query(sql, parameters).await?;
+        let rows = timeout(ROWS_TIMEOUT, client.query(sql, parameters)).await;
+        let rows = rows.map_err(|_| PoolError::Silent(ROWS_TIMEOUT))??;
         // A connection with an error is dropped.
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(client);
         Ok(rows)
@@ -76,7 +85,8 @@ impl Pool {
             return Ok((client, place));
         }
         let (client, _task) = self.database.connect().await?;
-        client.batch_execute(SETTINGS).await?;
+        let set = timeout(ROWS_TIMEOUT, client.batch_execute(SETTINGS)).await;
+        set.map_err(|_| PoolError::Silent(ROWS_TIMEOUT))??;
         Ok((client, place))
     }
 }

@@ -1,20 +1,22 @@
 //! The state of all stations, read from the database again and again: once for all clients, and only what has changed.
 
 use super::state::{ActiveAlarm, LatestReading, State, StationState};
-use crate::database::Database;
+use crate::database::{ConnectError, Database, described};
 use crate::schema::{SchemaError, upgrade};
-use crate::store::described;
 use profivac_recorder::{Micros, Quality};
 use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, timeout};
 use tokio_postgres::{Client, Row};
 
 /// The shortest pause between two readings of the database. A station makes a batch at most once a second.
 const PERIOD: Duration = Duration::from_secs(1);
+
+/// The longest wait for what a state needs: a first one of a thousand stations takes some seconds.
+const READ_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The pause after a failure.
 const PAUSE: Duration = Duration::from_secs(3);
@@ -22,6 +24,8 @@ const PAUSE: Duration = Duration::from_secs(3);
 /// Readings that are older are not shown: a gauge with a constant pressure is recorded once in ten minutes at least. The first reading of
 /// the database looks as far back.
 const LOOK_BACK_DAYS: i32 = 7;
+
+const DAY_MS: i64 = 86_400_000;
 
 /// The most alarms of a state.
 const MAX_ALARMS: i64 = 500;
@@ -53,16 +57,28 @@ const ALARMS: &str = "
 /// Why the state could not be read.
 #[derive(Debug, Error)]
 enum WatchError {
+    #[error("the database does not answer: {0}")]
+    Connect(#[from] ConnectError),
     #[error("the database does not answer: {}", described(.0))]
     Database(#[from] tokio_postgres::Error),
+    #[error("the database has not answered for {} s", READ_TIMEOUT.as_secs())]
+    Silent,
     #[error(transparent)]
     Schema(#[from] SchemaError),
 }
 
 /// The present state. Clones share it.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Watch {
     state: Arc<RwLock<State>>,
+}
+
+impl Default for Watch {
+    /// A state that was not read yet, and says so.
+    fn default() -> Self {
+        let problem = Some("the database was not read yet".to_owned());
+        Self { state: Arc::new(RwLock::new(State { problem, ..State::default() })) }
+    }
 }
 
 impl Watch {
@@ -102,7 +118,8 @@ impl Watch {
         let mut stations = HashMap::new();
         loop {
             let begun = Instant::now();
-            let next = read(&client, &mut stations, self.state()).await?;
+            let read = timeout(READ_TIMEOUT, read(&client, &mut stations, self.state())).await;
+            let next = read.map_err(|_| WatchError::Silent)??;
             *self.state.write().unwrap_or_else(PoisonError::into_inner) = next;
             // Many stations: the database has at least three quarters of its time for batches.
             sleep(PERIOD.max(begun.elapsed() * 3)).await;
@@ -133,8 +150,9 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
             state.readings.insert(format!("{}/{}", reading.station, reading.series), reading);
         }
     }
+    let oldest = Micros::now().0 / 1000 - i64::from(LOOK_BACK_DAYS) * DAY_MS;
     let State { readings, stations, .. } = &mut state;
-    readings.retain(|_, reading| stations.contains_key(&reading.station));
+    readings.retain(|_, reading| reading.at_ms > oldest && stations.contains_key(&reading.station));
     let alarms = client.query(ALARMS, &[&MAX_ALARMS]).await?;
     let total: i64 = alarms.first().map_or(0, |row| row.get("total"));
     state.alarms =
