@@ -38,6 +38,7 @@ pub mod comparison;
 pub mod config;
 pub mod control;
 pub mod directory;
+pub mod drawing;
 pub mod gateway_status;
 pub mod host_name;
 pub mod identification;

@@ -19,6 +19,8 @@ pub struct PlantPicture {
     pub volumes: Vec<PlantVolume>,
     /// The parts between them.
     pub parts: Vec<PlantPart>,
+    /// The user's own drawing as SVG, in which `data-gauge`, `data-volume` and `data-part` name gauges, volumes and parts.
+    pub drawing: Option<String>,
 }
 
 /// A volume of the plant.
@@ -196,13 +198,13 @@ mod tests {
     #[test]
     fn only_parts_of_the_plant_have_states_and_a_new_plant_has_a_new_revision() {
         let store = PlantStore::default();
-        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("slide"), valve("bypass")] });
+        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("slide"), valve("bypass")], drawing: None });
         store.report([open("slide"), open("another")]);
         let live = store.live();
         assert_eq!(live.states.keys().collect::<Vec<_>>(), ["slide"]);
         store.set(store.view());
         assert_eq!(store.live(), live, "the same plant again");
-        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("bypass")] });
+        store.set(PlantPicture { volumes: Vec::new(), parts: vec![valve("bypass")], drawing: None });
         assert!(store.live().states.is_empty() && store.live().revision != live.revision);
     }
 

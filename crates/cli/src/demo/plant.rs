@@ -22,7 +22,7 @@ pub fn view(schematic: &Schematic, name: impl Fn(u8) -> String) -> PlantPicture 
         kind: kind(part.kind),
         volumes: part.volumes.clone(),
     });
-    PlantPicture { volumes: schematic.volumes.iter().map(volume).collect(), parts: parts.collect() }
+    PlantPicture { volumes: schematic.volumes.iter().map(volume).collect(), parts: parts.collect(), drawing: None }
 }
 
 const fn kind(kind: SchematicKind) -> PlantPartKind {

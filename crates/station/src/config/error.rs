@@ -5,6 +5,7 @@ use super::number_range::NumberRange;
 use crate::alarm::Priority;
 use crate::auth::file_permissions::PermissionError;
 use crate::directory::ViewState;
+use crate::drawing::DrawingProblem;
 use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
 use std::fmt;
@@ -37,6 +38,18 @@ impl ConfigError {
             _ => format!("{file}:{}:{}", self.line, self.column),
         }
     }
+}
+
+/// Why the file of a drawing cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DrawingFileProblem {
+    /// It cannot be read.
+    #[error("{0}")]
+    Read(io::Error),
+    /// It is no drawing for this station.
+    #[error(transparent)]
+    Drawing(#[from] DrawingProblem),
 }
 
 /// A problem and the octets of the file that cause it.
@@ -312,6 +325,14 @@ pub enum ConfigProblem {
         name: String,
         /// The most similar label.
         suggestion: Option<String>,
+    },
+    /// The drawing of the plant cannot be used.
+    #[error("{}: {problem}", file.display())]
+    Drawing {
+        /// Its file.
+        file: PathBuf,
+        /// Why.
+        problem: DrawingFileProblem,
     },
     /// A gauge has too many tags.
     #[error("expected at most {most} tags for a gauge, found {found}; delete some, or use group")]

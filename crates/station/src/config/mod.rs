@@ -104,8 +104,8 @@ pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use certificates::{CertificateError, ca_certificates};
 pub use emails::{Email, MailSecurity};
 pub use error::{
-    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, MqttProblem,
-    NamedItem, WebhookUrlProblem,
+    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
+    MqttProblem, NamedItem, WebhookUrlProblem,
 };
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
@@ -285,7 +285,10 @@ impl Config {
         let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
         let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
         let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
-        let plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
+        let mut plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        plant.drawing =
+            plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
         let mut directory = labels::directory(&file.segment).map_err(located)?;
         directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;

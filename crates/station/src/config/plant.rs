@@ -1,13 +1,16 @@
 //! `[[volume]]`, `[[pump]]` and `[[valve]]`: the picture of the plant.
 
 use super::alarms;
-use super::error::{ConfigProblem, Located, NamedItem};
+use super::error::{ConfigProblem, DrawingFileProblem, Located, NamedItem};
 use super::names::{self, unique};
-use super::segments::SegmentToml;
+use super::segments::{SegmentToml, gauge_names};
+use crate::drawing::{self, Names};
 use crate::plant::{PlantPart, PlantPartKind, PlantPicture, PlantVolume};
 use profivac_client::suggestion::closest;
+use profivac_host::text_file;
 use serde::Deserialize;
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// `[[volume]]`.
@@ -80,7 +83,30 @@ pub fn plant(
         part(&pump.name, kind, &pump.inlet, pump.outlet.as_ref(), volumes)
     });
     let parts = valves.chain(pumps).collect::<Result<_, _>>()?;
-    Ok(PlantPicture { volumes: volumes.iter().map(volume).collect::<Result<_, _>>()?, parts })
+    Ok(PlantPicture { volumes: volumes.iter().map(volume).collect::<Result<_, _>>()?, parts, drawing: None })
+}
+
+/// The drawing of the file, whose path is relative to `folder`.
+pub fn drawing(
+    given: Option<&Spanned<PathBuf>>,
+    plant: &PlantPicture,
+    segments: &[SegmentToml],
+    folder: &Path,
+) -> Result<Option<String>, Located> {
+    let Some(given) = given else { return Ok(None) };
+    let file = folder.join(given.get_ref());
+    let parts = |is_wanted: fn(PlantPartKind) -> bool| {
+        plant.parts.iter().filter(move |part| is_wanted(part.kind)).map(|part| part.name.clone()).collect()
+    };
+    let names = Names {
+        gauges: gauge_names(segments).map(str::to_owned).collect(),
+        volumes: plant.volumes.iter().map(|volume| volume.name.clone()).collect(),
+        valves: parts(|kind| kind == PlantPartKind::Valve),
+        pumps: parts(|kind| kind != PlantPartKind::Valve),
+    };
+    let drawn = text_file::read(&file).map_err(DrawingFileProblem::Read);
+    let drawn = drawn.and_then(|text| Ok(drawing::checked(&text, &names)?));
+    drawn.map(Some).map_err(|problem| Located::new(given.span(), ConfigProblem::Drawing { file, problem }))
 }
 
 fn volume(volume: &VolumeToml) -> Result<PlantVolume, Located> {

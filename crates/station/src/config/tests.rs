@@ -235,6 +235,22 @@ fn a_file_may_describe_the_plant() {
 }
 
 #[test]
+fn a_drawing_is_read_from_its_file_and_an_error_names_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hall.toml");
+    let text = FILE.replacen("[station]\n", "[station]\ndrawing = \"hall.svg\"\n", 1);
+    let parse = || Config::parse(&text, &path).map(|config| config.plant.drawing);
+    let error = parse().unwrap_err().to_string();
+    assert!(error.contains("hall.toml:2:") && error.contains("hall.svg: No such file"), "{error}");
+    let svg = |id: &str| format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1 1\">\n<g id=\"{id}\"/></svg>");
+    std::fs::write(folder.path().join("hall.svg"), svg("gauge:chambr")).unwrap();
+    let error = parse().unwrap_err().to_string();
+    assert!(error.ends_with("hall.svg: 2:1: the file of the station has no gauge \"chambr\"; did you mean \"chamber\"?"), "{error}");
+    std::fs::write(folder.path().join("hall.svg"), svg("gauge:chamber")).unwrap();
+    assert!(parse().unwrap().unwrap().contains("data-gauge=\"chamber\""));
+}
+
+#[test]
 fn a_plant_that_does_not_fit_together_is_refused() {
     let wrong = |from: &str, to: &str| problem(&format!("{FILE}{}", PLANT.replacen(from, to, 1)));
     assert_eq!(

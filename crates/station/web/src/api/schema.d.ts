@@ -2031,6 +2031,8 @@ export interface components {
         };
         /** @description The plant: what stands between what. */
         PlantPicture: {
+            /** @description The user's own drawing as SVG, in which `data-gauge`, `data-volume` and `data-part` name gauges, volumes and parts. */
+            drawing: string | null;
             /** @description The parts between them. */
             parts: components["schemas"]["PlantPart"][];
             /** @description The volumes; empty if nothing describes the plant. */

@@ -7,13 +7,11 @@ import { fetchPlant } from '../api/calls.ts'
 import type { Alarm, Gauge, LivePlant, PlantPart, PlantPicture, PlantVolume, Priority } from '../api/types.ts'
 import { NUMBERS } from '../lib/alarms.ts'
 import { clock, decade, number } from '../lib/format.ts'
-import { QUALITIES } from '../lib/labels.ts'
 import {
   alarmWords,
   isTroubled,
   namesIn,
   PART_KINDS,
-  type PlacedReading,
   partNode,
   passes,
   SHADES,
@@ -26,12 +24,14 @@ import {
 } from '../lib/picture.ts'
 import type { Box, Direction, Layout } from '../lib/plant-layout.ts'
 import { currentQuality } from '../lib/stale.ts'
-import { inUnit, UNITS, type Unit } from '../lib/units.ts'
+import { UNITS, type Unit } from '../lib/units.ts'
 import { useLive, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { errorText, useQuery, useWidth } from './hooks.ts'
+import { OwnDrawing } from './own-drawing.tsx'
 import { boundOf } from './pressure.tsx'
+import { readingWords } from './reading-words.ts'
 
 /** A page narrower than this has the plant from top to bottom. */
 const NARROW = 640
@@ -55,16 +55,16 @@ export function useVolumes(plant: PlantPicture): { volume: PlantVolume; state: V
   }))
 }
 
-/** A reading as text: a pressure with its unit, `<` and `>` beyond the range, otherwise a word. */
-export function readingWords({ reading, quality }: PlacedReading, unit: Unit): string {
-  const pa = boundOf(reading)
-  if (pa === null || !['valid', 'underrange', 'overrange'].includes(quality)) return QUALITIES[quality]
-  const sign = quality === 'underrange' ? '< ' : quality === 'overrange' ? '> ' : ''
-  return `${sign}${number(inUnit(pa, unit))} ${unit}`
+/** Whether there is a picture. */
+export const hasPicture = ({ volumes, drawing }: PlantPicture): boolean => volumes.length > 0 || Boolean(drawing)
+
+/** The user's own drawing, or the picture from the file. */
+export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
+  return plant.drawing ? <OwnDrawing plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />
 }
 
-/** The picture, as soon as it is laid out. */
-export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
+/** The picture from the file, as soon as it is laid out. */
+function LaidOut({ plant }: { plant: PlantPicture }): JSX.Element {
   const [ref, width] = useWidth()
   const direction = width < NARROW ? 'TB' : 'LR'
   const { layout, error } = useLayout(plant, width > 0 ? direction : null)

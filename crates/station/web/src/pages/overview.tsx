@@ -7,7 +7,7 @@ import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.t
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
-import { Picture, Story, usePlant } from '../components/plant-picture.tsx'
+import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
@@ -67,7 +67,7 @@ export function Overview(): JSX.Element {
           The labels of the gauges were not loaded: {error}
         </p>
       )}
-      {!isFiltered && plant && plant.volumes.length > 0 && (
+      {!isFiltered && plant && hasPicture(plant) && (
         <section class="overview-plant" aria-label="Plant">
           <Story now={now} />
           <Picture plant={plant} />

@@ -3,7 +3,8 @@
 import type { JSX } from 'preact'
 import type { PlantPicture } from '../api/types.ts'
 import { PriorityMark } from '../components/alarm-marks.tsx'
-import { Picture, readingWords, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
+import { hasPicture, Picture, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
+import { readingWords } from '../components/reading-words.ts'
 import { PART_KINDS, stateWords, worst } from '../lib/picture.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
@@ -21,7 +22,7 @@ export function PlantPage(): JSX.Element {
         </p>
       )}
       <Story now={now} />
-      {plant && plant.volumes.length > 0 && (
+      {plant && hasPicture(plant) && (
         <>
           <div class="panel">
             <Picture plant={plant} />
@@ -30,10 +31,10 @@ export function PlantPage(): JSX.Element {
           <Lists plant={plant} />
         </>
       )}
-      {plant?.volumes.length === 0 && (
+      {plant && !hasPicture(plant) && (
         <p class="waiting">
-          The station’s file describes no plant. Add a [[volume]] with its gauges, [[valve]] and [[pump]] to see it
-          here.
+          The station’s file describes no plant. Add a [[volume]] with its gauges, [[valve]] and [[pump]], or a drawing
+          of your own, to see it here.
         </p>
       )}
     </>

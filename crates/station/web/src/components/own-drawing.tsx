@@ -1,0 +1,122 @@
+// The user's own drawing of the plant: the station has checked it, and the elements that name gauges, volumes, valves and pumps are live.
+
+import type { JSX } from 'preact'
+import { useLayoutEffect, useRef, useState } from 'preact/hooks'
+import type { Gauge, PlantPicture, Reading } from '../api/types.ts'
+import { alarmWords, PART_KINDS, shade, stateWords, type VolumeState, volumeState, worst } from '../lib/picture.ts'
+import { currentQuality } from '../lib/stale.ts'
+import { useLive, useSnapshot } from '../live.ts'
+import { gaugePath, go } from '../router.tsx'
+import { useUnit } from '../settings.ts'
+import STYLE from './own-drawing.css?inline'
+import { boundOf } from './pressure.tsx'
+import { readingWords } from './reading-words.ts'
+
+/** The part of a fill that is dark at the atmosphere, in percent. */
+const DARKEST = 45
+
+/** What an element names. */
+const KINDS = ['gauge', 'volume', 'part'] as const
+type Kind = (typeof KINDS)[number]
+
+/** What an element of the drawing shows: a sentence, the pressure if it is a text, and attributes for the styles. */
+interface Shown {
+  label: string
+  text?: string
+  quality?: string | undefined
+  alarm?: string | undefined
+  state?: string | undefined
+  shade?: number | null
+}
+
+export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: string }): JSX.Element {
+  const host = useRef<HTMLDivElement>(null)
+  const [svg, setSvg] = useState<Element | null>(null)
+  const shown = useShown(plant)
+  useLayoutEffect(() => {
+    if (!host.current) return
+    const root = host.current.shadowRoot ?? host.current.attachShadow({ mode: 'open' })
+    const style = document.createElement('style')
+    style.textContent = STYLE
+    const drawn = document.importNode(new DOMParser().parseFromString(drawing, 'image/svg+xml').documentElement, true)
+    for (const kind of KINDS) for (const element of named(drawn, kind)) freeColours(element)
+    for (const element of named(drawn, 'gauge')) makeLink(element)
+    root.replaceChildren(style, drawn)
+    setSvg(drawn)
+  }, [drawing])
+  useLayoutEffect(() => {
+    if (!svg) return
+    for (const kind of KINDS)
+      for (const element of named(svg, kind)) show(element, shown[kind](element.dataset[kind] ?? ''))
+  })
+  return (
+    // biome-ignore lint/a11y/useSemanticElements: a drawing with links is no fieldset
+    <div class="own-drawing" ref={host} role="group" aria-label="Drawing of the plant" />
+  )
+}
+
+/** What the elements show now, by kind and name. */
+function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
+  const live = useLive()
+  const unit = useUnit()
+  const { gauges, alarms, plant: now } = useSnapshot()
+  const quality = (gauge: Gauge, reading: Reading) => currentQuality(gauge, reading, live.since)
+  const stateOf = (name: string, of: string[]): VolumeState =>
+    volumeState({ name, zone: null, gauges: of }, new Set(), gauges, alarms.alarms, quality)
+  const pressure = (name: string, { leading, alarms }: VolumeState): Shown & { text: string } => {
+    const text = leading ? readingWords(leading, unit) : 'no data'
+    const found = worst(alarms)
+    const label = [`${name}: ${text}`, ...(found ? [alarmWords(found)] : [])].join(', ')
+    return { label, text, quality: leading?.quality ?? 'stale', alarm: found?.priority }
+  }
+  return {
+    gauge: (name) => pressure(name, stateOf(name, [name])),
+    volume: (name) => {
+      const state = stateOf(name, plant.volumes.find((volume) => volume.name === name)?.gauges ?? [])
+      const { text: _, ...shown } = pressure(name, state)
+      const { leading } = state
+      return { ...shown, shade: leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null }
+    },
+    part: (name) => {
+      const part = plant.parts.find((part) => part.name === name)
+      if (!part) return { label: name }
+      const status = now.states[name] ?? undefined
+      return {
+        label: `${name}: ${PART_KINDS[part.kind]}, ${stateWords(part, status)}`,
+        state: status?.state ?? 'not-reported',
+      }
+    },
+  }
+}
+
+const named = (svg: Element, kind: Kind): NodeListOf<SVGElement> => svg.querySelectorAll<SVGElement>(`[data-${kind}]`)
+
+/** Editors write colours into the style of an element, where the colours of a state could not replace them: an attribute is weaker. */
+function freeColours(element: SVGElement): void {
+  for (const property of ['fill', 'stroke', 'stroke-width']) {
+    const value = element.style.getPropertyValue(property)
+    if (value) element.setAttribute(property, value)
+    element.style.removeProperty(property)
+  }
+}
+
+/** A gauge leads to its page, by mouse and by key; a channel to that of its controller. */
+function makeLink(element: SVGElement): void {
+  const name = (element.dataset.gauge ?? '').replace(/\.\d+$/, '')
+  element.setAttribute('role', 'link')
+  element.setAttribute('tabindex', '0')
+  element.addEventListener('click', () => go(gaugePath(name)))
+  element.addEventListener('keydown', ({ key }) => key === 'Enter' && go(gaugePath(name)))
+}
+
+function show(element: SVGElement, { label, text, quality, alarm, state, shade }: Shown): void {
+  if (element.dataset.gauge === undefined) element.setAttribute('role', 'img')
+  element.setAttribute('aria-label', label)
+  if (element.localName === 'text' && text !== undefined && element.textContent !== text) element.textContent = text
+  for (const [key, value] of Object.entries({ quality, alarm, state }))
+    if (value === undefined) delete element.dataset[key]
+    else element.dataset[key] = value
+  if (shade === undefined) return
+  if (shade === null) element.style.removeProperty('--shade')
+  else element.style.setProperty('--shade', `${(shade * DARKEST).toFixed(0)}%`)
+}
