@@ -226,6 +226,7 @@ fn is_local(style: &str) -> bool {
         && !style.contains('\\')
         && !style.contains("image(")
         && !style.contains("image-set(")
+        && !style.contains("src(")
         && urls.all(|rest| rest.trim_start_matches([' ', '"', '\'']).starts_with('#'))
 }
 

@@ -98,7 +98,8 @@ pub struct StationToml {
     /// Names by which browsers reach this computer, besides `localhost` and the address of `listen`.
     #[serde(default)]
     pub hosts: Vec<Spanned<String>>,
-    /// A drawing of the plant as SVG, beside this file, of at most 256 KiB. Elements with an `id` such as `gauge:chamber`, `volume:chamber`,
+    /// A drawing of the plant as SVG, beside this file, of at most 256 KiB. Elements with an `id` such as `gauge:chamber`,
+    /// `volume:chamber`,
     /// `valve:slide` or `pump:turbo` are live.
     pub drawing: Option<Spanned<PathBuf>>,
     /// The former name of `database`.

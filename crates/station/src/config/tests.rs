@@ -241,11 +241,15 @@ fn a_drawing_is_read_from_its_file_and_an_error_names_its_line() {
     let text = FILE.replacen("[station]\n", "[station]\ndrawing = \"hall.svg\"\n", 1);
     let parse = || Config::parse(&text, &path).map(|config| config.plant.drawing);
     let error = parse().unwrap_err().to_string();
-    assert!(error.contains("hall.toml:2:") && error.contains("hall.svg: No such file"), "{error}");
-    let svg = |id: &str| format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1 1\">\n<g id=\"{id}\"/></svg>");
+    assert!(error.contains("hall.toml:3:") && error.contains("hall.svg: No such file"), "{error}");
+    let svg =
+        |id: &str| format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1 1\">\n<g id=\"{id}\"/></svg>");
     std::fs::write(folder.path().join("hall.svg"), svg("gauge:chambr")).unwrap();
     let error = parse().unwrap_err().to_string();
-    assert!(error.ends_with("hall.svg: 2:1: the file of the station has no gauge \"chambr\"; did you mean \"chamber\"?"), "{error}");
+    assert!(
+        error.ends_with("hall.svg: 2:1: the file of the station has no gauge \"chambr\"; did you mean \"chamber\"?"),
+        "{error}"
+    );
     std::fs::write(folder.path().join("hall.svg"), svg("gauge:chamber")).unwrap();
     assert!(parse().unwrap().unwrap().contains("data-gauge=\"chamber\""));
 }

@@ -94,7 +94,7 @@ test('the drawing has live pressures, shades, states and alarms', async () => {
     assert.notEqual(await chamber.evaluate((rect) => getComputedStyle(rect).fill), 'rgb(255, 255, 255)')
     const valve = page.locator('.own-drawing [data-part="slide valve"]')
     assert.equal(await valve.getAttribute('aria-label'), 'slide valve: valve, not reported')
-    await page.getByRole('button', { name: 'hPa' }).click()
+    await page.keyboard.press('u')
     await pressure(page)
       .getByText(/× 10⁻⁴ hPa$/)
       .waitFor()
@@ -105,13 +105,13 @@ test('a gauge of the drawing leads to its page, by mouse and by key', async () =
   await visit('/plant', async (page) => {
     await pressure(page).getByText(/mbar$/).waitFor()
     await pressure(page).click()
-    await page.locator('h1', { hasText: 'ion gauge' }).waitFor()
+    await page.locator('h2', { hasText: 'ion gauge' }).waitFor()
   })
   await visit('/', async (page) => {
     await pressure(page).getByText(/mbar$/).waitFor()
     await pressure(page).focus()
     await page.keyboard.press('Enter')
-    await page.locator('h1', { hasText: 'ion gauge' }).waitFor()
+    await page.locator('h2', { hasText: 'ion gauge' }).waitFor()
   })
 })
 
