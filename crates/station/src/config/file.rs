@@ -99,8 +99,7 @@ pub struct StationToml {
     #[serde(default)]
     pub hosts: Vec<Spanned<String>>,
     /// A drawing of the plant as SVG, beside this file, of at most 256 KiB. Elements with an `id` such as `gauge:chamber`,
-    /// `volume:chamber`,
-    /// `valve:slide` or `pump:turbo` are live.
+    /// `volume:chamber`, `valve:slide` or `pump:turbo` are live.
     pub drawing: Option<Spanned<PathBuf>>,
     /// The former name of `database`.
     pub record: Option<Spanned<PathBuf>>,
