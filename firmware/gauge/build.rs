@@ -1,9 +1,10 @@
 //! Chooses the linker script of the board.
 
 fn main() {
-    for board in ["qemu", "stm32f4", "rp2040"] {
-        if std::env::var_os(format!("CARGO_FEATURE_{}", board.to_uppercase())).is_some() {
-            println!("cargo:rustc-link-arg-bins=-T{board}.ld");
+    for (board, script) in [("QEMU", "qemu"), ("STM32F407", "stm32f4"), ("STM32F411", "stm32f4"), ("RP2040", "rp2040")]
+    {
+        if std::env::var_os(format!("CARGO_FEATURE_{board}")).is_some() {
+            println!("cargo:rustc-link-arg-bins=-T{script}.ld");
         }
     }
     if std::env::var_os("CARGO_FEATURE_DEFMT").is_some() {

@@ -39,8 +39,8 @@ impl<T> Exclusive<T> {
     pub fn set(&self, make: impl FnOnce() -> T) -> bool {
         let is_mine = self.state.load(Ordering::Relaxed) != USED;
         if is_mine {
-            self.enter(|place| {
-                place.write(make());
+            self.enter(|data| {
+                data.write(make());
             });
         }
         is_mine
@@ -70,10 +70,10 @@ impl<T> Exclusive<T> {
             return None;
         }
         // SAFETY: `set` has written the data.
-        Some(self.enter(|place| use_data(unsafe { place.assume_init_mut() })))
+        Some(self.enter(|data| use_data(unsafe { data.assume_init_mut() })))
     }
 
-    /// Calls `action` with the place. The caller has seen that no other context uses it.
+    /// Calls `action` with the data, which may be empty. The caller has seen that no other context uses it.
     #[inline]
     fn enter<R>(&self, action: impl FnOnce(&mut MaybeUninit<T>) -> R) -> R {
         self.state.store(USED, Ordering::Relaxed);

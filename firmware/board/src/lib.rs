@@ -26,7 +26,7 @@ mod qemu;
 #[cfg(feature = "rp2040")]
 mod rp2040;
 mod start;
-#[cfg(feature = "stm32f4")]
+#[cfg(any(feature = "stm32f407", feature = "stm32f411"))]
 mod stm32f4;
 
 pub use cortex::{request_work, restart, wait};
@@ -39,7 +39,7 @@ pub use qemu::*;
 #[cfg(feature = "rp2040")]
 pub use rp2040::*;
 pub use start::{free_stack, hold_work, masked};
-#[cfg(feature = "stm32f4")]
+#[cfg(any(feature = "stm32f407", feature = "stm32f411"))]
 pub use stm32f4::*;
 
 /// A character that is not valid: parity, stop bit, or lost.

@@ -68,8 +68,8 @@ pub fn prepare(octets: &[u8]) -> bool {
         return false;
     }
     // SAFETY: nothing is being sent, so the interrupt does not read the octets.
-    let Some(place) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
-    place.copy_from_slice(octets);
+    let Some(target) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
+    target.copy_from_slice(octets);
     OUTGOING.length.store(octets.len() as u32, Ordering::Release);
     true
 }

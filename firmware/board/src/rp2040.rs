@@ -57,6 +57,7 @@ const ON_RECEIVED: u32 = 1 << 4;
 const ON_EMPTY: u32 = 1 << 5;
 const BUSY: u32 = 1 << 3;
 
+const RECEIVER: u32 = 1;
 const DIRECTION: u32 = 2;
 const SWITCHES: u32 = 8;
 const BUS_LIGHT: u32 = 25;
@@ -105,6 +106,11 @@ fn function(pin: u32, function: u32) {
     write(PINS + 4 + 8 * pin as usize, function);
 }
 
+/// A pull-up instead of the pull-down of a reset.
+fn pull_up(pin: u32) {
+    modify(PADS + 4 + 4 * pin as usize, 1 << 2, 1 << 3);
+}
+
 /// Starts clock, timer and pins. The first call of a program.
 pub fn start_timer() {
     start_clock();
@@ -118,9 +124,10 @@ pub fn start_timer() {
         write(SIO + 0x24, 1 << pin);
         function(pin, 5);
     }
+    // The transceiver lets the receiver's pin float while the gauge sends.
+    pull_up(RECEIVER);
     for pin in SWITCHES..SWITCHES + 8 {
-        // Pull-up instead of pull-down.
-        modify(PADS + 4 + 4 * pin as usize, 1 << 2, 1 << 3);
+        pull_up(pin);
         function(pin, 5);
     }
     start_systick(1 << 24);
@@ -283,7 +290,8 @@ pub mod flash {
     const WRITTEN: usize = 256;
     const ERASE_SECTOR: u8 = 0x20;
 
-    fn place(page: usize, offset: usize) -> usize {
+    /// The offset in the flash.
+    fn offset_of(page: usize, offset: usize) -> usize {
         FIRST + page % 2 * PAGE + (offset & (PAGE - 4))
     }
 
@@ -291,7 +299,7 @@ pub mod flash {
     #[must_use]
     pub fn word(page: usize, offset: usize) -> u32 {
         // SAFETY: the address is inside the last two sectors of the flash, in which there is no program.
-        unsafe { read_volatile((START + place(page, offset)) as *const u32) }
+        unsafe { read_volatile((START + offset_of(page, offset)) as *const u32) }
     }
 
     /// The functions of the ROM, by the two letters of their codes.
@@ -350,23 +358,23 @@ pub mod flash {
         let rom = Rom::new();
         // By its address, because RAM is too far from flash for a branch.
         let operate = core::hint::black_box(operate as unsafe extern "C" fn(&Rom, u32, *const u8));
-        // SAFETY: no interrupt runs, and the other core has not been started. `place` is in the last two sectors.
+        // SAFETY: no interrupt runs, and the other core has not been started. `at` is in the last two sectors.
         masked(|| unsafe { operate(&rom, at as u32, data) });
     }
 
     /// Programs a word that is erased: the other octets of the write are ones, which change nothing.
     pub fn program(page: usize, offset: usize, value: u32) {
-        let at = place(page, offset);
+        let at = offset_of(page, offset);
         let mut octets = [0xFF_u8; WRITTEN];
-        if let Some(place) = octets.get_mut(at % WRITTEN..).and_then(|rest| rest.first_chunk_mut()) {
-            *place = value.to_le_bytes();
+        if let Some(target) = octets.get_mut(at % WRITTEN..).and_then(|rest| rest.first_chunk_mut()) {
+            *target = value.to_le_bytes();
         }
         run(at & !(WRITTEN - 1), octets.as_ptr());
     }
 
     /// Erases a page.
     pub fn erase(page: usize) {
-        run(place(page, 0), null());
+        run(offset_of(page, 0), null());
     }
 }
 

@@ -1,13 +1,15 @@
-//! STM32F407 at 168 MHz: Discovery, Nucleo and Black Pill boards with another crystal need another `PLL`. **Not yet on hardware.**
+//! STM32F407 at 168 MHz with a crystal of 8 MHz, as on the Discovery board, and STM32F411 at 96 MHz with one of 25 MHz, as on the Black
+//! Pill. **Not yet on hardware.**
 //!
-//! | Pin | Use |
-//! |---|---|
-//! | PA9, PA10 | transmitter and receiver of USART1 |
-//! | PA8 | direction of the transceiver, high while the gauge sends |
-//! | PB0 ... PB7 | address switch, closed to ground for 1 |
-//! | PD12, PD14 | lights: data exchange, fault |
+//! | Use | STM32F407 | STM32F411 |
+//! |---|---|---|
+//! | transmitter and receiver of USART1 | PB6, PB7 | PB6, PB7 |
+//! | direction of the transceiver, high while the gauge sends | PA8 | PA8 |
+//! | address switch, closed to ground for 1 | PE8 ... PE15 | PA0 ... PA7 |
+//! | lights: data exchange, fault | PD12, PD14 | PC13 (low is on), PB12 |
 //!
-//! Registers and their bits are those of the reference manual RM0090.
+//! PB2 is BOOT1, which both boards pull down; PA9 has the capacitor of a USB supply on the Discovery board. Registers and their bits are
+//! those of the reference manuals RM0090 and RM0383.
 
 use crate::cortex::{
     EXCEPTIONS, Vector, handlers, modify, read, register, start_interrupts, start_systick, vectors, write,
@@ -16,11 +18,61 @@ use crate::outgoing::OUTGOING;
 use crate::{Handlers, Light, LineError};
 use core::ptr::{read_volatile, write_volatile};
 
-/// The name of the board.
-pub const NAME: &str = "STM32F407";
+/// What the microcontrollers differ in.
+#[cfg(feature = "stm32f407")]
+mod chip {
+    use super::{GPIO_D, GPIO_E, Lamp};
 
-/// The ticks of the timer in a second: TIM2, twice the clock of APB1.
-pub const TICKS_PER_SECOND: u32 = 84_000_000;
+    pub const NAME: &str = "STM32F407";
+    pub const PROCESSOR_HZ: u32 = 168_000_000;
+    /// TIM2 has twice the clock of APB1, USART1 that of APB2.
+    pub const TIMER_HZ: u32 = 84_000_000;
+    pub const USART_HZ: u32 = 84_000_000;
+    /// The wait states of the flash.
+    pub const LATENCY: u32 = 5;
+    /// The scale of the voltage regulator for this clock.
+    pub const VOLTAGE: u32 = 1 << 14;
+    /// 8 MHz / 8 * 336 / 2; 48 MHz for USB, which is not used.
+    pub const PLL: u32 = 8 | 336 << 6 | 1 << 22 | 7 << 24;
+    /// APB1 a quarter, APB2 a half.
+    pub const BUSES: u32 = 0b101 << 10 | 0b100 << 13;
+    /// GPIO A, B, D, E.
+    pub const PORTS: u32 = 0b1_1011;
+    pub const SWITCHES: (usize, u32) = (GPIO_E, 8);
+    pub const BUS_LIGHT: Lamp = Lamp { port: GPIO_D, pin: 12, low_is_on: false };
+    pub const FAULT_LIGHT: Lamp = Lamp { port: GPIO_D, pin: 14, low_is_on: false };
+}
+
+/// What the microcontrollers differ in.
+#[cfg(feature = "stm32f411")]
+mod chip {
+    use super::{GPIO_A, GPIO_B, GPIO_C, Lamp};
+
+    pub const NAME: &str = "STM32F411";
+    pub const PROCESSOR_HZ: u32 = 96_000_000;
+    /// TIM2 has twice the clock of APB1, USART1 that of APB2.
+    pub const TIMER_HZ: u32 = 96_000_000;
+    pub const USART_HZ: u32 = 96_000_000;
+    /// The wait states of the flash.
+    pub const LATENCY: u32 = 3;
+    /// The scale of the voltage regulator for this clock.
+    pub const VOLTAGE: u32 = 0b11 << 14;
+    /// 25 MHz / 25 * 192 / 2; 48 MHz for USB, which is not used.
+    pub const PLL: u32 = 25 | 192 << 6 | 1 << 22 | 4 << 24;
+    /// APB1 a half, APB2 undivided.
+    pub const BUSES: u32 = 0b100 << 10;
+    /// GPIO A, B, C.
+    pub const PORTS: u32 = 0b111;
+    pub const SWITCHES: (usize, u32) = (GPIO_A, 0);
+    pub const BUS_LIGHT: Lamp = Lamp { port: GPIO_C, pin: 13, low_is_on: true };
+    pub const FAULT_LIGHT: Lamp = Lamp { port: GPIO_B, pin: 12, low_is_on: false };
+}
+
+/// The name of the board.
+pub const NAME: &str = chip::NAME;
+
+/// The ticks of the timer in a second.
+pub const TICKS_PER_SECOND: u32 = chip::TIMER_HZ;
 
 /// The port measures the idle time of PROFIBUS itself.
 pub const IDLE_US: u64 = 0;
@@ -28,17 +80,20 @@ pub const IDLE_US: u64 = 0;
 /// An answer is never sent after max T_SDR.
 pub const TOLERANCE_US: u64 = 0;
 
-/// The lowest bit rate of the serial port, and the highest: USART1 with 84 MHz and eightfold oversampling.
+/// The lowest bit rate of the serial port, and the highest: USART1 with eightfold oversampling.
 pub const RATES: (u32, u32) = (9_600, 6_000_000);
-
-/// The clock of USART1.
-const USART_HZ: u32 = 84_000_000;
 
 const RCC: usize = 0x4002_3800;
 const FLASH: usize = 0x4002_3C00;
 const GPIO_A: usize = 0x4002_0000;
 const GPIO_B: usize = 0x4002_0400;
+#[cfg(feature = "stm32f411")]
+const GPIO_C: usize = 0x4002_0800;
+#[cfg(feature = "stm32f407")]
 const GPIO_D: usize = 0x4002_0C00;
+#[cfg(feature = "stm32f407")]
+const GPIO_E: usize = 0x4002_1000;
+const POWER: usize = 0x4000_7000;
 const USART_1: usize = 0x4001_1000;
 const TIMER_2: usize = 0x4000_0000;
 const WATCHDOG: usize = 0x4000_3000;
@@ -58,18 +113,28 @@ const ON_COMPLETE: u32 = 1 << 6;
 const USART_1_INTERRUPT: usize = 37;
 const TIMER_2_INTERRUPT: usize = 28;
 
-/// 168 MHz from a crystal of 8 MHz.
+/// A light at a pin.
+#[derive(Clone, Copy)]
+struct Lamp {
+    port: usize,
+    pin: u32,
+    low_is_on: bool,
+}
+
+/// The clock of the processor from the crystal.
 fn start_clock() {
     modify(RCC, 0, 1 << 16);
     while read(RCC) & 1 << 17 == 0 {}
-    // Five wait states, prefetch, caches.
-    write(FLASH, 5 | 0b111 << 8);
-    // 8 MHz / 8 * 336 / 2; 48 MHz for USB, which is not used.
-    write(RCC + 0x4, 8 | 336 << 6 | 1 << 22 | 7 << 24);
+    // The regulator has its clock, and its scale before the PLL runs.
+    modify(RCC + 0x40, 0, 1 << 28);
+    modify(POWER, 0b11 << 14, chip::VOLTAGE);
+    // Wait states, prefetch, caches.
+    write(FLASH, chip::LATENCY | 0b111 << 8);
+    write(RCC + 0x4, chip::PLL);
     modify(RCC, 0, 1 << 24);
     while read(RCC) & 1 << 25 == 0 {}
-    // APB1 a quarter, APB2 a half; the system clock from the PLL.
-    write(RCC + 0x8, 0b101 << 10 | 0b100 << 13 | 0b10);
+    // The system clock from the PLL.
+    write(RCC + 0x8, chip::BUSES | 0b10);
     while read(RCC + 0x8) & 0b1100 != 0b1000 {}
 }
 
@@ -77,7 +142,7 @@ fn start_clock() {
 pub fn start(handlers: &'static Handlers) {
     register(handlers);
     // Every 10 ms.
-    start_systick(1_680_000);
+    start_systick(chip::PROCESSOR_HZ / 100);
     start_interrupts(&[USART_1_INTERRUPT, TIMER_2_INTERRUPT]);
     write(USART_CONTROL, CONTROL);
     // The watchdog: 32 kHz / 64, 2 s.
@@ -90,16 +155,29 @@ pub fn start(handlers: &'static Handlers) {
 /// Starts the clock, the timer and the pins. The first call of a program.
 pub fn start_timer() {
     start_clock();
-    // GPIO A, B, D; TIM2; USART1.
-    modify(RCC + 0x30, 0, 0b1011);
+    // GPIO, TIM2, USART1.
+    modify(RCC + 0x30, 0, chip::PORTS);
     modify(RCC + 0x40, 0, 1);
     modify(RCC + 0x44, 0, 1 << 4);
-    // PA8 output, PA9 and PA10 alternate function 7.
-    modify(GPIO_A, 0b11_1111 << 16, 0b10_1001 << 16);
-    modify(GPIO_A + 0x24, 0xFF0, 0x770);
-    // PB0 to PB7 inputs with pull-ups, PD12 and PD14 outputs.
-    modify(GPIO_B + 0xC, 0xFFFF, 0x5555);
-    modify(GPIO_D, 0b11 << 24 | 0b11 << 28, 0b01 << 24 | 0b01 << 28);
+    // PA8 output, PB6 and PB7 alternate function 7.
+    modify(GPIO_A, 0b11 << 16, 0b01 << 16);
+    modify(GPIO_B, 0b1111 << 12, 0b1010 << 12);
+    modify(GPIO_B + 0x20, 0xFF << 24, 0x77 << 24);
+    // PA8 and PB6 fast: at 6 Mbit/s a bit has 167 ns, and a slow pin needs 100 ns for an edge.
+    modify(GPIO_A + 0x8, 0b11 << 16, 0b10 << 16);
+    modify(GPIO_B + 0x8, 0b11 << 12, 0b10 << 12);
+    // PB7 with a pull-up: the transceiver lets it float while the gauge sends.
+    modify(GPIO_B + 0xC, 0b11 << 14, 0b01 << 14);
+    // Switches: inputs with pull-ups.
+    let (port, first) = chip::SWITCHES;
+    modify(port, 0xFFFF << (2 * first), 0);
+    modify(port + 0xC, 0xFFFF << (2 * first), 0x5555 << (2 * first));
+    for Lamp { port, pin, .. } in [chip::BUS_LIGHT, chip::FAULT_LIGHT] {
+        modify(port, 0b11 << (2 * pin), 0b01 << (2 * pin));
+    }
+    for light in [Light::Bus, Light::Fault] {
+        set_light(light, false);
+    }
     write(TIMER_2 + 0x2C, u32::MAX);
     write(TIMER_2, 1);
 }
@@ -110,7 +188,7 @@ pub fn set_rate(bits_per_second: u32) -> bool {
         return false;
     }
     // USARTDIV in eighths: the fraction has three bits, and bit 3 stays 0.
-    let divisor = (USART_HZ + bits_per_second / 2) / bits_per_second;
+    let divisor = (chip::USART_HZ + bits_per_second / 2) / bits_per_second;
     write(USART_RATE, divisor / 8 << 4 | divisor % 8);
     true
 }
@@ -194,16 +272,17 @@ pub fn feed_watchdog() {
 /// The address switch; above 125 the stored address holds.
 #[must_use]
 pub fn address_switch() -> u8 {
-    !read(GPIO_B + 0x10) as u8
+    let (port, first) = chip::SWITCHES;
+    !(read(port + 0x10) >> first) as u8
 }
 
 /// Switches a light on or off.
 pub fn set_light(light: Light, on: bool) {
-    let pin = match light {
-        Light::Bus => 12,
-        Light::Fault => 14,
+    let Lamp { port, pin, low_is_on } = match light {
+        Light::Bus => chip::BUS_LIGHT,
+        Light::Fault => chip::FAULT_LIGHT,
     };
-    write(GPIO_D + 0x18, 1 << if on { pin } else { pin + 16 });
+    write(port + 0x18, 1 << if on != low_is_on { pin } else { pin + 16 });
 }
 
 /// The two pages for nonvolatile values: sectors 1 and 2, of which the first 4 KiB are used.

@@ -50,8 +50,8 @@ fn sent() {
 
 /// A telegram is complete, or time has passed.
 pub(crate) fn work() {
-    TELEGRAM.with(|place| {
-        let taken = board::masked(|| LINE.with(|line| line.take(place)));
+    TELEGRAM.with(|buffer| {
+        let taken = board::masked(|| LINE.with(|line| line.take(buffer)));
         match taken.flatten() {
             Some((end, octets)) => serve(end, octets),
             None => poll(),

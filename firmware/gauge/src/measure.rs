@@ -47,10 +47,10 @@ pub fn measure<B: Behaviour, S: Store>(device: &mut BlockDevice<B, S>, requests:
         let fc = Control::Request { function: Function::SrdHigh, count }.to_octet();
         let (dsap, ssap) = request.saps.unzip();
         let telegram = Telegram::Data(DataTelegram { da: ADDRESS, sa: MASTER, dsap, ssap, fc, du: request.du });
-        let mut place = [0; MAX_TELEGRAM];
-        let length = telegram.emit(&mut place).unwrap_or(0);
+        let mut target = [0; MAX_TELEGRAM];
+        let length = telegram.emit(&mut target).unwrap_or(0);
         board::pause(2_000_000);
-        let Some((last, first)) = place.get(..length).and_then(<[u8]>::split_last) else { return };
+        let Some((last, first)) = target.get(..length).and_then(<[u8]>::split_last) else { return };
         for octet in first {
             let cost = time(|| character(Ok(*octet))).saturating_sub(empty);
             octets = octets.wrapping_add(1);

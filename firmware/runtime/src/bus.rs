@@ -134,8 +134,8 @@ impl Line {
     }
 
     /// The octets of the telegram and the time of its end, if one waits. The caller keeps the interrupt away meanwhile.
-    pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> Option<(BitTime, &'a [u8])> {
-        core::mem::take(&mut self.is_complete).then(|| (self.end, self.receiver.take(place)))
+    pub fn take<'a>(&mut self, buffer: &'a mut [u8; MAX_TELEGRAM]) -> Option<(BitTime, &'a [u8])> {
+        core::mem::take(&mut self.is_complete).then(|| (self.end, self.receiver.take(buffer)))
     }
 
     /// The octets taken last were no telegram.
@@ -338,8 +338,8 @@ mod tests {
         let mut bus = BusStation::fixed(side(), 5, &TIMING, Baud::B1500000, 0);
         let (ticks, is_complete) = receive(&mut line, 5000, 110, &FDL_STATUS);
         assert!(is_complete);
-        let mut place = [0; MAX_TELEGRAM];
-        let (end, octets) = line.take(&mut place).unwrap();
+        let mut buffer = [0; MAX_TELEGRAM];
+        let (end, octets) = line.take(&mut buffer).unwrap();
         let telegram = Telegram::parse(octets).unwrap();
         let sent = match bus.telegram(end, &telegram, || ticks + delay) {
             Next::Send { after, octets } => Some((after, octets.to_vec())),
@@ -420,8 +420,8 @@ mod tests {
                     let expected = asks_always(&mut receiver, &mut clock, ticks, octet);
                     assert_eq!(line.character(ticks, octet), expected, "at {baud}");
                     if expected {
-                        let (mut place, mut other) = ([0; MAX_TELEGRAM], [0; MAX_TELEGRAM]);
-                        let (end, taken) = line.take(&mut place).unwrap();
+                        let (mut buffer, mut other) = ([0; MAX_TELEGRAM], [0; MAX_TELEGRAM]);
+                        let (end, taken) = line.take(&mut buffer).unwrap();
                         assert_eq!((end, taken), (clock.at(ticks), receiver.take(&mut other)), "at {baud}");
                         complete += 1;
                     }
@@ -450,8 +450,8 @@ mod tests {
                 end += 330;
                 is_complete = line.character(end, octet);
             }
-            let mut place = [0; MAX_TELEGRAM];
-            if is_complete && let Some((at, octets)) = line.take(&mut place) {
+            let mut buffer = [0; MAX_TELEGRAM];
+            if is_complete && let Some((at, octets)) = line.take(&mut buffer) {
                 let telegram = Telegram::parse(octets).unwrap();
                 assert!(matches!(bus.telegram(at, &telegram, || end + 100), Next::Send { .. }), "at {}", bus.baud());
                 assert_eq!(bus.baud(), TRUE_RATE);

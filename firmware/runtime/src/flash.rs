@@ -31,7 +31,7 @@ const HEADER: usize = 2 * WORD;
 const ERASED: u32 = u32::MAX;
 /// The word that ends a save. No entry begins with these two bits.
 const END: u32 = 0xC0DE_0000;
-/// The place of the length in the first word of an entry; keys leave it free.
+/// The bits of the length in the first word of an entry; keys leave them free.
 const LENGTH_SHIFT: u32 = 24;
 const LENGTH_MASK: u32 = 0x3F << LENGTH_SHIFT;
 
@@ -165,9 +165,9 @@ impl<P: Pages> FlashStore<P> {
     fn octets(&self, page: usize, entry: &Entry) -> Octets {
         let mut octets = [0; MAX_STORED];
         let from = entry.offset.saturating_add(WORD);
-        for (number, place) in octets.chunks_mut(WORD).enumerate() {
+        for (number, target) in octets.chunks_mut(WORD).enumerate() {
             let word = self.word(page, from.saturating_add(number.saturating_mul(WORD))).unwrap_or(ERASED);
-            place.copy_from_slice(&word.to_le_bytes());
+            target.copy_from_slice(&word.to_le_bytes());
         }
         Octets::new(octets.get(..entry.length).unwrap_or_default())
     }
@@ -212,8 +212,8 @@ impl<P: Pages> FlashStore<P> {
         self.put_word(writer, key | (octets.len() as u32) << LENGTH_SHIFT);
         for chunk in octets.chunks(WORD) {
             let mut word = [0xFF; WORD];
-            for (place, octet) in word.iter_mut().zip(chunk) {
-                *place = *octet;
+            for (target, octet) in word.iter_mut().zip(chunk) {
+                *target = *octet;
             }
             self.put_word(writer, u32::from_le_bytes(word));
         }
@@ -295,9 +295,9 @@ impl<P: Pages> Store for FlashStore<P> {
     fn load(&self, key: Key, octets: &mut [u8]) -> Option<usize> {
         let page = self.page?;
         let entry = self.entries(page, HEADER, self.end).filter(|entry| entry.key == key.to_u32()).last()?;
-        let place = octets.get_mut(..entry.length)?;
-        for (place, octet) in place.iter_mut().zip(self.octets(page, &entry).iter()) {
-            *place = *octet;
+        let target = octets.get_mut(..entry.length)?;
+        for (target, octet) in target.iter_mut().zip(self.octets(page, &entry).iter()) {
+            *target = *octet;
         }
         Some(entry.length)
     }

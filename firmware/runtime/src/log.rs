@@ -62,8 +62,8 @@ impl BusLog {
             return;
         }
         let mut du = [0; SHOWN];
-        for (place, octet) in du.iter_mut().zip(data.du) {
-            *place = *octet;
+        for (target, octet) in du.iter_mut().zip(data.du) {
+            *target = *octet;
         }
         let owner = self.state.owner().map(|owner| owner.master);
         self.service = Some(Service { sa: data.sa, sap, du, length: data.du.len(), owner });

@@ -58,9 +58,9 @@ impl Pages for Ram {
 
     fn program(&mut self, page: usize, offset: usize, word: u32) {
         if let Some(mask) = self.operate() {
-            let place = &mut self.words[page][offset / WORD];
-            assert!(self.cut.is_some() || *place == ERASED, "a word is programmed once");
-            *place &= word | !mask;
+            let position = &mut self.words[page][offset / WORD];
+            assert!(self.cut.is_some() || *position == ERASED, "a word is programmed once");
+            *position &= word | !mask;
         }
     }
 
