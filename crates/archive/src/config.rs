@@ -127,9 +127,9 @@ pub enum ConfigError {
         /// The error of the system.
         error: std::io::Error,
     },
-    /// A place of the file is wrong.
+    /// A position of the file is wrong.
     #[error("{file}:{line}:{column}: {message}", file = file.display())]
-    Place {
+    Position {
         /// The file.
         file: PathBuf,
         /// The line, from 1.
@@ -287,20 +287,20 @@ impl Config {
     /// Reads a file and the files that it names.
     ///
     /// # Errors
-    /// [`ConfigError`] with the place and what is expected there.
+    /// [`ConfigError`] with the position and what is expected there.
     pub fn read(file: &Path) -> Result<Self, ConfigError> {
         let text = text_file::read(file).map_err(|error| ConfigError::Read { file: file.to_owned(), error })?;
-        let place = |offset: usize, message: String| {
+        let at = |offset: usize, message: String| {
             let (line, column) = line_and_column(&text, offset);
-            ConfigError::Place { file: file.to_owned(), line, column, message }
+            ConfigError::Position { file: file.to_owned(), line, column, message }
         };
         let toml: Toml = toml::from_str(&text)
-            .map_err(|error| place(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
+            .map_err(|error| at(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let wrong = |problem| ConfigError::Value { file: file.to_owned(), problem };
         let nats = toml.nats.map(|nats| nats.into_settings(file, 0..0)).transpose();
-        let nats = nats.map_err(|error| place(error.span.start, error.problem.to_string()))?;
-        let stations = senders(toml.station, folder).map_err(|(offset, message)| place(offset, message))?;
+        let nats = nats.map_err(|error| at(error.span.start, error.problem.to_string()))?;
+        let stations = senders(toml.station, folder).map_err(|(offset, message)| at(offset, message))?;
         let https = https(toml.https, stations, folder).map_err(wrong)?;
         if nats.is_none() && https.is_none() {
             return Err(wrong(ValueProblem::NoSource));

@@ -11,7 +11,7 @@
 //! | 408 | the body did not come in time |
 //! | 413 | the body is too long |
 //! | 429 | two batches of this station are on their way |
-//! | 503 | the database does not answer, or all places are taken |
+//! | 503 | the database does not answer, or all permits are taken |
 //!
 //! A client without a token costs a connection and no memory for a body; the connections and their times have limits.
 
@@ -51,8 +51,8 @@ const MAX_CONNECTIONS: usize = 512;
 /// The longest time for the head of a request, for its body, and without a request.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// The longest wait for a place, and for the commit.
-const PLACE_TIMEOUT: Duration = Duration::from_secs(10);
+/// The longest wait for a permit, and for the commit.
+const PERMIT_TIMEOUT: Duration = Duration::from_secs(10);
 const COMMIT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The time between two readings of certificate and key.
@@ -77,7 +77,7 @@ pub struct Server {
 /// What all requests share.
 struct Shared {
     stations: Vec<(Sender, Semaphore)>,
-    places: Semaphore,
+    permits: Semaphore,
     jobs: mpsc::Sender<Job>,
 }
 
@@ -93,7 +93,7 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let (sender, jobs) = mpsc::channel(MAX_BATCHES);
         let stations = https.stations.iter().map(|it| (it.clone(), Semaphore::new(MAX_OF_STATION))).collect();
-        let shared = Shared { stations, places: Semaphore::new(MAX_BATCHES), jobs: sender };
+        let shared = Shared { stations, permits: Semaphore::new(MAX_BATCHES), jobs: sender };
         let limits =
             Limits { connections: MAX_CONNECTIONS, head: CLIENT_TIMEOUT, stalled: CLIENT_TIMEOUT, ..Limits::default() };
         let connections = Connections { router: router(Arc::new(shared)), keys, limits, gateway: None };
@@ -186,7 +186,7 @@ async fn batch(
     if length.is_some_and(|length| length > MAX_BODY as u64) {
         return too_long();
     }
-    let Ok(Ok(_place)) = timeout(PLACE_TIMEOUT, shared.places.acquire()).await else {
+    let Ok(Ok(_permit)) = timeout(PERMIT_TIMEOUT, shared.permits.acquire()).await else {
         return refuse(StatusCode::SERVICE_UNAVAILABLE, "all places for batches are taken: send again later");
     };
     let payload = match timeout(CLIENT_TIMEOUT, to_bytes(request.into_body(), MAX_BODY)).await {

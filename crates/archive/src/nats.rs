@@ -32,11 +32,22 @@ impl NatsError {
     }
 }
 
+/// The most messages of a subscription that wait in memory; the library drops others. An archive fetches 256, and then takes them.
+const MAX_WAITING: usize = 512;
+
 /// Connects to the first server that answers.
 ///
 /// # Errors
 /// [`NatsError`] when there is none, or it refuses the login.
 pub async fn connect(nats: &Nats, name: &str) -> Result<Context, NatsError> {
+    connect_for(nats, name, MAX_WAITING).await
+}
+
+/// Connects, with room for `waiting` messages of a subscription.
+///
+/// # Errors
+/// As [`connect`].
+pub async fn connect_for(nats: &Nats, name: &str, waiting: usize) -> Result<Context, NatsError> {
     let mut options = ConnectOptions::new()
         .name(name)
         .connection_timeout(Duration::from_secs(5))
@@ -44,7 +55,8 @@ pub async fn connect(nats: &Nats, name: &str) -> Result<Context, NatsError> {
         .require_tls(nats.tls)
         // The file names the servers: their certificates and a tunnel may fit to no other name.
         .ignore_discovered_servers()
-        .client_capacity(256);
+        .client_capacity(256)
+        .subscription_capacity(waiting);
     if let Some(credentials) = &nats.credentials {
         options = options.user_and_password(credentials.user.clone(), credentials.password.reveal().to_owned());
     }

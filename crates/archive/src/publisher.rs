@@ -3,9 +3,9 @@
 //! The cursor of the database moves when JetStream has acknowledged a batch, or the archive has committed it. Without a network batches
 //! wait in the database; the segments, the recorder and the dashboard do not notice.
 
-use crate::nats::{NatsError, connect, message_id, subject};
+use crate::nats::{NatsError, connect_for, message_id, subject};
 use crate::post::{PostError, Poster};
-use crate::responder::{self, Responder};
+use crate::responder::{self, MAX_WAITING, Responder};
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context as JetStream;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
@@ -69,7 +69,9 @@ impl Destination {
     /// Connects to the servers of NATS. An archive is connected to with the first batch.
     async fn open(settings: &Settings) -> Result<Self, PublisherError> {
         Ok(match &settings.transport {
-            Transport::Nats(nats) => Self::JetStream(nats.clone(), connect(nats, &settings.station).await?),
+            Transport::Nats(nats) => {
+                Self::JetStream(nats.clone(), connect_for(nats, &settings.station, MAX_WAITING).await?)
+            }
             Transport::Https(https) => Self::Archive(Poster::new(https)?),
         })
     }

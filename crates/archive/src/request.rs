@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `{"trend": {"series": "chamber", "from_ms": 0, "to_ms": 1, "pixels": 1000}}` | `{"trend": {...}}`, as `/api/trend` of the station |
 //! | `{"acknowledge": {"alarm": "chamber too high", "occurrence": 1, "user": "ada"}}` | `"done"` |
+//! | a trend while others wait | `"busy"` |
 //! | any other | `{"refused": "the reason in a sentence"}` |
 
 use profivac_station::view::Trend;
@@ -51,6 +52,8 @@ pub enum Reply {
     Trend(Trend),
     /// It is done, and on the disk of the station.
     Done,
+    /// Other trends wait already: the same request may have an answer later.
+    Busy,
     /// The station refuses.
     Refused(String),
 }
@@ -66,6 +69,7 @@ mod tests {
         assert_eq!(serde_json::to_string(&request).unwrap(), text);
         assert_eq!(serde_json::from_str::<Request>(text).unwrap(), request);
         assert_eq!(serde_json::to_string(&Reply::Done).unwrap(), r#""done""#);
+        assert_eq!(serde_json::to_string(&Reply::Busy).unwrap(), r#""busy""#);
         let refused = Reply::Refused("no".to_owned());
         assert_eq!(serde_json::to_string(&refused).unwrap(), r#"{"refused":"no"}"#);
         for wrong in [r#"{"trend":"none"}"#, r#"{"trend":{"series":[]}}"#, "[]", ""] {

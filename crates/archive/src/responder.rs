@@ -2,7 +2,7 @@
 
 use crate::nats::NatsError;
 use crate::request::{MAX_PIXELS, Reply, Request, subject};
-use async_nats::{Client, Message};
+use async_nats::{Client, Message, Subject};
 use futures_util::StreamExt;
 use profivac_recorder::Micros;
 use profivac_station::auth::{Actor, Role, User};
@@ -11,6 +11,7 @@ use profivac_station::services::Services;
 use profivac_station::view::Trend;
 use profivac_station::visible_text::check_line;
 use std::sync::Arc;
+use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, spawn_blocking};
 
 /// The most octets of a request: names of alarms and series are far shorter.
@@ -19,12 +20,19 @@ const MAX_OCTETS: usize = 8 << 10;
 /// The most characters of the name of a user: as of an account.
 const MAX_USER: usize = 32;
 
-/// Answers requests, one at a time, until it is dropped.
-pub struct Responder(JoinHandle<()>);
+/// The most requests that wait in memory for this thread. Others are dropped: their senders get no answer.
+pub const MAX_WAITING: usize = 64;
+
+/// The most trends that wait for the one that is read.
+const MAX_TRENDS: usize = 4;
+
+/// Answers requests until it is dropped: acknowledgements as they come, and beside them one trend after the other, so that a long
+/// trend delays no operator.
+pub struct Responder([JoinHandle<()>; 2]);
 
 impl Drop for Responder {
     fn drop(&mut self) {
-        self.0.abort();
+        self.0.iter().for_each(JoinHandle::abort);
     }
 }
 
@@ -43,28 +51,62 @@ pub async fn start(
     }
     let subject = subject(&settings.plant, &settings.station);
     let mut requests = client.subscribe(subject).await.map_err(|error| NatsError::new(nats, error))?;
-    let (permitted, services) = (settings.requests, Arc::clone(services));
-    let task = tokio::spawn(async move {
+    let (trends, waiting) = mpsc::channel(MAX_TRENDS);
+    let answers = Answers { client, permitted: settings.requests, services: Arc::clone(services) };
+    let of_trends = tokio::spawn(answer_trends(answers.clone(), waiting));
+    let of_others = tokio::spawn(async move {
         while let Some(message) = requests.next().await {
             let Message { payload, reply: Some(inbox), .. } = message else { continue };
-            let services = Arc::clone(&services);
-            // The database and the alarms wait for the disk.
-            let reply = spawn_blocking(move || answer(&payload, permitted, &services)).await;
-            let reply =
-                reply.unwrap_or_else(|_| Reply::Refused("a defect of the station; it continues to run".to_owned()));
-            // A client that is gone needs no answer.
-            client.publish(inbox, serde_json::to_vec(&reply).unwrap_or_default().into()).await.ok();
+            match decoded(&payload) {
+                Ok(request @ Request::Trend { .. }) => {
+                    if let Err(error) = trends.try_send((inbox, request)) {
+                        let (inbox, _) = error.into_inner();
+                        answers.send(inbox, Reply::Busy).await;
+                    }
+                }
+                Ok(request) => answers.answer(inbox, request).await,
+                Err(reason) => answers.send(inbox, Reply::Refused(reason)).await,
+            }
         }
     });
-    Ok(Some(Responder(task)))
+    Ok(Some(Responder([of_trends, of_others])))
 }
 
-fn answer(payload: &[u8], permitted: Requests, services: &Services) -> Reply {
-    let request = match payload.get(..MAX_OCTETS + 1) {
-        Some(_) => Err(format!("expected a request of at most {MAX_OCTETS} octets, found {}", payload.len())),
-        None => serde_json::from_slice(payload).map_err(|error| format!("expected a request: {error}")),
-    };
-    request.and_then(|request| answered(request, permitted, services)).unwrap_or_else(Reply::Refused)
+async fn answer_trends(answers: Answers, mut waiting: mpsc::Receiver<(Subject, Request)>) {
+    while let Some((inbox, request)) = waiting.recv().await {
+        answers.answer(inbox, request).await;
+    }
+}
+
+/// What both tasks need.
+#[derive(Clone)]
+struct Answers {
+    client: Client,
+    permitted: Requests,
+    services: Arc<Services>,
+}
+
+impl Answers {
+    /// Answers on a thread that may wait for the disk.
+    async fn answer(&self, inbox: Subject, request: Request) {
+        let (permitted, services) = (self.permitted, Arc::clone(&self.services));
+        let reply =
+            spawn_blocking(move || answered(request, permitted, &services).unwrap_or_else(Reply::Refused)).await;
+        let defect = |_| Reply::Refused("a defect of the station; it continues to run".to_owned());
+        self.send(inbox, reply.unwrap_or_else(defect)).await;
+    }
+
+    async fn send(&self, inbox: Subject, reply: Reply) {
+        // A client that is gone needs no answer.
+        self.client.publish(inbox, serde_json::to_vec(&reply).unwrap_or_default().into()).await.ok();
+    }
+}
+
+fn decoded(payload: &[u8]) -> Result<Request, String> {
+    if payload.len() > MAX_OCTETS {
+        return Err(format!("expected a request of at most {MAX_OCTETS} octets, found {}", payload.len()));
+    }
+    serde_json::from_slice(payload).map_err(|error| format!("expected a request: {error}"))
 }
 
 /// The answer, or the reason of a refusal.

@@ -3,6 +3,7 @@
 //! Tables are in the schema `profivac_data`, views for people and Grafana in `profivac`. Each migration runs in one transaction. A
 //! published migration never changes.
 
+use crate::database::described;
 use tokio_postgres::{Client, Error};
 
 /// The migrations: number N leads from version N - 1 to version N.
@@ -16,7 +17,7 @@ pub const LOCK: i64 = 0x7066_7663;
 #[non_exhaustive]
 pub enum SchemaError {
     /// The database has refused a statement.
-    #[error("the tables cannot be made: {0}")]
+    #[error("the tables cannot be made: {}", described(.0))]
     Database(#[from] Error),
     /// The database was used by a newer program.
     #[error("the tables have version {found}, and this program knows versions up to {known}: update it")]

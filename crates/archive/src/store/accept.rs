@@ -1,7 +1,7 @@
 //! A message becomes a batch, or is refused with the reason.
 
 use crate::nats::{of_message_id, of_subject};
-use profivac_recorder::batch::{Batch, BatchError, Samples};
+use profivac_recorder::batch::{Batch, BatchError, Samples, Span};
 use profivac_recorder::{Micros, Sample};
 use thiserror::Error;
 
@@ -10,6 +10,13 @@ const EARLIEST: i64 = 946_684_800 * Micros::SECOND;
 
 /// How far the clock of a station may be ahead of that of the archive. free choice.
 const MAX_AHEAD: i64 = 3_600 * Micros::SECOND;
+
+/// The most octets of a name that an index of the database holds: PostgreSQL refuses a longer one than 2,704, and then the whole
+/// transaction. Names in the file of a station have at most 120 characters.
+const MAX_NAME: usize = 1_000;
+
+/// The most decades from 1 Pa of a mean: beyond, PostgreSQL has no number for it, and no query that reads such a row has an answer.
+const MAX_DECADES: f64 = 300.0;
 
 /// A message of a station.
 #[derive(Clone, Debug)]
@@ -54,6 +61,24 @@ pub enum Refusal {
     /// The batch cannot be decoded.
     #[error(transparent)]
     Batch(#[from] BatchError),
+    /// A name is too long for an index.
+    #[error("a name of {found} octets, and at most {MAX_NAME} are stored: {beginning:?}")]
+    LongName {
+        /// The number of octets.
+        found: usize,
+        /// Its first characters.
+        beginning: String,
+    },
+    /// The mean of a span is no number.
+    #[error(
+        "the span of series {series} that begins {start_us} µs since 1970 has a sum of logarithms that is no sum of pressures"
+    )]
+    NoMean {
+        /// The series.
+        series: String,
+        /// The start of the span.
+        start_us: i64,
+    },
     /// A time is before the year 2000.
     #[error("a time before 2000 ({at_us} µs since 1970): the clock of the station was not set")]
     ClockNotSet {
@@ -99,8 +124,27 @@ pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, Refusal> 
     let batch = Batch::decode_compressed(&message.payload)?;
     let unpack = |series: &Samples| Ok((text(&series.series), series.unpack()?));
     let samples = batch.samples.iter().map(unpack).collect::<Result<Vec<_>, BatchError>>()?;
+    check_names(&batch, station)?;
+    batch.spans.iter().try_for_each(check_span)?;
     check_times(&batch, &samples, now)?;
     Ok(Accepted { plant, station, epoch, number, batch, samples })
+}
+
+/// Names are keys of tables.
+fn check_names(batch: &Batch, station: &str) -> Result<(), Refusal> {
+    let of_samples = batch.samples.iter().map(|series| series.series.as_str());
+    let of_spans = batch.spans.iter().map(|span| span.series.as_str());
+    let of_alarms = batch.alarms.iter().map(|row| row.alarm.as_str());
+    let long = of_samples.chain(of_spans).chain(of_alarms).chain([station]).find(|name| name.len() > MAX_NAME);
+    long.map_or(Ok(()), |name| Err(Refusal::LongName { found: name.len(), beginning: name.chars().take(64).collect() }))
+}
+
+/// The mean of a span is a number.
+fn check_span(span: &Span) -> Result<(), Refusal> {
+    if span.log10_sum.abs() <= MAX_DECADES * f64::from(span.count) {
+        return Ok(());
+    }
+    Err(Refusal::NoMean { series: span.series.chars().take(64).collect(), start_us: span.start_us })
 }
 
 /// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
@@ -127,7 +171,7 @@ pub fn text(text: &str) -> String {
 mod tests {
     use super::*;
     use profivac_recorder::Quality;
-    use profivac_recorder::batch::FORMAT;
+    use profivac_recorder::batch::{AlarmChange, FORMAT};
 
     const NOW: Micros = Micros(1_700_000_000 * Micros::SECOND);
 
@@ -156,6 +200,35 @@ mod tests {
         assert!(reason(Incoming { id: "hall-2/5/7".to_owned(), ..message(NOW.0) }).contains("hall-1/EPOCH/NUMBER"));
         assert!(reason(Incoming { subject: "x".to_owned(), ..message(NOW.0) }).contains("the subject is not"));
         assert!(reason(Incoming { payload: vec![255; 9], ..message(NOW.0) }).contains("the batch is damaged"));
+    }
+
+    #[test]
+    fn a_name_that_no_index_holds_and_a_mean_that_is_no_number_are_refused() {
+        let reason = |batch: Batch| {
+            let payload = Batch { format: FORMAT, made_us: NOW.0, ..batch }.encode_compressed().unwrap();
+            accept(&Incoming { payload, ..message(NOW.0) }, NOW).err().map(|refusal| refusal.to_string())
+        };
+        let long = "x".repeat(MAX_NAME + 1);
+        let sample = [Sample::gap(NOW)];
+        let alarm = AlarmChange { at_us: NOW.0, alarm: long.clone(), ..AlarmChange::default() };
+        for batch in [
+            Batch { samples: vec![Samples::new(long.clone(), &sample)], ..Batch::default() },
+            Batch { spans: vec![Span { series: long, start_us: NOW.0, ..Span::default() }], ..Batch::default() },
+            Batch { alarms: vec![alarm], ..Batch::default() },
+        ] {
+            assert!(reason(batch).unwrap().starts_with("a name of 1001 octets, and at most 1000 are stored: \"xxx"));
+        }
+        let of_sum = |log10_sum, count| {
+            let span =
+                Span { series: "chamber".to_owned(), level: 2, start_us: NOW.0, log10_sum, count, ..Span::default() };
+            reason(Batch { spans: vec![span], ..Batch::default() })
+        };
+        for (sum, count) in [(1.0, 0), (f64::NAN, 1), (f64::INFINITY, 1), (-301.0, 1), (1e300, u32::MAX)] {
+            assert!(of_sum(sum, count).unwrap().contains("no sum of pressures"), "{sum} of {count}");
+        }
+        for (sum, count) in [(0.0, 0), (-1.2e6, 100_000), (5.0, 1)] {
+            assert_eq!(of_sum(sum, count), None, "{sum} of {count}");
+        }
     }
 
     #[test]

@@ -26,6 +26,14 @@ const MAX_WEIGHT: usize = 200_000;
 /// The most names of series in memory.
 const MAX_SERIES: usize = 200_000;
 
+/// The most series of a station. free choice: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
+/// reading of all series, so a station that invents names must not fill the memory.
+const MAX_SERIES_OF_STATION: i64 = 10_000;
+
+/// The most octets of batches that were put aside, and the number of such batches between two counts of them. Older ones are deleted.
+const MAX_REJECTED_OCTETS: i64 = 1 << 30;
+const REJECTED_BETWEEN_COUNTS: u64 = 1_000;
+
 const DAY: i64 = 86_400 * Micros::SECOND;
 
 /// Why batches were not stored.
@@ -41,15 +49,30 @@ pub enum StoreError {
     /// The tables cannot be used.
     #[error(transparent)]
     Schema(#[from] SchemaError),
+    /// A station has too many series.
+    #[error(
+        "the station has {MAX_SERIES_OF_STATION} series already, and {0:?} is another one: delete in profivac_data.series those that it no longer has"
+    )]
+    TooManySeries(String),
 }
 
+/// The classes of SQL states that the rows themselves cause, so that the same rows fail again: a value without a form, one that breaks a
+/// constraint, one that is too large for an index.
+const OF_ROWS: [&str; 3] = ["22", "23", "54"];
+
 impl StoreError {
-    /// Whether the rows themselves are the cause, so that the same rows fail again.
+    /// Whether the rows themselves are the cause.
     fn is_of_rows(&self) -> bool {
-        let Self::Database(error) = self else { return false };
-        let class = |code: &SqlState| code.code().starts_with("22") || code.code().starts_with("23");
-        error.code().is_some_and(class)
+        match self {
+            Self::TooManySeries(_) => true,
+            Self::Database(error) => error.code().is_some_and(is_of_rows),
+            Self::Connect(_) | Self::Schema(_) => false,
+        }
     }
+}
+
+fn is_of_rows(state: &SqlState) -> bool {
+    OF_ROWS.iter().any(|class| state.code().starts_with(class))
 }
 
 /// The results for messages.
@@ -109,6 +132,8 @@ pub struct Store {
     /// The days that have a partition.
     days: HashSet<i64>,
     samples_days: u32,
+    /// The batches that were put aside since these were counted.
+    rejected: u64,
 }
 
 impl Drop for Store {
@@ -132,7 +157,7 @@ impl Store {
         prepare::<StationRow<AlarmChange>>(&client).await?;
         prepare::<StationRow<Audit>>(&client).await?;
         prepare::<BatchRow>(&client).await?;
-        Ok(Self { client, connection, series: HashMap::new(), days: HashSet::new(), samples_days })
+        Ok(Self { client, connection, series: HashMap::new(), days: HashSet::new(), samples_days, rejected: 0 })
     }
 
     /// Sets which roles may read which plants.
@@ -171,9 +196,16 @@ impl Store {
             .await?;
         self.days.retain(|day| *day >= before);
         self.client.execute("DELETE FROM profivac_data.batch WHERE stored < now() - interval '30 days'", &[]).await?;
-        let sql =
-            "DELETE FROM profivac_data.rejected WHERE id <= (SELECT max(id) FROM profivac_data.rejected) - 100000";
-        self.client.execute(sql, &[]).await?;
+        self.limit_rejected().await
+    }
+
+    /// Deletes the oldest batches that were put aside, beyond the limits.
+    async fn limit_rejected(&mut self) -> Result<(), StoreError> {
+        let sql = "DELETE FROM profivac_data.rejected WHERE id <= (SELECT max(id) FROM (
+                SELECT id, sum(octet_length(payload) + 1000) OVER (ORDER BY id DESC) AS octets FROM profivac_data.rejected
+            ) AS newest WHERE octets > $1)";
+        self.client.execute(sql, &[&MAX_REJECTED_OCTETS]).await?;
+        self.rejected = 0;
         Ok(())
     }
 
@@ -191,6 +223,10 @@ impl Store {
             };
             sum.add(stored);
             rest = rest.get(taken..).unwrap_or_default();
+        }
+        self.rejected = self.rejected.saturating_add(sum.rejected);
+        if self.rejected >= REJECTED_BETWEEN_COUNTS {
+            self.limit_rejected().await?;
         }
         Ok(sum)
     }
@@ -282,10 +318,12 @@ impl Store {
         if let Some(id) = self.series.get(&key) {
             return Ok(*id);
         }
-        let add = "INSERT INTO profivac_data.series (station, name) VALUES ($1, $2) ON CONFLICT DO NOTHING";
-        self.client.execute(add, &[&station, &name]).await?;
+        let add = "INSERT INTO profivac_data.series (station, name)
+            SELECT $1::integer, $2::text WHERE (SELECT count(*) FROM profivac_data.series WHERE station = $1) < $3::bigint ON CONFLICT DO NOTHING";
+        self.client.execute(add, &[&station, &name, &MAX_SERIES_OF_STATION]).await?;
         let select = "SELECT id FROM profivac_data.series WHERE station = $1 AND name = $2";
-        let id = self.client.query_one(select, &[&station, &name]).await?.get(0);
+        let found = self.client.query_opt(select, &[&station, &name]).await?;
+        let id = found.ok_or_else(|| StoreError::TooManySeries(name.to_owned()))?.get(0);
         if self.series.len() >= MAX_SERIES {
             self.series.clear();
         }

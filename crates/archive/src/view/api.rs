@@ -17,7 +17,7 @@ use super::state::State as Shown;
 use super::stations::Stations;
 use super::watch::Watch;
 use crate::config::Config;
-use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Reply, Request};
+use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use axum::http::{Extensions, HeaderMap, StatusCode};
@@ -186,18 +186,16 @@ async fn get_trend(
     if full == Some(true) {
         let pixels = checked_range("pixels", pixels, MAX_STATION_PIXELS)?;
         let request = Request::Trend { series: series.to_owned(), from_ms: time.0, to_ms: time.1, pixels };
-        return match shared.ask(station, &request).await? {
-            // The station knows the series without its own name before it.
-            Reply::Trend(trend) => Ok(Json(Trend { series: format!("{station}/{series}"), ..trend }).into_response()),
-            _ => Err(Problem::unavailable(format!("{station} answers with something else than a trend"))),
-        };
+        let trend = shared.stations.trend(&shared.plant_of(station)?, station, &request).await?;
+        // The station knows the series without its own name before it.
+        return Ok(Json(Trend { series: format!("{station}/{series}"), ..trend }).into_response());
     }
     let wanted = Wanted { station: station.to_owned(), series: series.to_owned(), time, pixels };
     Ok(Json(to_its_end(async move { trend(&shared.pool, &wanted).await }).await?).into_response())
 }
 
-/// Runs a query to its end, also when the client is gone: its statement keeps its place until then, so that clients who leave cannot
-/// start more statements than there are places.
+/// Runs a query to its end, also when the client is gone: its statement keeps its permit until then, so that clients who leave cannot
+/// start more statements than there are permits.
 async fn to_its_end<T: Send + 'static>(
     query: impl Future<Output = Result<T, PoolError>> + Send + 'static,
 ) -> Result<T, Problem> {
@@ -205,11 +203,10 @@ async fn to_its_end<T: Send + 'static>(
 }
 
 impl Shared {
-    /// Asks a station that the archive knows.
-    async fn ask(&self, station: &str, request: &Request) -> Result<Reply, Problem> {
+    /// The plant of a station that the archive knows.
+    fn plant_of(&self, station: &str) -> Result<String, Problem> {
         let plant = self.watch.plant_of(station);
-        let plant = plant.ok_or_else(|| Problem::not_found(format!("the archive has no station {station:?}")))?;
-        Ok(self.stations.ask(&plant, station, request).await?)
+        plant.ok_or_else(|| Problem::not_found(format!("the archive has no station {station:?}")))
     }
 }
 
@@ -251,7 +248,7 @@ async fn acknowledge(
 ) -> Result<StatusCode, Problem> {
     user.require(Role::Operator, "acknowledging an alarm")?;
     let request = Request::Acknowledge { alarm: alarm.clone(), occurrence, user: user.name.to_string() };
-    shared.ask(&station, &request).await?;
+    shared.stations.acknowledge(&shared.plant_of(&station)?, &station, &request).await?;
     shared.log.record(&format!("{} acknowledged {alarm:?} at {station}", user.name));
     Ok(StatusCode::NO_CONTENT)
 }

@@ -13,7 +13,7 @@ use tokio_postgres::{Client, Row};
 const MAX_CONNECTIONS: usize = 4;
 
 /// The longest wait for a connection.
-const PLACE_TIMEOUT: Duration = Duration::from_secs(10);
+const PERMIT_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The longest wait for the rows: a database that runs gives up before.
 const ROWS_TIMEOUT: Duration = Duration::from_secs(30);
@@ -54,14 +54,14 @@ impl From<PoolError> for Problem {
 #[derive(Clone)]
 pub struct Pool {
     database: Database,
-    places: Arc<Semaphore>,
+    permits: Arc<Semaphore>,
     idle: Arc<Mutex<Vec<Client>>>,
 }
 
 impl Pool {
     /// A pool without connections. They are made when they are needed.
     pub fn of(database: Database) -> Self {
-        Self { database, places: Arc::new(Semaphore::new(MAX_CONNECTIONS)), idle: Arc::default() }
+        Self { database, permits: Arc::new(Semaphore::new(MAX_CONNECTIONS)), idle: Arc::default() }
     }
 
     /// The rows of a query.
@@ -69,7 +69,7 @@ impl Pool {
     /// # Errors
     /// [`PoolError`].
     pub async fn query(&self, sql: &str, parameters: &[&(dyn ToSql + Sync)]) -> Result<Vec<Row>, PoolError> {
-        let (client, _place) = self.client().await?;
+        let (client, _permit) = self.client().await?;
         let rows = timeout(ROWS_TIMEOUT, client.query(sql, parameters)).await;
         let rows = rows.map_err(|_| PoolError::Silent(ROWS_TIMEOUT))??;
         // A connection with an error is dropped.
@@ -78,15 +78,15 @@ impl Pool {
     }
 
     async fn client(&self) -> Result<(Client, OwnedSemaphorePermit), PoolError> {
-        let place = timeout(PLACE_TIMEOUT, Arc::clone(&self.places).acquire_owned()).await;
-        let Ok(Ok(place)) = place else { return Err(PoolError::Busy) };
+        let permit = timeout(PERMIT_TIMEOUT, Arc::clone(&self.permits).acquire_owned()).await;
+        let Ok(Ok(permit)) = permit else { return Err(PoolError::Busy) };
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         if let Some(client) = idle.filter(|client| !client.is_closed()) {
-            return Ok((client, place));
+            return Ok((client, permit));
         }
         let (client, _task) = self.database.connect().await?;
         let set = timeout(ROWS_TIMEOUT, client.batch_execute(SETTINGS)).await;
         set.map_err(|_| PoolError::Silent(ROWS_TIMEOUT))??;
-        Ok((client, place))
+        Ok((client, permit))
     }
 }

@@ -6,6 +6,9 @@ use std::collections::HashSet;
 use std::path::Path;
 use toml::Spanned;
 
+/// The most characters of a name. free choice: a line of a list shows it whole, and every index of a database holds it.
+const MAX_NAME: usize = 120;
+
 /// Checks that every name is filled in, visible, no path and unique. A port may be a path.
 pub fn unique<'a>(item: NamedItem, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Located> {
     let mut seen = HashSet::new();
@@ -19,7 +22,7 @@ pub fn unique<'a>(item: NamedItem, names: impl Iterator<Item = &'a Spanned<Strin
     Ok(())
 }
 
-/// Checks one name.
+/// Checks one name. A port may have any length.
 pub fn check(item: NamedItem, name: &Spanned<String>) -> Result<(), Located> {
     let text = name.get_ref();
     let checked = if item == NamedItem::Port { check_line(text) } else { check_name(text) };
@@ -29,7 +32,12 @@ pub fn check(item: NamedItem, name: &Spanned<String>) -> Result<(), Located> {
             problem => ConfigProblem::Text(problem),
         };
         Located::new(name.span(), problem)
-    })
+    })?;
+    let found = text.chars().count();
+    if item != NamedItem::Port && found > MAX_NAME {
+        return Err(Located::new(name.span(), ConfigProblem::LongText { item, most: MAX_NAME, found }));
+    }
+    Ok(())
 }
 
 /// The name of the file at `path` without its extension.

@@ -320,7 +320,10 @@ fn names_and_messages_that_are_not_visible_or_are_paths_are_refused_with_their_p
         assert!(found.starts_with(&expected(both.0)), "{found}");
         let found = error("..");
         assert!(found.starts_with(&expected(both.1)), "{found}");
+        let found = error(&"ä".repeat(121));
+        assert!(found.ends_with("of at most 120 characters, found 121; shorten it"), "{found}");
     }
+    assert!(parse(&FILE.replacen("Target hall", &"ä".repeat(120), 1)).is_ok());
     let alarm = |name: &str, message: &str| {
         format!("{FILE}[[alarm]]\nname = '{name}'\ngauge = 'chamber'\nabove = '1 mbar'\nmessage = '{message}'\n")
     };
