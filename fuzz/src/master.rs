@@ -226,8 +226,8 @@ fn hostile(asked: &DataTelegram<'_>, answer: Option<Vec<u8>>, kind: u8, script: 
         1 => Some(vec![0xE5]),
         // Without a right check octet.
         2 => answer.map(|mut octets| {
-            let place = usize::from(script.choice()) % octets.len();
-            octets[place] ^= script.choice();
+            let position = usize::from(script.choice()) % octets.len();
+            octets[position] ^= script.choice();
             octets
         }),
         // With one: data, status or addresses are different.
@@ -239,8 +239,8 @@ fn hostile(asked: &DataTelegram<'_>, answer: Option<Vec<u8>>, kind: u8, script: 
                 0 => du.truncate(usize::from(script.choice())),
                 1 => du.extend(script.piece(40)),
                 _ => {
-                    let place = usize::from(script.choice());
-                    du.iter_mut().skip(place).zip(script.piece(4)).for_each(|(octet, new)| *octet = *new);
+                    let position = usize::from(script.choice());
+                    du.iter_mut().skip(position).zip(script.piece(4)).for_each(|(octet, new)| *octet = *new);
                 }
             }
             emit(DataTelegram { du: &du, ..frame })

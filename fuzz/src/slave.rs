@@ -238,11 +238,11 @@ impl Line {
             }
             17 => {
                 let mut octets = self.last.clone();
-                let place = usize::from(script.choice()) % octets.len().max(1);
+                let index = usize::from(script.choice()) % octets.len().max(1);
                 match variant % 3 {
-                    0 => octets.truncate(place),
-                    1 => octets.iter_mut().skip(place).take(1).for_each(|octet| *octet ^= variant | 1),
-                    _ => octets.insert(place, variant),
+                    0 => octets.truncate(index),
+                    1 => octets.iter_mut().skip(index).take(1).for_each(|octet| *octet ^= variant | 1),
+                    _ => octets.insert(index, variant),
                 }
                 self.passes(33);
                 self.receive(&octets);

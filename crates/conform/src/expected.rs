@@ -248,7 +248,7 @@ impl fmt::Display for Expected {
 impl fmt::Display for Unanswered {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Altered(place) => write!(f, "octet {place} of the telegram is altered (the first one is octet 0)"),
+            Self::Altered(index) => write!(f, "octet {index} of the telegram is altered (the first one is octet 0)"),
             Self::CutOff(count) => write!(f, "only the first {count} octets of the telegram were sent"),
             Self::OtherStation => f.write_str("the telegram is for another station"),
             Self::Broadcast => f.write_str("the telegram is for all stations"),

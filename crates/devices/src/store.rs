@@ -144,8 +144,8 @@ impl<const ENTRIES: usize> RamStore<ENTRIES> {
     fn put(&mut self, key: Key, octets: &[u8]) -> Result<(), StoreError> {
         let stored = Stored::new(octets).ok_or(StoreError)?;
         let of_key = |entry: &Option<(Key, Stored)>| entry.is_some_and(|(other, _)| other == key);
-        let place = self.entries.iter().position(of_key).or_else(|| self.entries.iter().position(Option::is_none));
-        let entry = place.and_then(|place| self.entries.get_mut(place)).ok_or(StoreError)?;
+        let position = self.entries.iter().position(of_key).or_else(|| self.entries.iter().position(Option::is_none));
+        let entry = position.and_then(|position| self.entries.get_mut(position)).ok_or(StoreError)?;
         *entry = Some((key, stored));
         Ok(())
     }

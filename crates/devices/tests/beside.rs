@@ -238,7 +238,7 @@ fn polls_are_acknowledged_until_the_application_has_run() {
 fn an_access_without_a_place_is_refused() {
     let device: Bcg450<Ram> = Bcg450::new(RamStore::default(), setup());
     let mut bus = BusSide::new(&device);
-    let refusal = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE.0);
+    let refusal = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE);
     let third = Relation::Ms2(2);
     assert_eq!(bus.read(third, 0, 25, &mut [0; 240]), Err(refusal));
     assert_eq!(bus.write(third, 0, 15, &[4]), Err(refusal));

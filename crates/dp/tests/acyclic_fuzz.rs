@@ -206,8 +206,8 @@ fn spoilt(request: &Telegram<'_>, answer: Option<Vec<u8>>, random: &mut Random) 
     let Telegram::Data(asked) = request else { return answer };
     let kind = random.below(8);
     if let (0..2, Some(mut octets)) = (kind, answer.clone()) {
-        let place = random.below(octets.len());
-        octets[place] = random.next() as u8;
+        let position = random.below(octets.len());
+        octets[position] = random.next() as u8;
         if octets.len() > 9 && kind == 0 {
             let end = octets.len() - 2;
             octets[end] = octets[4..end].iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));

@@ -187,14 +187,14 @@ fn no_altered_octet_with_a_right_check_octet_becomes_a_value() {
     for relation in [Ms1, Ms2] {
         let telegram = octets(relation.response(&RIGHT));
         // DA, SA, FC, DSAP, SSAP, function, slot, index, length.
-        for place in 4..13 {
-            for octet in (0..=255u8).filter(|octet| *octet != telegram[place]) {
+        for index in 4..13 {
+            for octet in (0..=255u8).filter(|octet| *octet != telegram[index]) {
                 // The station type is not checked, and a request is handled by the ring.
-                if place == 6 && (octet & 0x4F == 0x08 || octet & 0x40 != 0) {
+                if index == 6 && (octet & 0x4F == 0x08 || octet & 0x40 != 0) {
                     continue;
                 }
                 let mut wrong = telegram.clone();
-                wrong[place] = octet;
+                wrong[index] = octet;
                 let end = wrong.len() - 2;
                 wrong[end] = wrong[4..end].iter().fold(0, |sum: u8, octet| sum.wrapping_add(*octet));
                 let (mut rig, handle) = polling(relation);

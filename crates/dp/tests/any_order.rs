@@ -51,8 +51,8 @@ fn random_call(line: &mut Bus, random: &mut Random) {
         }
     }
     if random.below(20) == 0 {
-        let place = random.below(line.slaves.len());
-        line.slaves[place].power_up(ADDRESSES[place]);
+        let index = random.below(line.slaves.len());
+        line.slaves[index].power_up(ADDRESSES[index]);
     }
 }
 

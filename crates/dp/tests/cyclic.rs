@@ -381,8 +381,8 @@ fn flipped_bits_cause_repetitions_and_never_a_wrong_value() {
     // One octet in 500 with one bit flipped, at most one octet per telegram.
     line.telegram_fault = Some(Box::new(move |_, octets| {
         let mut octets = octets.to_vec();
-        let place = random.below(500);
-        if let Some(octet) = octets.get_mut(place) {
+        let index = random.below(500);
+        if let Some(octet) = octets.get_mut(index) {
             *octet ^= 1 << random.below(8);
         }
         octets

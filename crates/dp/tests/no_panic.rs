@@ -173,15 +173,15 @@ fn spoil(answer: &mut Vec<u8>, random: &mut Random) {
     if answer.is_empty() || random.below(3) > 0 {
         return;
     }
-    let place = random.below(answer.len());
+    let index = random.below(answer.len());
     match random.below(8) {
         0 => answer.clear(),
-        1 => answer.truncate(place),
-        2 => answer[place] = random.next() as u8,
-        3 => answer[place] ^= 1 << random.below(8),
+        1 => answer.truncate(index),
+        2 => answer[index] = random.next() as u8,
+        3 => answer[index] ^= 1 << random.below(8),
         4 => answer.extend_from_within(..),
         5 => *answer = [&[0xE5][..], &[0xDC, 2, 5], &[0x10, 2, 8, 3, 13, 0x16]][random.below(3)].to_vec(),
-        6 => answer.insert(place, random.next() as u8),
+        6 => answer.insert(index, random.next() as u8),
         _ => {
             // Another data unit, or another length.
             let du = vec![random.next() as u8; random.below(250)];

@@ -179,14 +179,14 @@ fn an_answer_that_does_not_fit_is_ignored_and_reported_at_the_timeout() {
 /// Every other value of AK, slot and index.
 #[test]
 fn no_forged_answer_becomes_a_value() {
-    for place in 0..3 {
+    for position in 0..3 {
         for octet in 0..=255u8 {
             let mut answer = hex("20 01 13 00 42 C8 00 00");
             // The lower nibble is reserved, and AK 7 is a refusal.
-            if (answer[place] ^ octet) & if place == 0 { 0xF0 } else { 0xFF } == 0 {
+            if (answer[position] ^ octet) & if position == 0 { 0xF0 } else { 0xFF } == 0 {
                 continue;
             }
-            answer[place] = octet;
+            answer[position] = octet;
             let mut rig = exchanging();
             let handle = rig.station.user.pkw_read(8, 1, 19, Some(4), &GAUGE).unwrap();
             exchange(&mut rig, &NOTHING);

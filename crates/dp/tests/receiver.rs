@@ -184,14 +184,14 @@ fn every_telegram_is_received_in_pieces_of_any_size() {
 fn all_receivers_report_a_damaged_octet_alike_and_receive_the_next_telegram_after_t_syn() {
     let next = hex("10 08 02 49 53 16");
     for octets in telegrams().into_iter().filter(|octets| octets.len() < 20) {
-        for place in 0..octets.len() {
+        for index in 0..octets.len() {
             for bit in 0..8 {
                 let mut damaged = octets.clone();
-                damaged[place] ^= 1 << bit;
+                damaged[index] ^= 1 << bit;
                 for idle in [0, 32, 33] {
                     let mut line = Line::new();
                     line.now = BitTime(33);
-                    let (front, back) = damaged.split_at(place);
+                    let (front, back) = damaged.split_at(index);
                     line.pieces(&[front, back]);
                     line.now = line.now + idle;
                     let received = line.pieces(&[&next]);
@@ -209,8 +209,8 @@ fn chunk(rng: &mut Rng, telegrams: &[Vec<u8>]) -> Vec<u8> {
         octets.extend_from_slice(&telegrams[rng.usize(..telegrams.len())]);
     }
     if rng.u8(..3) == 0 {
-        let place = rng.usize(..octets.len());
-        octets[place] ^= 1 << rng.u8(..8);
+        let index = rng.usize(..octets.len());
+        octets[index] ^= 1 << rng.u8(..8);
     }
     if rng.u8(..3) == 0 {
         octets.truncate(rng.usize(1..=octets.len()));
@@ -256,10 +256,10 @@ fn a_damaged_telegram_changes_nothing_in_a_slave() {
         let mut rig = Rig::exchanging(Gauge::default());
         let reported = |rig: &Rig| format!("{:?} {:?}", rig.slave.state(), rig.slave.device());
         let before = reported(&rig);
-        for place in 0..octets.len() {
+        for index in 0..octets.len() {
             for flipped in 1..=0xFF {
                 let mut damaged = octets.clone();
-                damaged[place] ^= flipped;
+                damaged[index] ^= flipped;
                 let mut receiver = Receiver::new(BitTime(0));
                 let mut end = BitTime(33);
                 for octet in &damaged {

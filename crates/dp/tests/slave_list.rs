@@ -77,10 +77,10 @@ fn a_removed_slave_is_unlocked_and_its_place_is_free_while_the_others_exchange()
         line.run_for(delay);
         // The request is from the cycle before.
         let first = line.trace.len() - 40;
-        let place = addresses.iter().position(|address| *address == gone).unwrap();
+        let index = addresses.iter().position(|address| *address == gone).unwrap();
         assert!(line.master.user.remove(gone));
         line.run_until(20_000, |line| line.master.user.state(gone).is_none());
-        assert_eq!(line.slaves[place].state().owner(), None, "unlocked");
+        assert_eq!(line.slaves[index].state().owner(), None, "unlocked");
         let reported: Vec<_> = std::iter::from_fn(|| line.master.user.next_event()).map(|event| event.kind).collect();
         assert_eq!(reported, [EventKind::Entered(HandlerState::Release), EventKind::Entered(HandlerState::Inactive)]);
         line.run_for(20_000);
@@ -160,10 +160,10 @@ fn new_parameters_reach_one_slave_while_the_others_exchange() {
     let prm = to(&line, first, 4).into_iter().find(|entry| entry.octets[7] == 0x3D).unwrap().octets;
     assert_eq!(prm[9..19], [0x88, 2, 50, 60, 0x12, 0x34, 0x10, 1, 2, 3]);
     // This slave uses the new min T_SDR; the others keep theirs.
-    for (place, least) in [(0, 11), (1, 60), (2, 11)] {
-        let answers = line.trace[line.trace.len() - 20..].windows(2).filter(|pair| pair[1].from == From::Slave(place));
+    for (index, least) in [(0, 11), (1, 60), (2, 11)] {
+        let answers = line.trace[line.trace.len() - 20..].windows(2).filter(|pair| pair[1].from == From::Slave(index));
         let sdr: Vec<_> = answers.map(|pair| pair[1].start - pair[0].end).collect();
-        assert!(sdr.len() > 1 && sdr.iter().all(|sdr| *sdr == least), "T_SDR of {place}: {sdr:?}");
+        assert!(sdr.len() > 1 && sdr.iter().all(|sdr| *sdr == least), "T_SDR of {index}: {sdr:?}");
     }
     for address in [3, 5] {
         let counters = line.master.user.counters(address).unwrap();

@@ -319,7 +319,7 @@ fn damaged(piece: &Piece) -> String {
         ([], Err(defect)) => defect.to_string(),
         ([], Ok(_)) => "not plausible as a telegram".to_owned(),
         (errors, _) => {
-            let places: Vec<String> = errors.iter().map(|place| place.saturating_add(1).to_string()).collect();
+            let places: Vec<String> = errors.iter().map(|index| index.saturating_add(1).to_string()).collect();
             format!("character error in octet {}", places.join(", "))
         }
     };

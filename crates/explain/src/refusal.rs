@@ -91,11 +91,11 @@ fn nearest(model: &'static Model, requested: &[u8]) -> Option<&'static Configura
 
 /// The first octet that differs if both have the same length, and the numbers of inputs and outputs if they differ.
 fn difference(near: &[u8], requested: &[u8]) -> String {
-    let place = near.iter().zip(requested).position(|(left, right)| left != right);
-    let octet = match place {
-        Some(place) if near.len() == requested.len() => {
-            let [expected, found] = [near, requested].map(|octets| octets.get(place).copied().unwrap_or_default());
-            format!("; octet {} is {found:02X} and should be {expected:02X}", place.saturating_add(1))
+    let index = near.iter().zip(requested).position(|(left, right)| left != right);
+    let octet = match index {
+        Some(index) if near.len() == requested.len() => {
+            let [expected, found] = [near, requested].map(|octets| octets.get(index).copied().unwrap_or_default());
+            format!("; octet {} is {found:02X} and should be {expected:02X}", index.saturating_add(1))
         }
         _ => String::new(),
     };

@@ -52,7 +52,7 @@ impl Ring {
             ring.push(here);
             here = *self.next.get(&here)?;
         }
-        let lowest = ring.iter().enumerate().min_by_key(|(_, station)| **station).map(|(place, _)| place)?;
+        let lowest = ring.iter().enumerate().min_by_key(|(_, station)| **station).map(|(index, _)| index)?;
         ring.rotate_left(lowest);
         Some(ring)
     }

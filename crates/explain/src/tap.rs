@@ -83,7 +83,7 @@ impl Tap {
         let octet = |character: &Character| if let Character::Octet(octet) = character { *octet } else { 0 };
         let octets: Vec<u8> = self.received.iter().map(octet).collect();
         let bad = self.received.iter().enumerate().filter(|(_, character)| **character == Character::Error);
-        let errors = bad.map(|(place, _)| place).collect();
+        let errors = bad.map(|(index, _)| index).collect();
         // A UART delivers several characters at once: the first one began earlier by their duration.
         let early_tbit = if self.port.is_timed() { (octets.len() as u64).saturating_mul(CHARACTER_TBIT) } else { 0 };
         self.before = self.before.max(BitTime(now.0.saturating_sub(early_tbit)));

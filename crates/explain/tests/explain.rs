@@ -163,11 +163,11 @@ fn the_decoder_never_panics_on_a_damaged_file() {
     for round in 0..100 {
         let mut file = [&text, &lines, &octets, &pcapng][round % 4].clone();
         for _ in 0..1 + random.below(200) {
-            let place = random.below(file.len() as u64) as usize;
+            let index = random.below(file.len() as u64) as usize;
             match random.below(3) {
-                0 => file[place] = random.octet(),
-                1 => file[place] ^= 1 << random.below(8),
-                _ => drop(file.remove(place)),
+                0 => file[index] = random.octet(),
+                1 => file[index] ^= 1 << random.below(8),
+                _ => drop(file.remove(index)),
             }
         }
         if let Ok(capture) = Capture::read(&file, Baud::B19200) {

@@ -94,7 +94,7 @@ pub trait Protocol: Send + 'static {
     fn renew(&mut self, old: &World, new: &World) -> Result<(), Broken>;
 }
 
-/// Places for channels and monitors, shared by all clients, so that their number is bounded.
+/// Permits for channels and monitors, shared by all clients, so that their number is bounded.
 #[derive(Debug, Default)]
 pub struct Slots {
     used: Arc<AtomicUsize>,
@@ -102,7 +102,7 @@ pub struct Slots {
 }
 
 impl Slots {
-    /// Takes a place.
+    /// Takes a permit.
     pub fn take(&mut self) -> bool {
         let is_free = self.used.fetch_add(1, Ordering::Relaxed) < MAX_SLOTS;
         if is_free {
@@ -113,7 +113,7 @@ impl Slots {
         is_free
     }
 
-    /// Gives a place back.
+    /// Gives a permit back.
     pub fn give(&mut self) {
         if let Some(less) = self.own.checked_sub(1) {
             self.own = less;
@@ -155,7 +155,7 @@ impl Shared {
         Self { world, status, stop, writer, clients: Arc::default(), slots: Arc::default() }
     }
 
-    /// Places for the channels of one client.
+    /// Permits for the channels of one client.
     #[must_use]
     pub fn slots(&self) -> Slots {
         Slots { used: Arc::clone(&self.slots), own: 0 }

@@ -129,8 +129,8 @@ fn take(taken: &mut BTreeMap<String, String>, name: &str, point: String) -> Resu
         btree_map::Entry::Occupied(first) => {
             Err(NameError::Duplicate { name: name.to_owned(), first: first.get().clone(), second: point })
         }
-        btree_map::Entry::Vacant(place) => {
-            place.insert(point);
+        btree_map::Entry::Vacant(free) => {
+            free.insert(point);
             Ok(())
         }
     }

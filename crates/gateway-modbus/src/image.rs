@@ -141,12 +141,12 @@ impl Content {
 fn put(image: &mut Image, register: u16, words: &[u16]) {
     for (offset, word) in (0..).zip(words) {
         let register = register.saturating_add(offset);
-        let place = image
+        let target = image
             .areas
             .iter_mut()
             .find_map(|area| area.registers.get_mut(usize::from(register.checked_sub(area.first)?)));
-        if let Some(place) = place {
-            *place = *word;
+        if let Some(target) = target {
+            *target = *word;
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::map::{Map, MapError};
 use crate::pdu::{Head, Identity, answer};
 use profivac_gateway::thread::Context;
 use profivac_recorder::Micros;
-use profivac_station::auth::connections::{Evicted, Place, Places};
+use profivac_station::auth::connections::{Evicted, Permit, Permits};
 use profivac_station::config::gateways::modbus::Settings;
 use profivac_station::gateway_status::GatewayStatus;
 use std::convert::Infallible;
@@ -98,7 +98,7 @@ struct Server {
 impl Server {
     /// Accepts connections. Never returns.
     async fn accept(self: Arc<Self>, listener: &TcpListener) {
-        let places = Places::new(self.settings.connections);
+        let permits = Permits::new(self.settings.connections);
         loop {
             let Ok((stream, peer)) = listener.accept().await else {
                 sleep(ACCEPT_PAUSE).await;
@@ -108,8 +108,8 @@ impl Server {
                 self.status.refused(&format!("a connection from {}, which is not in allow", peer.ip()));
                 continue;
             }
-            match places.take(peer.ip()) {
-                Some((place, evicted)) => drop(tokio::spawn(Arc::clone(&self).client(stream, place, evicted))),
+            match permits.take(peer.ip()) {
+                Some((permit, evicted)) => drop(tokio::spawn(Arc::clone(&self).client(stream, permit, evicted))),
                 None => self.status.refused("all places for connections are taken"),
             }
         }
@@ -120,8 +120,8 @@ impl Server {
         peer.to_canonical().is_loopback() || self.settings.allow.iter().any(|network| network.contains(peer))
     }
 
-    /// Serves a connection until it ends, or until its place is needed for another one.
-    async fn client(self: Arc<Self>, stream: TcpStream, _place: Arc<Place>, evicted: Evicted) {
+    /// Serves a connection until it ends, or until its permit is needed for another one.
+    async fn client(self: Arc<Self>, stream: TcpStream, _permit: Arc<Permit>, evicted: Evicted) {
         self.status.client_connected();
         tokio::select! {
             ended = self.requests(stream) => if ended.is_none() {

@@ -114,14 +114,14 @@ impl From<ControlError> for WriteError {
 pub struct Commander {
     services: Arc<Services>,
     users: PathBuf,
-    places: Arc<Semaphore>,
+    permits: Arc<Semaphore>,
 }
 
 impl Commander {
     /// A commander for the users of this file.
     #[must_use]
     pub fn new(services: Arc<Services>, users: PathBuf) -> Self {
-        Self { services, users, places: Arc::new(Semaphore::new(MAX_WAITING)) }
+        Self { services, users, permits: Arc::new(Semaphore::new(MAX_WAITING)) }
     }
 
     /// Does what a client at this address asks for, as the user of this name. Waits for the gauge and for the disk, up to minutes.
@@ -129,10 +129,10 @@ impl Commander {
     /// # Errors
     /// [`WriteError`] says why it was not done.
     pub async fn execute(&self, user: &str, request: WriteRequest, peer: Option<IpAddr>) -> Result<(), WriteError> {
-        let place = Arc::clone(&self.places).try_acquire_owned().map_err(|_| WriteError::Busy)?;
+        let permit = Arc::clone(&self.permits).try_acquire_owned().map_err(|_| WriteError::Busy)?;
         let (services, users, user) = (Arc::clone(&self.services), self.users.clone(), user.to_owned());
         let work = move || {
-            let _place = place;
+            let _permit = permit;
             done(&services, &users, &user, request, peer)
         };
         tokio::task::spawn_blocking(work).await.unwrap_or(Err(WriteError::Failed))

@@ -512,15 +512,15 @@ fn limits(alarms: &[AlarmView], series: &str) -> Limits {
     for alarm in of_series {
         let Some(limit) = alarm.limit else { continue };
         let is_high = alarm.priority == Priority::High;
-        let (place, is_tighter): (_, fn(f64, f64) -> bool) = match (alarm.condition, is_high) {
+        let (target, is_tighter): (_, fn(f64, f64) -> bool) = match (alarm.condition, is_high) {
             (ConditionKind::Above, true) => (&mut limits.high_high, |new, old| new < old),
             (ConditionKind::Above, false) => (&mut limits.high, |new, old| new < old),
             (ConditionKind::Below, false) => (&mut limits.low, |new, old| new > old),
             (ConditionKind::Below, true) => (&mut limits.low_low, |new, old| new > old),
             _ => continue,
         };
-        if place.is_none_or(|old| is_tighter(limit, old)) {
-            *place = Some(limit);
+        if target.is_none_or(|old| is_tighter(limit, old)) {
+            *target = Some(limit);
         }
     }
     limits

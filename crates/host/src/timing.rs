@@ -110,14 +110,14 @@ impl Timing {
         let earliest = if has_rate { EARLIEST_TBIT } else { 0 };
         let fits = |sent: &Sent| !sent.is_answered && beginning.may_be_from(sent.to) && now >= sent.end + earliest;
         let open = self.requests.iter().rposition(fits);
-        let Some(place) = open.or_else(|| self.surplus(&beginning)) else { return };
-        let is_newest = place.saturating_add(1) == self.requests.len();
-        if let Some(sent) = self.requests.get(place) {
+        let Some(index) = open.or_else(|| self.surplus(&beginning)) else { return };
+        let is_newest = index.saturating_add(1) == self.requests.len();
+        if let Some(sent) = self.requests.get(index) {
             self.measured.answers = self.measured.answers.saturating_add(1);
             self.measured.turnaround_tbit = self.measured.turnaround_tbit.max(now - sent.end);
         }
         // Earlier requests are given up; a late answer to one of them is a surplus one.
-        self.requests.iter_mut().take(place.saturating_add(1)).for_each(|sent| sent.is_answered = true);
+        self.requests.iter_mut().take(index.saturating_add(1)).for_each(|sent| sent.is_answered = true);
         self.answer = (is_newest && open.is_some()).then_some(now);
     }
 
@@ -138,7 +138,7 @@ enum Beginning {
 impl Beginning {
     /// `None` if no answer begins with these characters.
     fn of(characters: &[Character]) -> Option<Self> {
-        let octet = |place: usize| match characters.get(place) {
+        let octet = |index: usize| match characters.get(index) {
             Some(Character::Octet(octet)) => Some(*octet),
             Some(Character::Error) | None => None,
         };

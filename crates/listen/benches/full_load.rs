@@ -41,10 +41,10 @@ fn main() {
         let began = Instant::now();
         let mut number = 0;
         while now < end {
-            for (place, octets) in cycles[number % 2].iter().enumerate() {
+            for (index, octets) in cycles[number % 2].iter().enumerate() {
                 let start = now;
                 // Behind a request the shortest T_SDR, behind an answer T_ID1: no line has more telegrams.
-                now = now + octets.len() as u64 * CHARACTER_TBIT + if place % 2 == 0 { 11 } else { 37 };
+                now = now + octets.len() as u64 * CHARACTER_TBIT + if index % 2 == 0 { 11 } else { 37 };
                 match octets_at_once {
                     None => {
                         let chunk = Chunk { start: Some(start), octets: octets.clone(), ..Chunk::default() };

@@ -133,7 +133,7 @@ fn next(random: &mut Rng) -> Vec<Vec<u8>> {
         // Rings of every length.
         3 => {
             let length = random.u8(1..=127);
-            (0..length).map(|place| vec![0xDC, (place + 1) % length, place]).collect()
+            (0..length).map(|index| vec![0xDC, (index + 1) % length, index]).collect()
         }
         kind => {
             let (saps, du) = service(random);
@@ -148,8 +148,8 @@ fn next(random: &mut Rng) -> Vec<Vec<u8>> {
             }
             for telegram in all.iter_mut().filter(|telegram| !telegram.is_empty()) {
                 if random.u8(0..8) == 0 {
-                    let place = random.usize(0..telegram.len());
-                    telegram[place] = random.u8(..);
+                    let index = random.usize(0..telegram.len());
+                    telegram[index] = random.u8(..);
                 }
             }
             all

@@ -120,11 +120,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         match lines.try_recv() {
             Ok(line) => {
                 let wanted = octets(line.trim())?;
-                let place = master.get_mut(gauge).pi_q_mut();
-                if place.len() != wanted.len() {
-                    return Err(format!("{} octets of outputs instead of {}", wanted.len(), place.len()).into());
+                let target = master.get_mut(gauge).pi_q_mut();
+                if target.len() != wanted.len() {
+                    return Err(format!("{} octets of outputs instead of {}", wanted.len(), target.len()).into());
                 }
-                place.copy_from_slice(&wanted);
+                target.copy_from_slice(&wanted);
             }
             Err(TryRecvError::Empty) => {}
             Err(TryRecvError::Disconnected) => return Ok(()),

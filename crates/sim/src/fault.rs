@@ -44,15 +44,15 @@ impl OctetErrors {
     /// Draws the faults of a telegram that begins at `now`.
     pub(crate) fn draw(&self, now: BitTime, octets: &[u8], faults: &mut Vec<TelegramFault>) {
         let mut random = Random::new(self.seed ^ now.0.wrapping_mul(0xA076_1D64_78BD_642F));
-        for (place, present) in octets.iter().enumerate().rev() {
+        for (index, present) in octets.iter().enumerate().rev() {
             if random.fraction() < self.loss {
-                faults.push(TelegramFault::Lose(place));
+                faults.push(TelegramFault::Lose(index));
             }
             if random.fraction() < self.insertion {
                 // The inserted octet differs from the next one: otherwise a copy of the last octet would complete the telegram
                 // one octet early, and the referee would report the answer as too early.
                 let added = random.octet();
-                faults.push(TelegramFault::Insert(place, if added == *present { !added } else { added }));
+                faults.push(TelegramFault::Insert(index, if added == *present { !added } else { added }));
             }
         }
     }

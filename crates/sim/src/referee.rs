@@ -69,10 +69,10 @@ impl Transmission {
         self.position.abs_diff(other.position)
     }
 
-    /// Whether this transmission overlaps with `place` at the position of `place`.
-    fn covers(&self, place: &Self) -> bool {
-        let away = self.distance(place);
-        place.begin < self.end + away && self.begin + away < place.end
+    /// Whether this transmission overlaps with `other` at the position of `other`.
+    fn covers(&self, other: &Self) -> bool {
+        let away = self.distance(other);
+        other.begin < self.end + away && self.begin + away < other.end
     }
 }
 

@@ -26,7 +26,7 @@ impl Scheduler {
         let had = self.places();
         if places > had {
             let mut grown = Self::new(places);
-            (0..had).for_each(|place| grown.set(place, self.earliest[had + place]));
+            (0..had).for_each(|index| grown.set(index, self.earliest[had + index]));
             *self = grown;
         }
     }
@@ -36,8 +36,8 @@ impl Scheduler {
     }
 
     /// Sets the time of `place`.
-    pub(crate) fn set(&mut self, place: usize, time: BitTime) {
-        let mut node = self.places() + place;
+    pub(crate) fn set(&mut self, index: usize, time: BitTime) {
+        let mut node = self.places() + index;
         if self.earliest[node] == time {
             return;
         }
@@ -58,7 +58,7 @@ impl Scheduler {
     }
 
     /// The lowest place with the earliest time.
-    pub(crate) fn earliest_place(&self) -> usize {
+    pub(crate) fn earliest_index(&self) -> usize {
         let mut node = 1;
         while node < self.places() {
             node *= 2;
@@ -82,12 +82,12 @@ mod tests {
         let mut times = [NEVER; 100];
         let mut random = Random::new(1);
         for _ in 0..10_000 {
-            let (place, time) = (random.below(100) as usize, BitTime(random.below(50)));
-            times[place] = time;
-            scheduler.set(place, time);
+            let (index, time) = (random.below(100) as usize, BitTime(random.below(50)));
+            times[index] = time;
+            scheduler.set(index, time);
             let first = times.iter().min().unwrap();
             assert_eq!(scheduler.earliest_time(), *first);
-            assert_eq!(Some(scheduler.earliest_place()), times.iter().position(|time| time == first));
+            assert_eq!(Some(scheduler.earliest_index()), times.iter().position(|time| time == first));
         }
     }
 
@@ -96,6 +96,6 @@ mod tests {
         let mut scheduler = Scheduler::new(2);
         scheduler.set(1, BitTime(7));
         scheduler.grow(9);
-        assert_eq!((scheduler.earliest_time(), scheduler.earliest_place()), (BitTime(7), 1));
+        assert_eq!((scheduler.earliest_time(), scheduler.earliest_index()), (BitTime(7), 1));
     }
 }

@@ -49,14 +49,14 @@ impl Signal {
         for fault in faults {
             match fault {
                 TelegramFault::Flip(bits) => damage.flips.extend(bits.iter().map(|bit| *bit as u64)),
-                TelegramFault::CharacterError(place) => damage.flips.push(*place as u64 * CHARACTER_TBIT + 9),
-                TelegramFault::Lose(place) if *place < octets.len() => {
-                    octets.remove(*place);
-                    damage.pauses.push((*place, CHARACTER_TBIT));
+                TelegramFault::CharacterError(index) => damage.flips.push(*index as u64 * CHARACTER_TBIT + 9),
+                TelegramFault::Lose(index) if *index < octets.len() => {
+                    octets.remove(*index);
+                    damage.pauses.push((*index, CHARACTER_TBIT));
                 }
                 TelegramFault::Lose(_) => {}
-                TelegramFault::Insert(place, octet) => octets.insert((*place).min(octets.len()), *octet),
-                TelegramFault::Pause(place, tbit) => damage.pauses.push((*place, *tbit)),
+                TelegramFault::Insert(index, octet) => octets.insert((*index).min(octets.len()), *octet),
+                TelegramFault::Pause(index, tbit) => damage.pauses.push((*index, *tbit)),
             }
         }
         Self { octets: octets.into(), is_telegram: false, damage: Some(Arc::new(damage)) }
@@ -83,8 +83,8 @@ impl Signal {
         let Some(damage) = &self.damage else { return self.sent(offset) };
         let flipped = damage.flips.iter().filter(|flip| **flip == offset).count() % 2 == 1;
         let mut without_pauses = offset;
-        for (place, tbit) in &damage.pauses {
-            let begin = *place as u64 * CHARACTER_TBIT;
+        for (index, tbit) in &damage.pauses {
+            let begin = *index as u64 * CHARACTER_TBIT;
             if without_pauses >= begin + tbit {
                 without_pauses -= tbit;
             } else if without_pauses >= begin {

@@ -128,8 +128,8 @@ impl Tap {
     /// Adds a signal that arrives at `begin`.
     pub(crate) fn announce(&mut self, signal: Signal, sender: Option<usize>, begin: BitTime) {
         let until = begin + signal.duration_tbit();
-        let place = self.incoming.partition_point(|other| other.begin <= begin);
-        self.incoming.insert(place, Incoming { signal, sender, begin, until, next: 0, due: begin });
+        let index = self.incoming.partition_point(|other| other.begin <= begin);
+        self.incoming.insert(index, Incoming { signal, sender, begin, until, next: 0, due: begin });
     }
 
     /// Ends the signals of `sender` at `now`.

@@ -56,20 +56,20 @@ impl Ring {
         let end = self.segment.now() + tbit;
         while self.segment.now() < end {
             self.segment.run_for(1_500).unwrap();
-            for (place, address) in SLAVES.into_iter().enumerate() {
-                self.by_ms2(place, address);
-                self.by_ms1(place, address);
+            for (index, address) in SLAVES.into_iter().enumerate() {
+                self.by_ms2(index, address);
+                self.by_ms1(index, address);
             }
         }
     }
 
-    fn by_ms2(&mut self, place: usize, address: u8) {
+    fn by_ms2(&mut self, index: usize, address: u8) {
         let user = &mut self.segment.station_mut(self.class2).user;
-        let Some(connection) = self.connections[place] else {
-            self.connections[place] = user.ms2_open(address, &Ms2Parameters::new(BAUD)).ok();
+        let Some(connection) = self.connections[index] else {
+            self.connections[index] = user.ms2_open(address, &Ms2Parameters::new(BAUD)).ok();
             return;
         };
-        let is_open = match self.ms2_reads[place] {
+        let is_open = match self.ms2_reads[index] {
             None => match user.outcome(connection) {
                 None => return,
                 Some(opened) => opened.is_ok(),
@@ -86,16 +86,16 @@ impl Ring {
             },
         };
         if is_open {
-            self.ms2_reads[place] = Some(user.ms2_read(connection, 1, 16, 240).unwrap());
+            self.ms2_reads[index] = Some(user.ms2_read(connection, 1, 16, 240).unwrap());
         } else {
             self.failed += 1;
-            (self.connections[place], self.ms2_reads[place]) = (None, None);
+            (self.connections[index], self.ms2_reads[index]) = (None, None);
         }
     }
 
-    fn by_ms1(&mut self, place: usize, address: u8) {
+    fn by_ms1(&mut self, index: usize, address: u8) {
         let user = &mut self.segment.station_mut(self.class1).user;
-        if let Some(read) = self.ms1_reads[place] {
+        if let Some(read) = self.ms1_reads[index] {
             match user.outcome(read) {
                 None => return,
                 Some(Ok(record)) => {
@@ -106,7 +106,7 @@ impl Ring {
                 Some(Err(_)) => self.failed += 1,
             }
         }
-        self.ms1_reads[place] = user.ms1_read(address, 1, 16, 240, &Ms1Parameters::new(BAUD)).ok();
+        self.ms1_reads[index] = user.ms1_read(address, 1, 16, 240, &Ms1Parameters::new(BAUD)).ok();
     }
 
     fn exchanges(&self) -> [u32; 2] {

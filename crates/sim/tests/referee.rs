@@ -103,11 +103,11 @@ fn octets_that_are_no_telegram_are_found() {
 
 #[test]
 fn a_pause_inside_a_telegram_is_found() {
-    for place in 1..6 {
+    for index in 1..6 {
         let mut segment = Segment::new(BAUD);
         let tester = segment.attach(Tester::new());
         segment.station_mut(tester).send(BitTime(100), &ASK);
-        segment.inject(Fault::Telegram(tester.id(), TelegramFault::Pause(place, 1)));
+        segment.inject(Fault::Telegram(tester.id(), TelegramFault::Pause(index, 1)));
         assert_eq!(outcome(&mut segment), Err(Rule::Gap));
     }
 }
@@ -351,7 +351,7 @@ fn a_token_outside_the_expected_ring_is_found() {
         (&[[5, 9]], Err(Rule::Ring)),
     ] {
         let script: Vec<(u64, [u8; 3])> =
-            (1..).zip(tokens).map(|(place, [sa, da])| (1000 * place, [0xDC, *da, *sa])).collect();
+            (1..).zip(tokens).map(|(index, [sa, da])| (1000 * index, [0xDC, *da, *sa])).collect();
         let script: Vec<(u64, &[u8])> = script.iter().map(|(time, octets)| (*time, &octets[..])).collect();
         let mut segment = segment_with(&script);
         segment.expect_ring(&[9, 3, 2], BitTime(1000));

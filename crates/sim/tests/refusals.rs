@@ -197,12 +197,12 @@ const SLAVE_DIAG: [u8; 11] = [0x68, 5, 5, 0x68, 0x80 | TS, 0x80 | OWN, FIRST, 60
 
 #[test]
 fn a_slave_does_not_answer_a_telegram_with_an_altered_octet() {
-    for place in 0..SLAVE_DIAG.len() {
+    for index in 0..SLAVE_DIAG.len() {
         for flipped in 1..=0xFF {
             let mut octets = SLAVE_DIAG;
-            octets[place] ^= flipped;
+            octets[index] ^= flipped;
             let mut talk = talk(Plain::new());
-            assert_eq!(ask_or_silence(&mut talk, &octets), None, "octet {place} as {:02X}", octets[place]);
+            assert_eq!(ask_or_silence(&mut talk, &octets), None, "octet {index} as {:02X}", octets[index]);
         }
     }
     assert!(ask_or_silence(&mut talk(Plain::new()), &SLAVE_DIAG).is_some());
@@ -221,9 +221,9 @@ fn a_slave_does_not_answer_a_damaged_telegram_and_answers_again_after_t_syn() {
 
 #[test]
 fn after_a_damaged_telegram_a_slave_answers_only_after_t_syn() {
-    for (what, place) in [("the length", 2), ("the data", 8), ("the check octet", 9), ("the end", 10)] {
+    for (what, index) in [("the length", 2), ("the data", 8), ("the check octet", 9), ("the end", 10)] {
         let mut damaged = SLAVE_DIAG;
-        damaged[place] ^= 1;
+        damaged[index] ^= 1;
         for idle in 0..=33 {
             let mut segment = Segment::new(Baud::B1500000);
             segment.attach(Slave::<_>::new(Plain::new(), TS, Baud::B1500000));
@@ -240,9 +240,9 @@ fn after_a_damaged_telegram_a_slave_answers_only_after_t_syn() {
 
 #[test]
 fn a_slave_does_not_answer_a_telegram_with_lost_or_inserted_octets() {
-    for place in 0..SLAVE_DIAG.len() {
+    for index in 0..SLAVE_DIAG.len() {
         for fault in
-            [TelegramFault::Lose(place), TelegramFault::Insert(place, 0x10), TelegramFault::Insert(place, 0xFF)]
+            [TelegramFault::Lose(index), TelegramFault::Insert(index, 0x10), TelegramFault::Insert(index, 0xFF)]
         {
             let mut talk = talk(Plain::new());
             let tester = talk.tester();

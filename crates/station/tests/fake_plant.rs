@@ -19,18 +19,18 @@ fn seconds() -> impl Iterator<Item = f64> {
 
 fn check(fake: &Fake, reading: &Reading, second: f64) {
     let model = fake.model();
-    let place = format!("{} at {second} s: {reading:?}", reading.series);
+    let case = format!("{} at {second} s: {reading:?}", reading.series);
     let spec = model.parts.iter().find(|spec| spec.part.instance == reading.instance);
-    assert_eq!(spec.map(|spec| spec.part.principle), reading.principle, "{place}");
+    assert_eq!(spec.map(|spec| spec.part.principle), reading.principle, "{case}");
     let range = spec.map_or(0.0..=f64::INFINITY, |spec| spec.limits.under_pa..=spec.limits.over_pa);
     let ends = spec.map(|spec| (spec.limits.under_pa, spec.limits.over_pa));
     match reading.quality {
-        Quality::Valid => assert!(reading.pa.is_some_and(|pa| pa > 0.0 && range.contains(&pa)), "{place}"),
-        Quality::Underrange => assert_eq!(reading.limit_pa, ends.map(|(low, _)| low), "{place}"),
-        Quality::Overrange => assert_eq!(reading.limit_pa, ends.map(|(_, high)| high), "{place}"),
-        Quality::Fault => assert_eq!(fake.state, BusStationState::Fault, "{place}"),
+        Quality::Valid => assert!(reading.pa.is_some_and(|pa| pa > 0.0 && range.contains(&pa)), "{case}"),
+        Quality::Underrange => assert_eq!(reading.limit_pa, ends.map(|(low, _)| low), "{case}"),
+        Quality::Overrange => assert_eq!(reading.limit_pa, ends.map(|(_, high)| high), "{case}"),
+        Quality::Fault => assert_eq!(fake.state, BusStationState::Fault, "{case}"),
         Quality::Stale | Quality::Assumed => {}
-        Quality::Off | Quality::Missing => assert!(!model.features.dpv1, "{place}: only a channel has no gauge"),
+        Quality::Off | Quality::Missing => assert!(!model.features.dpv1, "{case}: only a channel has no gauge"),
     }
 }
 

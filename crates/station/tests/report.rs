@@ -268,8 +268,8 @@ fn a_pump_down_older_than_the_samples_is_read_from_spans() {
     let report = Report::make(&reader, request(found.span, &["chamber"])).unwrap();
     let gauge = &report.gauges[0];
     assert_eq!(gauge.coverage.coarsest_s, Some(10.0));
-    let place = report.targets.iter().position(|target| target.pa == 1.0).unwrap();
-    let s = gauge.times[place].s.unwrap();
+    let index = report.targets.iter().position(|target| target.pa == 1.0).unwrap();
+    let s = gauge.times[index].s.unwrap();
     assert!((s / (100.0 * 101_325_f64.ln()) - 1.0).abs() < 0.02, "{s}");
     assert!(page(&report).contains("in part means of 10.0\u{a0}s"));
 }

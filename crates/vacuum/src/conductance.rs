@@ -95,8 +95,8 @@ fn mean_speed(molar_mass: f64) -> f64 {
 /// The mean speed of each gas relative to nitrogen: sqrt(28/M), in the order of [`Gas::all`].
 pub(crate) fn relative_speeds() -> [f64; GAS_COUNT] {
     let mut relative_speeds = [1.0; GAS_COUNT];
-    for (place, gas) in relative_speeds.iter_mut().zip(Gas::all()) {
-        *place = (Gas::N2.molar_mass_kg_per_mol() / gas.molar_mass_kg_per_mol()).sqrt();
+    for (target, gas) in relative_speeds.iter_mut().zip(Gas::all()) {
+        *target = (Gas::N2.molar_mass_kg_per_mol() / gas.molar_mass_kg_per_mol()).sqrt();
     }
     relative_speeds
 }

@@ -225,8 +225,8 @@ mod tests {
 
     #[test]
     fn the_table_is_in_the_order_of_the_gases() {
-        for (place, gas) in Gas::all().enumerate() {
-            assert_eq!(gas as usize, place, "{gas}");
+        for (position, gas) in Gas::all().enumerate() {
+            assert_eq!(gas as usize, position, "{gas}");
         }
     }
 

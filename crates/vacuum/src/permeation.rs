@@ -20,8 +20,8 @@ impl Seal {
     pub fn new(area_m2: f64, thickness_m: f64, permeabilities: &[(Gas, f64)]) -> Self {
         let mut conductances = [0.0; GAS_COUNT];
         for (gas, permeability) in permeabilities {
-            if let Some(place) = conductances.get_mut(*gas as usize) {
-                *place = permeability * area_m2 / thickness_m;
+            if let Some(target) = conductances.get_mut(*gas as usize) {
+                *target = permeability * area_m2 / thickness_m;
             }
         }
         Self { conductances }

@@ -34,8 +34,8 @@ impl SpeedCurve {
         if points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
             return Err(WrongCurve::Order);
         }
-        for (place, (pa, factor)) in curve.points.iter_mut().zip(points) {
-            *place = (pa.ln(), factor.ln());
+        for (target, (pa, factor)) in curve.points.iter_mut().zip(points) {
+            *target = (pa.ln(), factor.ln());
         }
         Ok(curve)
     }
@@ -117,9 +117,9 @@ impl Capture {
         if !self.running || pa > self.highest_pa {
             return passes;
         }
-        for (place, gas) in passes.iter_mut().zip(Gas::all()) {
+        for (target, gas) in passes.iter_mut().zip(Gas::all()) {
             let used = self.captured[gas] / self.capacities[gas];
-            *place = if self.capacities[gas] > 0.0 { self.speeds[gas] * (1.0 - used).max(0.0) } else { 0.0 };
+            *target = if self.capacities[gas] > 0.0 { self.speeds[gas] * (1.0 - used).max(0.0) } else { 0.0 };
         }
         passes
     }

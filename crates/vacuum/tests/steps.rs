@@ -67,10 +67,10 @@ impl Plant {
 fn steps_of_ten_milliseconds_and_of_a_second_agree() {
     let [fine, middle, coarse] = [0.01, 0.1, 1.0].map(|step| Plant::new().life(step));
     for (number, ((fine, middle), coarse)) in fine.iter().zip(&middle).zip(&coarse).enumerate() {
-        for place in 0..2 {
-            for other in [middle[place], coarse[place]] {
-                let apart = (other / fine[place] - 1.0).abs();
-                assert!(apart < 5e-3, "moment {number}: {:e} and {other:e} Pa", fine[place]);
+        for index in 0..2 {
+            for other in [middle[index], coarse[index]] {
+                let apart = (other / fine[index] - 1.0).abs();
+                assert!(apart < 5e-3, "moment {number}: {:e} and {other:e} Pa", fine[index]);
             }
         }
     }

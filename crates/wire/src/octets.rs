@@ -152,11 +152,11 @@ impl<'a> Writer<'a> {
     #[inline]
     pub fn octets(&mut self, octets: &[u8]) -> Result<(), TooLong> {
         let free = core::mem::take(&mut self.free);
-        let Some((place, rest)) = free.split_at_mut_checked(octets.len()) else {
+        let Some((target, rest)) = free.split_at_mut_checked(octets.len()) else {
             // The rest of the buffer is given up, so later writes fail too: an incomplete unit never looks complete.
             return Err(TooLong);
         };
-        place.copy_from_slice(octets);
+        target.copy_from_slice(octets);
         self.free = rest;
         self.written = self.written.wrapping_add(octets.len());
         Ok(())

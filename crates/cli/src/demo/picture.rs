@@ -248,8 +248,8 @@ const fn principle(principle: Principle) -> (&'static str, Color) {
 /// A pressure as a mark on a scale of decades.
 fn scale(mbar: Option<f64>, colour: Color) -> Line<'static> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a small number")]
-    let place = mbar.map(|mbar| (fraction(mbar) * (SCALE - 1) as f64).round() as usize);
-    let mark = |at| match (place == Some(at), at % 2) {
+    let index = mbar.map(|mbar| (fraction(mbar) * (SCALE - 1) as f64).round() as usize);
+    let mark = |at| match (index == Some(at), at % 2) {
         (true, _) => Span::from("\u{25C6}").fg(colour),
         (false, 0) => Span::from("\u{00B7}").dark_gray(),
         (false, _) => Span::from(" "),

@@ -53,11 +53,11 @@ fn toml(path: &Path) -> Vec<Finding> {
     if has("[[segment]]") || has("[station]") {
         return station::check(path);
     }
-    let place = "correct this place; docs/scenarios.md and docs/station.md describe the files";
+    let next = "correct this position; docs/scenarios.md and docs/station.md describe the files";
     if has("[settings]") {
         return vec![match SettingsFile::parse(&text) {
             Ok(_) => Finding::good("settings of a gauge; `profivac diff` compares them with a gauge"),
-            Err(error) => Finding::bad_file(format!("settings of a gauge: {error}"), place),
+            Err(error) => Finding::bad_file(format!("settings of a gauge: {error}"), next),
         }];
     }
     if has("[postgres]") {
@@ -70,12 +70,12 @@ fn toml(path: &Path) -> Vec<Finding> {
         let port = format!("sim:{}", path.display());
         return vec![match open::port(&port, ANY_RATE) {
             Ok(_) => Finding::good(format!("a segment in memory; `--port {port}` uses it")),
-            Err(error) => Finding::bad_file(error.to_string(), place),
+            Err(error) => Finding::bad_file(error.to_string(), next),
         }];
     }
     vec![match Scenario::read(path) {
         Ok(scenario) => Finding::good(format!("a scenario with {} gauges", scenario.specs().count())),
-        Err(error) => Finding::bad_file(error.to_string(), place),
+        Err(error) => Finding::bad_file(error.to_string(), next),
     }]
 }
 

@@ -19,7 +19,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
         Err(error) => {
             return vec![Finding::bad_file(
                 error.to_string(),
-                "correct this place; docs/station.md describes the file",
+                "correct this position; docs/station.md describes the file",
             )];
         }
     };

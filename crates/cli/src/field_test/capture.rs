@@ -64,8 +64,8 @@ impl Packets {
 
     fn timed(&mut self, begin: BitTime, characters: &[Character], is_timed: bool) -> Vec<Timed> {
         let mut timed = Vec::new();
-        for (place, character) in characters.iter().enumerate() {
-            let later_tbit = if is_timed { duration_tbit(place) } else { 0 };
+        for (index, character) in characters.iter().enumerate() {
+            let later_tbit = if is_timed { duration_tbit(index) } else { 0 };
             self.last = self.last.max(begin + later_tbit);
             timed.push((self.last, *character));
         }
@@ -106,7 +106,7 @@ pub fn octets(characters: &[Character]) -> Vec<u8> {
 /// The positions of the characters with an error.
 fn errors(characters: &[Character]) -> Vec<usize> {
     let all = characters.iter().enumerate();
-    all.filter(|(_, character)| **character == Character::Error).map(|(place, _)| place).collect()
+    all.filter(|(_, character)| **character == Character::Error).map(|(index, _)| index).collect()
 }
 
 /// The telegrams in `characters`, and what is between them.

@@ -89,7 +89,7 @@ impl Distribution {
         let last = times.len().checked_sub(1)?;
         // The smallest time that this part of the times does not exceed.
         let rank = |percent: usize| times.len().saturating_mul(percent).div_ceil(100).saturating_sub(1).min(last);
-        let at = |place: usize| times.get(place).map(|time| Time::of(*time, baud));
+        let at = |index: usize| times.get(index).map(|time| Time::of(*time, baud));
         Some(Self {
             count: times.len(),
             min: at(0)?,

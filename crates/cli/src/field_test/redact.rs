@@ -73,7 +73,7 @@ const fn is_acyclic(sap: Option<u8>) -> bool {
 
 /// The telegram with zeros behind the first `kept` octets of its data unit.
 fn with_zeros(data: DataTelegram<'_>, kept: usize) -> Vec<u8> {
-    let du: Vec<u8> = data.du.iter().enumerate().map(|(place, octet)| if place < kept { *octet } else { 0 }).collect();
+    let du: Vec<u8> = data.du.iter().enumerate().map(|(index, octet)| if index < kept { *octet } else { 0 }).collect();
     let mut out = [0; MAX_TELEGRAM];
     let length = Telegram::Data(DataTelegram { du: &du, ..data }).emit(&mut out).unwrap_or_default();
     out.get(..length).unwrap_or_default().to_vec()

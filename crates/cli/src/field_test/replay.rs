@@ -94,8 +94,8 @@ fn answers(packets: &[Packet]) -> StepAnswers {
 }
 
 fn characters(packet: &Packet) -> impl Iterator<Item = Character> + '_ {
-    packet.entry.octets.iter().enumerate().map(|(place, octet)| {
-        if packet.entry.errors.contains(&place) { Character::Error } else { Character::Octet(*octet) }
+    packet.entry.octets.iter().enumerate().map(|(index, octet)| {
+        if packet.entry.errors.contains(&index) { Character::Error } else { Character::Octet(*octet) }
     })
 }
 

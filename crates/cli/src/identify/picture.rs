@@ -153,8 +153,8 @@ pub fn residual_line(all: &[Residual]) -> String {
     let size = all.len().div_ceil(60).max(1);
     let letter = |part: &[Residual]| {
         let mean = part.iter().map(|one| one.deviations).sum::<f64>() / part.len() as f64;
-        let place = ((mean + 2.0) / 4.0 * 8.0).floor().clamp(0.0, 7.0) as usize;
-        LETTERS.get(place).copied().unwrap_or('?')
+        let index = ((mean + 2.0) / 4.0 * 8.0).floor().clamp(0.0, 7.0) as usize;
+        LETTERS.get(index).copied().unwrap_or('?')
     };
     all.chunks(size).map(letter).collect()
 }

@@ -108,15 +108,15 @@ struct Columns {
 impl Columns {
     fn of(heading: &str) -> Result<Self, CsvProblem> {
         let names = fields(heading);
-        let place = |name: &str| names.iter().position(|column| column == name);
-        let export = [place("time"), place("gauge"), place("pressure_pa"), place("quality")];
-        let monitor = [place("unix_time"), place("address"), place("mbar"), place("quality")];
+        let index = |name: &str| names.iter().position(|column| column == name);
+        let export = [index("time"), index("gauge"), index("pressure_pa"), index("quality")];
+        let monitor = [index("unix_time"), index("address"), index("mbar"), index("quality")];
         match (export, monitor) {
             ([Some(time), Some(gauge), Some(pressure), Some(quality)], _) => {
                 Ok(Self { time, is_unix: false, gauge, instance: None, pressure, pa: 1.0, quality })
             }
             (_, [Some(time), Some(gauge), Some(pressure), Some(quality)]) => {
-                let instance = place("instance");
+                let instance = index("instance");
                 Ok(Self { time, is_unix: true, gauge, instance, pressure, pa: 100.0, quality })
             }
             _ => Err(CsvProblem::Heading(heading.chars().take(80).collect())),
@@ -126,7 +126,7 @@ impl Columns {
     /// The gauge and the sample of a row; the reason why it has none. A row without a pressure has no sample.
     fn row(&self, line: &str) -> Result<Option<(String, Sample)>, CsvProblem> {
         let all = fields(line);
-        let at = |place: usize| all.get(place).map(String::as_str);
+        let at = |index: usize| all.get(index).map(String::as_str);
         let last = self.time.max(self.gauge).max(self.pressure).max(self.quality);
         let missing = || CsvProblem::Fields { expected: last.saturating_add(1), found: all.len() };
         let (time, gauge) = (at(self.time).ok_or_else(missing)?, at(self.gauge).ok_or_else(missing)?);

@@ -34,7 +34,7 @@ const PALETTE: [[u8; 3]; 16] = [
     [0xFF, 0xFF, 0xFF],
 ];
 
-/// A colour: its place in the palette.
+/// A colour: its index in the palette.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Colour(u8);
 
@@ -211,9 +211,9 @@ impl Picture {
         for (row, bits) in glyph.iter().enumerate() {
             for (column, mask) in [0b100, 0b010, 0b001].into_iter().enumerate() {
                 if bits & mask != 0 {
-                    let place =
+                    let corner =
                         (left.saturating_add(column.saturating_mul(2)), top.saturating_add(row.saturating_mul(2)));
-                    self.fill(place, (2, 2), colour);
+                    self.fill(corner, (2, 2), colour);
                 }
             }
         }

@@ -207,7 +207,7 @@ fn refusals(model: &Model) -> String {
         let Negative { code_1, code_2 } = Negative::from(refusal);
         let dpv1 = match words::is_of_channel_only(refusal) {
             true => ["-".to_owned(), "-".to_owned()],
-            false => [format!("{code_1:02X}h"), code_2.to_string()],
+            false => [format!("{:02X}h", code_1.0), code_2.to_string()],
         };
         channel.into_iter().chain(dpv1.into_iter().filter(|_| model.features.dpv1)).collect()
     });

@@ -38,9 +38,9 @@ fn sd2(dialogue: &Dialogue<'_>) -> Vec<u8> {
 }
 
 /// Sends `telegram` with one altered octet, which the slave may not answer.
-fn altered(dialogue: &mut Dialogue<'_>, mut telegram: Vec<u8>, place: usize) -> CheckOutcome {
-    telegram.get_mut(place).into_iter().for_each(|octet| *octet ^= BIT);
-    dialogue.send_unanswered(&telegram, Unanswered::Altered(place)).tested()
+fn altered(dialogue: &mut Dialogue<'_>, mut telegram: Vec<u8>, index: usize) -> CheckOutcome {
+    telegram.get_mut(index).into_iter().for_each(|octet| *octet ^= BIT);
+    dialogue.send_unanswered(&telegram, Unanswered::Altered(index)).tested()
 }
 
 fn start_delimiter(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -49,7 +49,7 @@ fn start_delimiter(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 }
 
 fn length(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
-    LENGTHS.into_iter().try_for_each(|place| altered(dialogue, sd2(dialogue), place))
+    LENGTHS.into_iter().try_for_each(|index| altered(dialogue, sd2(dialogue), index))
 }
 
 fn second_start(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
@@ -60,7 +60,7 @@ fn second_start(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 fn check_octet(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     for (telegram, first) in [(sd1(dialogue), 1), (sd2(dialogue), SECOND_START + 1)] {
         let end = telegram.len().saturating_sub(TRAILER);
-        (first..=end).try_for_each(|place| altered(dialogue, telegram.clone(), place))?;
+        (first..=end).try_for_each(|index| altered(dialogue, telegram.clone(), index))?;
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ fn damaged_telegram(dialogue: &Dialogue<'_>, random: &mut fastrand::Rng) -> Vec<
     let du: Vec<_> = (0..random.usize(1..24)).map(|_| random.u8(..)).collect();
     let mut telegram = octets(dialogue.slave.address, dialogue.own_address(), sap, SRD_HIGH_FIRST, &du);
     // The check octet, the length octets or the delimiters show every single altered bit.
-    let place = random.usize(..telegram.len());
-    telegram.get_mut(place).into_iter().for_each(|octet| *octet ^= 1 << random.u8(..8));
+    let index = random.usize(..telegram.len());
+    telegram.get_mut(index).into_iter().for_each(|octet| *octet ^= 1 << random.u8(..8));
     telegram
 }

@@ -159,15 +159,15 @@ fn held_back(service: fn(&Frame) -> bool, polls: usize) -> Box<Reaction> {
         let Some(request) = Frame::parse(octets).filter(|request| service(request) && request.sa == MASTER) else {
             return line.send(octets);
         };
-        if let Some(place) = waiting.iter().position(|(sap, ..)| *sap == request.dsap)
+        if let Some(index) = waiting.iter().position(|(sap, ..)| *sap == request.dsap)
             && request.du.is_empty()
         {
-            let (_, left, _) = &mut waiting[place];
+            let (_, left, _) = &mut waiting[index];
             if *left > 0 {
                 *left -= 1;
                 return sc();
             }
-            return waiting.remove(place).unwrap().2;
+            return waiting.remove(index).unwrap().2;
         }
         // Abort drops a response.
         waiting.retain(|(sap, ..)| *sap != request.dsap);

@@ -359,8 +359,8 @@ impl Img400Behaviour {
             }
             _ => return Err(AccessError::StateConflict),
         };
-        let place = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(AccessError::UnknownSlot)?;
-        *place = offset_pa.unwrap_or(*place);
+        let target = self.offsets_pa.get_mut(usize::from(slot).saturating_sub(1)).ok_or(AccessError::UnknownSlot)?;
+        *target = offset_pa.unwrap_or(*target);
         Ok(())
     }
 

@@ -1,5 +1,7 @@
 //! The reasons for which a device does not carry out an access to a parameter, and the codes on the wire.
 
+use profivac_wire::acyclic::ErrorCode;
+
 /// An access that a device does not carry out. The order is the order of the checks: errata-bpg-bcg-tpg 23,
 /// errata-pxg55x-img400 5.
 ///
@@ -38,21 +40,21 @@ impl AccessError {
     ///
     /// Parameter channel: errata-bpg-bcg-tpg 23; a device with fewer or other codes names them in its
     /// [`ChannelRules`](crate::model::ChannelRules). DP-V1: errata-bpg-bcg-tpg 121 and profibus-wire 4.1.3.
-    const fn codes(self) -> (u8, u8) {
+    const fn codes(self) -> (u8, ErrorCode) {
         match self {
-            Self::UnknownSlot => (0, 0xB2),
-            Self::UnknownIndex => (3, 0xB0),
-            Self::NotReadable => (18, 0xB6),
-            Self::NotWritable => (1, 0xB6),
-            Self::NotInChannel | Self::WrongLength => (5, 0xB1),
-            Self::WrongMode => (17, 0xB5),
-            Self::AlreadyInState => (201, 0xB5),
-            Self::StateConflict => (202, 0xB5),
-            Self::OutOfRange => (2, 0xB7),
+            Self::UnknownSlot => (0, ErrorCode::INVALID_SLOT),
+            Self::UnknownIndex => (3, ErrorCode::INVALID_INDEX),
+            Self::NotReadable => (18, ErrorCode::ACCESS_DENIED),
+            Self::NotWritable => (1, ErrorCode::ACCESS_DENIED),
+            Self::NotInChannel | Self::WrongLength => (5, ErrorCode::WRITE_LENGTH),
+            Self::WrongMode => (17, ErrorCode::STATE_CONFLICT),
+            Self::AlreadyInState => (201, ErrorCode::STATE_CONFLICT),
+            Self::StateConflict => (202, ErrorCode::STATE_CONFLICT),
+            Self::OutOfRange => (2, ErrorCode::INVALID_RANGE),
             // free choice: the manuals know no code for a memory that fails; "other errors" and "write error" are
             // nearest.
-            Self::StorageFailed => (18, 0xA1),
-            Self::UnknownTask => (18, 0xA9),
+            Self::StorageFailed => (18, ErrorCode::WRITE_ERROR),
+            Self::UnknownTask => (18, ErrorCode::FEATURE_NOT_SUPPORTED),
         }
     }
 

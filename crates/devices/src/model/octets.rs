@@ -32,8 +32,8 @@ impl Octets {
         let length = length.min(MAX_OCTETS);
         let mut copy = [fill; MAX_OCTETS];
         let (octets, _) = octets.split_at(octets.len().min(length));
-        if let Some(place) = copy.get_mut(..octets.len()) {
-            place.copy_from_slice(octets);
+        if let Some(target) = copy.get_mut(..octets.len()) {
+            target.copy_from_slice(octets);
         }
         Self { length: u8::try_from(length).unwrap_or_default(), octets: copy }
     }

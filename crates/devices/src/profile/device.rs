@@ -204,17 +204,17 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
         for field in self.configuration.inputs.map_or(&[][..], |telegram| telegram.fields) {
             rest = match field {
                 Field::ParameterChannel => {
-                    let Some((place, after)) = rest.split_first_chunk_mut() else { return };
-                    *place = self.channel_answer();
+                    let Some((target, after)) = rest.split_first_chunk_mut() else { return };
+                    *target = self.channel_answer();
                     after
                 }
                 _ => {
                     let octets = self.behaviour.input(*field);
-                    let Some((place, after)) = rest.split_at_mut_checked(octets.len()) else { return };
-                    match (place, octets.as_slice()) {
+                    let Some((target, after)) = rest.split_at_mut_checked(octets.len()) else { return };
+                    match (target, octets.as_slice()) {
                         // Most fields: a copy of one octet needs no call.
-                        ([place], [octet]) => *place = *octet,
-                        (place, octets) => place.copy_from_slice(octets),
+                        ([target], [octet]) => *target = *octet,
+                        (target, octets) => target.copy_from_slice(octets),
                     }
                     after
                 }
@@ -245,8 +245,8 @@ impl<B: Behaviour, S: Store> Device for BlockDevice<B, S> {
 
     fn read(&mut self, relation: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         let octets = self.get(path_of(relation), slot, index)?;
-        let place = record.get_mut(..octets.len()).ok_or(AccessError::WrongLength)?;
-        place.copy_from_slice(&octets);
+        let target = record.get_mut(..octets.len()).ok_or(AccessError::WrongLength)?;
+        target.copy_from_slice(&octets);
         Ok(octets.len())
     }
 

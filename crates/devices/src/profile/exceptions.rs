@@ -89,7 +89,7 @@ impl<const N: usize> ExceptionDetails<N> {
         let manufacturer = [1, self.manufacturer];
         let octets = common.iter().chain(&self.device).chain(&manufacturer);
         let mut record = [0; 24];
-        let length = record.iter_mut().zip(octets).map(|(place, octet)| *place = *octet).count();
+        let length = record.iter_mut().zip(octets).map(|(target, octet)| *target = *octet).count();
         Value::octets(record.get(..length).unwrap_or_default())
     }
 

@@ -17,7 +17,7 @@ impl<const N: usize> FittedChannels<N> {
         let mut parts = [Part { instance: 0, principle: Principle::Pirani }; N];
         let fitted =
             (1..).zip(channels).filter_map(|(instance, principle)| Some(Part { instance, principle: principle? }));
-        let count = parts.iter_mut().zip(fitted).map(|(place, part)| *place = part).count();
+        let count = parts.iter_mut().zip(fitted).map(|(target, part)| *target = part).count();
         Self { parts, count }
     }
 

@@ -21,12 +21,12 @@ impl StatusExtension {
     /// The status of a value from its range status and its validity.
     #[must_use]
     pub fn new(range: RangeStatus, valid: bool) -> Self {
-        let place = match range {
+        let bits = match range {
             RangeStatus::Under => Self::UNDER,
             RangeStatus::Within => Self::empty(),
             RangeStatus::Over => Self::OVER,
         };
-        if valid { place } else { place | Self::INVALID }
+        if valid { bits } else { bits | Self::INVALID }
     }
 }
 

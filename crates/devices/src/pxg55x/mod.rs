@@ -221,7 +221,7 @@ impl Pxg55xBehaviour {
         let mut device = [0; N];
         let alarms =
             (1..=2).filter(|instance| self.part(*instance).is_some()).flat_map(|instance| self.sensor_alarm(instance));
-        device.iter_mut().zip(alarms).for_each(|(place, octet)| *place = octet);
+        device.iter_mut().zip(alarms).for_each(|(target, octet)| *target = octet);
         ExceptionDetails { common: self.common(), device, manufacturer: self.manufacturer() }
     }
 

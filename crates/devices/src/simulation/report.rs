@@ -29,7 +29,7 @@ impl<T: Copy> Default for BoundedVec<T> {
 impl<T: Copy> BoundedVec<T> {
     /// Appends an item; drops it when the capacity is reached.
     pub fn push(&mut self, item: T) {
-        if let Some(free) = self.items.iter_mut().find(|place| place.is_none()) {
+        if let Some(free) = self.items.iter_mut().find(|item| item.is_none()) {
             *free = Some(item);
         }
     }

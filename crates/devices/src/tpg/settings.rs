@@ -81,7 +81,7 @@ impl Settings {
             Parameter::Input(AnalogInput::FilterTimeConstant) => {
                 let filter = value.coded()?;
                 of_slot_mut(&mut self.filters, FIRST_CHANNEL, at)
-                    .map(|place| *place = filter)
+                    .map(|target| *target = filter)
                     .ok_or(AccessError::UnknownSlot)
             }
             Parameter::Threshold(parameter) => of_slot_mut(&mut self.limits, FIRST_THRESHOLD, at)

@@ -8,6 +8,7 @@ use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::address::SetSlaveAdd;
 
 #[test]
@@ -150,7 +151,7 @@ fn a_write_is_stored_once() {
 fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     let mut gauge = Bcg450::new(CountingStore::broken(), Setup::new(200));
     gauge.settle();
-    let storage = Err(Dpv1Error { code_1: 0xA1, code_2: 18 });
+    let storage = Err(Dpv1Error { code_1: ErrorCode(0xA1), code_2: 18 });
     let read = |gauge: &mut Bcg450<CountingStore>, index| {
         let mut record = [0; 240];
         let length = gauge.read(Relation::Ms2(0), 1, index, &mut record).unwrap();

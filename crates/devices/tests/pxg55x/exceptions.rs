@@ -97,8 +97,8 @@ pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
     }
     assert_eq!(tester.get(1, 120), warning[4..5], "(71)");
     let selected = tester.get(1, 46);
-    for (instance, place) in (1u8..).zip(alarm[4..4 + sensors].chunks(2)) {
-        assert_eq!(of_instance(tester, instance, 103), place, "alarm of {instance}");
+    for (instance, position) in (1u8..).zip(alarm[4..4 + sensors].chunks(2)) {
+        assert_eq!(of_instance(tester, instance, 103), position, "alarm of {instance}");
         assert_eq!(of_instance(tester, instance, 104), [0, 0], "warning of {instance}");
     }
     let instances = u8::try_from(tester.report().indicated.iter().count()).unwrap();

@@ -178,7 +178,7 @@ impl<P: Process> Model<P> {
     fn finish(&mut self, now: u64, connection: Option<usize>) {
         let job = match connection {
             None => &mut self.ms1,
-            Some(place) => match &mut self.connections[place] {
+            Some(position) => match &mut self.connections[position] {
                 Connection::Bound { job, .. } => job,
                 Connection::Free => return,
             },
@@ -199,8 +199,8 @@ impl<P: Process> Model<P> {
         if dsap == FIRST_SAP + 1 {
             return self.resource_manager(now, request, ssap);
         }
-        let place = usize::from(FIRST_SAP.abs_diff(dsap));
-        let bound = self.connections.get(place).cloned();
+        let position = usize::from(FIRST_SAP.abs_diff(dsap));
+        let bound = self.connections.get(position).cloned();
         let Some(Connection::Bound { sa, ssap: bound_ssap, timeout, mut job, mut closing, mut called, .. }) = bound
         else {
             self.reach("server SAP closed");
@@ -215,7 +215,7 @@ impl<P: Process> Model<P> {
         {
             job = Job::Ready(response.clone());
         }
-        let Connection::Bound { mut deadline, .. } = self.connections[place] else { unreachable!() };
+        let Connection::Bound { mut deadline, .. } = self.connections[position] else { unreachable!() };
         let pdu = request.du.as_slice();
         let mut free = false;
         let reply = match (&job, pdu) {
@@ -270,7 +270,7 @@ impl<P: Process> Model<P> {
                 Reply::Sc
             }
         };
-        self.connections[place] = if free {
+        self.connections[position] = if free {
             Connection::Free
         } else {
             Connection::Bound { sa, ssap, timeout, deadline, job, closing, called }
@@ -288,13 +288,13 @@ impl<P: Process> Model<P> {
 
     /// SAP 49. Sections 4.6.1 to 4.6.5.
     fn resource_manager(&mut self, now: u64, request: &Request, ssap: u8) -> Reply {
-        let Some(place) = self.connections.iter().position(|it| *it == Connection::Free) else {
+        let Some(position) = self.connections.iter().position(|it| *it == Connection::Free) else {
             self.reach("no free connection");
             return RS;
         };
         let pdu = request.du.as_slice();
         let [high, low] = MIN_SEND_TIMEOUT.to_be_bytes();
-        let sap = FIRST_SAP - u8::try_from(place).expect("49 at most");
+        let sap = FIRST_SAP - u8::try_from(position).expect("49 at most");
         let answer = Reply::Data(DL, vec![0x56, sap, high, low]);
         if pdu.is_empty() {
             self.reach("poll of SAP 49");
@@ -304,7 +304,7 @@ impl<P: Process> Model<P> {
             self.reach("SAP 49 without Initiate");
             return answer;
         }
-        let word = |place: usize| pdu.get(place..place + 2).map_or(0, |it| u16::from_be_bytes([it[0], it[1]]));
+        let word = |position: usize| pdu.get(position..position + 2).map_or(0, |it| u16::from_be_bytes([it[0], it[1]]));
         let (response, closing) = match self.initiate(pdu) {
             Ok(response) => (response, false),
             Err(response) => (response, true),
@@ -312,7 +312,7 @@ impl<P: Process> Model<P> {
         // open(5): an Initiate that is answered by Abort does not lengthen the time.
         let asked = if response[0] == 0x58 { 0 } else { word(4) };
         let timeout = u64::from(asked.max(MIN_SEND_TIMEOUT)) * TEN_MS;
-        self.connections[place] = Connection::Bound {
+        self.connections[position] = Connection::Bound {
             sa: request.sa,
             ssap,
             timeout,
@@ -366,13 +366,13 @@ impl<P: Process> Model<P> {
 
     /// The timers of section 4.9.
     pub fn expire_connections(&mut self, now: u64) {
-        for place in 0..self.connections.len() {
-            while let Connection::Bound { deadline, timeout, job, closing, .. } = &mut self.connections[place]
+        for position in 0..self.connections.len() {
+            while let Connection::Bound { deadline, timeout, job, closing, .. } = &mut self.connections[position]
                 && *deadline <= now
             {
                 // An Abort that waits is not followed by another one: section 4.8.
                 if matches!(job, Job::Ready(pdu) if pdu[0] == 0x58) {
-                    self.connections[place] = Connection::Free;
+                    self.connections[position] = Connection::Free;
                     self.reach("connection closed by its timer");
                 } else {
                     *job = Job::Ready(vec![0x58, 0x00, 0x13]);

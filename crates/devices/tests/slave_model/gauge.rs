@@ -218,12 +218,12 @@ impl<D: Device + Clone> Process for Peek<D> {
     }
 
     fn chk_cfg(&mut self, table: &Table, octets: &[u8]) -> Option<usize> {
-        let place = table.configurations.iter().position(|it| it.octets == octets)?;
+        let position = table.configurations.iter().position(|it| it.octets == octets)?;
         if self.compatible != (octets == [0xA1, 0x91]) {
             return None;
         }
-        self.channel = self.page.with_channel[place];
-        Some(place)
+        self.channel = self.page.with_channel[position];
+        Some(position)
     }
 
     fn begin_exchange(&mut self) {
@@ -247,7 +247,7 @@ impl<D: Device + Clone> Process for Peek<D> {
 
     fn inputs(&mut self, length: usize) -> Vec<u8> {
         let mut inputs = vec![0; length];
-        if self.device.get_cfg() == self.page.table.configurations[self.place(length)].octets {
+        if self.device.get_cfg() == self.page.table.configurations[self.position(length)].octets {
             self.device.clone().inputs(&mut inputs);
         }
         if self.channel {
@@ -363,7 +363,7 @@ impl<D: Device + Clone> Process for Peek<D> {
 
 impl<D: Device + Clone> Peek<D> {
     /// The place of the configuration of the device.
-    fn place(&self, _length: usize) -> usize {
+    fn position(&self, _length: usize) -> usize {
         let octets = self.device.get_cfg();
         self.page.table.configurations.iter().position(|it| it.octets == octets).expect("one of the page")
     }

@@ -457,7 +457,7 @@ impl<P: Process> Model<P> {
             self.reach("Chk_Cfg ignored");
             return Reply::Sc;
         }
-        let Some(place) = self.process.chk_cfg(&self.table, &request.du) else {
+        let Some(index) = self.process.chk_cfg(&self.table, &request.du) else {
             self.reach("Chk_Cfg wrong");
             self.leave();
             self.cfg_fault = true;
@@ -465,11 +465,11 @@ impl<P: Process> Model<P> {
         };
         let again = self.state == State::DataExch;
         self.reach(if again { "Chk_Cfg in Data_Exch" } else { "Chk_Cfg ok" });
-        if again && place == self.configuration {
+        if again && index == self.configuration {
             return Reply::Sc;
         }
         // open(9): another configuration begins the exchange again.
-        self.configuration = place;
+        self.configuration = index;
         self.state = State::DataExch;
         // open(4): an event or static diagnosis is announced from the first exchange on.
         self.diag_flag = self.diagnosis.event || self.diagnosis.static_diag;

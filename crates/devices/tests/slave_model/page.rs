@@ -97,7 +97,7 @@ impl Page {
             if cells[6] == "yes" {
                 default_configuration = configurations.len();
             }
-            let number = |place: usize| cells[place].parse().expect("a number");
+            let number = |position: usize| cells[position].parse().expect("a number");
             configurations.push(Configuration { octets: octets(&cells[5]), outputs: number(2), inputs: number(4) });
         }
         let user_parameters: Vec<Vec<u8>> = cells(page, "## User parameters")
@@ -141,7 +141,7 @@ impl Page {
     }
 
     fn reason(cells: &[String]) -> Reason {
-        let code = |place: usize| cells.get(place).map_or("0", |it| it.as_str());
+        let code = |position: usize| cells.get(position).map_or("0", |it| it.as_str());
         let hexadecimal = u8::from_str_radix(code(2).trim_end_matches('h'), 16).unwrap_or(0);
         Reason { channel: code(1).parse().unwrap_or(0), dpv1: (hexadecimal, code(3).parse().unwrap_or(0)) }
     }

@@ -81,11 +81,11 @@ impl Services {
         };
         let (mut name, mut octets) = octets;
         if self.chance(2) && !octets.is_empty() {
-            let place = self.random.usize(..octets.len());
+            let position = self.random.usize(..octets.len());
             match self.random.u32(0..3) {
-                0 => octets[place] ^= 1 << self.random.u8(0..8),
-                1 => octets.truncate(place),
-                _ => octets.insert(place, self.random.u8(..)),
+                0 => octets[position] ^= 1 << self.random.u8(0..8),
+                1 => octets.truncate(position),
+                _ => octets.insert(position, self.random.u8(..)),
             }
             name.push_str(", damaged");
         }
@@ -155,13 +155,13 @@ impl Services {
     fn request<P: Process>(&mut self, model: &Model<P>) -> (String, Vec<u8>) {
         let owner = MASTERS.iter().position(|it| *it == model.master);
         let cyclic = self.random.u32(0..100) < 60;
-        let place = match (cyclic, owner) {
+        let position = match (cyclic, owner) {
             (true, Some(owner)) if !self.chance(6) => owner,
             (true, _) => self.random.usize(0..2),
             (false, _) if self.chance(90) => self.random.usize(2..4),
             _ => self.random.usize(0..4),
         };
-        let address = self.masters[place].address;
+        let address = self.masters[position].address;
         let (name, saps, du) = if cyclic { self.class_1(model, address) } else { self.class_2(model, address) };
         let name = format!("{address}: {name}");
         let station = model.address;
@@ -174,7 +174,7 @@ impl Services {
         let priority = self.random.u8(0x0C..0x0E);
         let uncounted = self.chance(1);
         let lost = self.chance(3);
-        let master = &mut self.masters[place];
+        let master = &mut self.masters[position];
         let fc = match master.fcb {
             _ if uncounted => 0x40 | priority,
             Some(fcb) if !first => 0x50 | u8::from(fcb) << 5 | priority,
@@ -268,8 +268,8 @@ impl Services {
             3 => du[1] = 0,
             4 => du[0] |= 1 << self.random.u8(0..3),
             5 => {
-                let place = self.random.usize(0..du.len());
-                du[place] ^= 1 << self.random.u8(0..8);
+                let position = self.random.usize(0..du.len());
+                du[position] ^= 1 << self.random.u8(0..8);
             }
             6 => du.resize(self.one_of(&[8, 9, 10]), 0),
             7 => du[0] &= 0x3F,
@@ -379,9 +379,9 @@ impl Services {
 
     fn class_2<P: Process>(&mut self, model: &Model<P>, address: u8) -> Plan {
         let mine: Vec<(u8, u8, bool)> = (0..model.connections.len())
-            .filter_map(|place| match &model.connections[place] {
+            .filter_map(|position| match &model.connections[position] {
                 Connection::Bound { sa, ssap, job, .. } if *sa == address => {
-                    Some((48 - u8::try_from(place).ok()?, *ssap, *job == Job::Idle))
+                    Some((48 - u8::try_from(position).ok()?, *ssap, *job == Job::Idle))
                 }
                 _ => None,
             })
@@ -435,12 +435,12 @@ impl Services {
             5 => du[0] = 0x5E,
             6 => du.extend([0; 10]),
             7 => {
-                let place = self.random.usize(16..20);
-                du[place] = 1;
+                let position = self.random.usize(16..20);
+                du[position] = 1;
             }
             8 => {
-                let place = self.random.usize(6..10);
-                du[place] ^= 1;
+                let position = self.random.usize(6..10);
+                du[position] ^= 1;
             }
             _ => {}
         }

@@ -5,6 +5,7 @@ use crate::model::DeviceDiagnosis;
 use crate::process::{Process, Refusal, Simple, Via};
 use crate::tables::Table;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 use profivac_wire::ident::Ident;
@@ -68,7 +69,7 @@ impl SimpleDevice {
 }
 
 const fn error(refusal: Refusal) -> Dpv1Error {
-    Dpv1Error::new(refusal.0).with(refusal.1)
+    Dpv1Error::new(ErrorCode(refusal.0)).with(refusal.1)
 }
 
 impl Device for SimpleDevice {
@@ -86,9 +87,9 @@ impl Device for SimpleDevice {
     }
 
     fn chk_cfg(&mut self, cfg: &[u8]) -> Result<Lengths, CfgFault> {
-        let place = self.table.configurations.iter().position(|it| it.octets == cfg).ok_or(CfgFault)?;
-        self.configuration = place;
-        let it = &self.table.configurations[place];
+        let position = self.table.configurations.iter().position(|it| it.octets == cfg).ok_or(CfgFault)?;
+        self.configuration = position;
+        let it = &self.table.configurations[position];
         let octets = |count: usize| u8::try_from(count).expect("244 at most");
         Ok(Lengths { outputs: octets(it.outputs), inputs: octets(it.inputs) })
     }

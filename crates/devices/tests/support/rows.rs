@@ -4,6 +4,7 @@ use super::{SLAVE, Tester, hex};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::{self, Access, DataType, Location, Model, Row, Storage, TaskKind};
 use profivac_dp::slave::{Dpv1Error, Relation};
+use profivac_wire::acyclic::ErrorCode;
 
 /// Values that a parameter accepts, and values that it refuses. Pressures are floats in the unit of [`Rig::make`].
 pub struct Sample {
@@ -148,7 +149,7 @@ impl<D: SimulatedDevice> Rig<D> {
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, read, _) in DPV1 {
                     let result = tester.read(relation, slot, id).map(|octets| octets.len());
-                    let refused = Dpv1Error { code_1: 0xB6, code_2: 18 };
+                    let refused = Dpv1Error { code_1: ErrorCode(0xB6), code_2: 18 };
                     let expected = if row.access.contains(read) { Ok(length) } else { Err(refused) };
                     assert_eq!(result, expected, "{what} by {relation:?}");
                 }
@@ -191,8 +192,8 @@ impl<D: SimulatedDevice> Rig<D> {
                 let (slot, id, length) = (address.slot, row.index, length(row, number));
                 let what = format!("{slot}:{}/{id} {}", address.instance, row.name);
                 for (relation, _, write) in DPV1 {
-                    let forbidden = Dpv1Error { code_1: 0xB6, code_2: 1 };
-                    let wrong = Dpv1Error { code_1: 0xB1, code_2: 5 };
+                    let forbidden = Dpv1Error { code_1: ErrorCode(0xB6), code_2: 1 };
+                    let wrong = Dpv1Error { code_1: ErrorCode(0xB1), code_2: 5 };
                     let expected = if row.access.contains(write) { wrong } else { forbidden };
                     for octets in [0, length - 1, length + 1, 240] {
                         let result = tester.write(relation, slot, id, &vec![0; octets]);
@@ -230,7 +231,7 @@ impl<D: SimulatedDevice> Rig<D> {
                         continue;
                     }
                     let expected = if known_slot { (0xB0, 3) } else { (0xB2, 0) };
-                    let expected = Dpv1Error { code_1: expected.0, code_2: expected.1 };
+                    let expected = Dpv1Error { code_1: ErrorCode(expected.0), code_2: expected.1 };
                     assert_eq!(tester.read(Relation::Ms2(0), slot, index), Err(expected), "{slot}/{index}");
                     assert_eq!(tester.write(Relation::Ms1, slot, index, &[0]), Err(expected), "{slot}/{index}");
                     if index % 16 == slot % 16 {
@@ -296,7 +297,7 @@ impl<D: SimulatedDevice> Rig<D> {
                 }
                 let before = row.access.contains(read).then(|| tester.read(relation, slot, id).unwrap());
                 for bad in sample.bad {
-                    let range = Dpv1Error { code_1: 0xB7, code_2: 2 };
+                    let range = Dpv1Error { code_1: ErrorCode(0xB7), code_2: 2 };
                     assert_eq!(tester.write(relation, slot, id, &hex(bad)), Err(range), "{what}: {bad}");
                     if let Some(before) = &before {
                         assert_eq!(tester.read(relation, slot, id).as_ref(), Ok(before), "{what}: {bad}");

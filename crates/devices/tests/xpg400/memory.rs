@@ -8,6 +8,7 @@ use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 use profivac_dp::slave::{Device, Dpv1Error, Relation};
+use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::address::SetSlaveAdd;
 
 #[test]
@@ -120,7 +121,7 @@ fn a_write_that_cannot_be_stored_is_refused_and_changes_nothing() {
     for (index, value) in [(46, "03"), (39, "01"), (40, "3F 80 00 00"), (21, "03"), (22, "05 15")] {
         let before = read(&mut gauge, index);
         let result = gauge.write(Relation::Ms2(0), 1, index, &hex(value));
-        assert_eq!(result, Err(Dpv1Error { code_1: 0xA1, code_2: 18 }), "{index}");
+        assert_eq!(result, Err(Dpv1Error { code_1: ErrorCode(0xA1), code_2: 18 }), "{index}");
         assert_eq!(read(&mut gauge, index), before, "{index}");
     }
     // Volatile values stay.

@@ -136,15 +136,15 @@ impl Receiver {
         self.last = end;
     }
 
-    /// Copies the octets that [`collect`](Self::collect) has completed to the front of `place` and returns them. They may be damaged:
+    /// Copies the octets that [`collect`](Self::collect) has completed to the front of `buffer` and returns them. They may be damaged:
     /// the caller reports octets that are no telegram with [`reject`](Self::reject).
-    pub fn take<'a>(&mut self, place: &'a mut [u8; MAX_TELEGRAM]) -> &'a [u8] {
+    pub fn take<'a>(&mut self, buffer: &'a mut [u8; MAX_TELEGRAM]) -> &'a [u8] {
         let length = usize::from(self.length);
         self.clear();
-        match (place.get_mut(..length), self.octets.get(..length)) {
-            (Some(place), Some(octets)) => {
-                place.copy_from_slice(octets);
-                place
+        match (buffer.get_mut(..length), self.octets.get(..length)) {
+            (Some(buffer), Some(octets)) => {
+                buffer.copy_from_slice(octets);
+                buffer
             }
             _ => &[],
         }
@@ -269,8 +269,8 @@ impl Receiver {
 
     #[inline]
     fn store(&mut self, octet: u8) {
-        if let Some(place) = self.octets.get_mut(usize::from(self.length)) {
-            *place = octet;
+        if let Some(buffer) = self.octets.get_mut(usize::from(self.length)) {
+            *buffer = octet;
         }
         self.length = self.length.wrapping_add(1);
     }
@@ -280,9 +280,9 @@ impl Receiver {
     #[inline]
     fn buffer_plain(&mut self, end: BitTime, octets: &[u8]) -> usize {
         let count = usize::from(self.buffer_until.saturating_sub(self.length)).min(octets.len());
-        let place = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
-        if let (Some(place), Some(octets), Ok(more @ 1..)) = (place, octets.get(..count), u8::try_from(count)) {
-            place.copy_from_slice(octets);
+        let buffer = self.octets.get_mut(usize::from(self.length)..).and_then(|free| free.get_mut(..count));
+        if let (Some(buffer), Some(octets), Ok(more @ 1..)) = (buffer, octets.get(..count), u8::try_from(count)) {
+            buffer.copy_from_slice(octets);
             self.length = self.length.wrapping_add(more);
             self.last = end + characters_tbit(count.saturating_sub(1));
         }
@@ -438,7 +438,7 @@ mod tests {
     #[test]
     fn a_collected_telegram_is_the_one_that_octet_returns_and_a_rejected_one_waits_for_an_idle_line() {
         let mut receiver = Receiver::new(BitTime(0));
-        let mut place = [0; MAX_TELEGRAM];
+        let mut buffer = [0; MAX_TELEGRAM];
         let mut now = BitTime(100);
         for telegram in [&FDL_STATUS[..], &SLAVE_DIAG] {
             let (last, first) = telegram.split_last().unwrap();
@@ -448,7 +448,7 @@ mod tests {
             }
             assert!(receiver.collect(now, *last));
             now = now + CHARACTER_TBIT;
-            assert_eq!(receiver.take(&mut place), telegram);
+            assert_eq!(receiver.take(&mut buffer), telegram);
         }
         receiver.reject();
         assert_eq!(receiver.damaged(), 1);

@@ -102,19 +102,19 @@ pub struct Responder {
     length: usize,
     /// The length of the answer that is prepared for the next request; 0 if none is.
     prepared: u8,
-    places: Places,
+    buffers: Buffers,
 }
 
-/// Two places for answers: one for the stored answer, the other for one that is not stored, or not yet.
+/// Two buffers for answers: one for the stored answer, the other for one that is not stored, or not yet.
 #[derive(Clone, Debug)]
-struct Places {
+struct Buffers {
     first: [u8; MAX_TELEGRAM],
     second: [u8; MAX_TELEGRAM],
-    /// The stored answer is in the second place.
+    /// The stored answer is in the second buffer.
     stored_in_second: bool,
 }
 
-impl Places {
+impl Buffers {
     const EMPTY: Self = Self { first: [0; MAX_TELEGRAM], second: [0; MAX_TELEGRAM], stored_in_second: false };
 
     #[inline]
@@ -122,9 +122,9 @@ impl Places {
         if self.stored_in_second { &self.second } else { &self.first }
     }
 
-    /// The place of the stored answer, or the other one.
+    /// The buffer of the stored answer, or the other one.
     #[inline]
-    const fn place_mut(&mut self, stored: bool) -> &mut [u8; MAX_TELEGRAM] {
+    const fn buffer_mut(&mut self, stored: bool) -> &mut [u8; MAX_TELEGRAM] {
         if stored == self.stored_in_second { &mut self.second } else { &mut self.first }
     }
 }
@@ -140,7 +140,7 @@ impl Responder {
             is_counted: false,
             length: 0,
             prepared: 0,
-            places: Places::EMPTY,
+            buffers: Buffers::EMPTY,
         }
     }
 
@@ -240,7 +240,7 @@ impl Responder {
     /// The stored answer once more, to be sent not before `not_before`; `None` if none is stored.
     #[must_use]
     pub fn repeat(&self, not_before: BitTime) -> Option<Transmit<'_>> {
-        let octets = self.places.stored().get(..self.length).filter(|octets| !octets.is_empty())?;
+        let octets = self.buffers.stored().get(..self.length).filter(|octets| !octets.is_empty())?;
         Some(Transmit { not_before, octets })
     }
 
@@ -251,12 +251,12 @@ impl Responder {
     pub fn answer(&mut self, data: &DataTelegram<'_>, reply: Reply<'_>, not_before: BitTime) -> Option<Transmit<'_>> {
         let telegram = respond(data, self.address, reply);
         self.prepared = 0;
-        let place = self.places.place_mut(self.is_counted);
-        let length = telegram.emit(place).ok()?;
+        let buffer = self.buffers.buffer_mut(self.is_counted);
+        let length = telegram.emit(buffer).ok()?;
         if self.is_counted {
             self.length = length;
         }
-        Some(Transmit { not_before, octets: place.get(..length)? })
+        Some(Transmit { not_before, octets: buffer.get(..length)? })
     }
 
     /// Encodes the answer to the next request of a data exchange before that request comes. `fill` writes the `length` octets of its data
@@ -270,7 +270,7 @@ impl Responder {
         if requester != self.requester {
             return None;
         }
-        let length = emit_sd2_with(self.places.place_mut(false), requester, self.address, length, |du| {
+        let length = emit_sd2_with(self.buffers.buffer_mut(false), requester, self.address, length, |du| {
             if fill(du) { DATA_HIGH } else { DATA_LOW }
         })
         .ok()?;
@@ -289,8 +289,8 @@ impl Responder {
         self.fcb = !self.fcb;
         self.is_counted = true;
         self.length = usize::from(length);
-        self.places.stored_in_second = !self.places.stored_in_second;
-        Some(Transmit { not_before, octets: self.places.stored().get(..self.length)? })
+        self.buffers.stored_in_second = !self.buffers.stored_in_second;
+        Some(Transmit { not_before, octets: self.buffers.stored().get(..self.length)? })
     }
 }
 
@@ -335,7 +335,7 @@ mod tests {
 
     /// Everything that a responder remembers, without the octets of the answers, which accepting does not change.
     fn memory(responder: &Responder) -> (u8, u8, bool, bool, usize) {
-        let Responder { address, requester, fcb, is_counted, length, prepared: _, places: _ } = responder;
+        let Responder { address, requester, fcb, is_counted, length, prepared: _, buffers: _ } = responder;
         (*address, *requester, *fcb, *is_counted, *length)
     }
 

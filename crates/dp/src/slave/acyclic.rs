@@ -10,7 +10,7 @@ use crate::link::Reply;
 use profivac_wire::MAX_DU;
 use profivac_wire::acyclic::call::{CALL_INDEX, IM_RECORD_LENGTH, IM0};
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
-use profivac_wire::acyclic::{Access, Call, ErrorCode, ErrorDecode, Function, Negative, Response, Transfer};
+use profivac_wire::acyclic::{Access, Call, ErrorDecode, Function, Negative, Response, Transfer};
 
 /// The server of one acyclic relation, as far as MS1 and MS2 have it in common.
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ impl AcyclicServer {
         self.post(&Response::Negative(Negative {
             function,
             decode: ErrorDecode::DpV1,
-            code_1: ErrorCode(error.code_1),
+            code_1: error.code_1,
             code_2: error.code_2,
         }));
     }

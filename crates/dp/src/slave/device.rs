@@ -84,35 +84,35 @@ pub enum Relation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dpv1Error {
-    /// Error_Class in the high and Error_Code in the low nibble.
-    pub code_1: u8,
+    /// Error_Code_1: Error_Class and Error_Code.
+    pub code_1: ErrorCode,
     /// Defined by the device.
     pub code_2: u8,
 }
 
 impl Dpv1Error {
     /// The application does not have the feature.
-    pub const FEATURE_NOT_SUPPORTED: Self = Self::new(ErrorCode::FEATURE_NOT_SUPPORTED.0);
+    pub const FEATURE_NOT_SUPPORTED: Self = Self::new(ErrorCode::FEATURE_NOT_SUPPORTED);
     /// The index does not exist.
-    pub const INVALID_INDEX: Self = Self::new(ErrorCode::INVALID_INDEX.0);
+    pub const INVALID_INDEX: Self = Self::new(ErrorCode::INVALID_INDEX);
     /// The data are longer or shorter than the parameter.
-    pub const WRITE_LENGTH: Self = Self::new(ErrorCode::WRITE_LENGTH.0);
+    pub const WRITE_LENGTH: Self = Self::new(ErrorCode::WRITE_LENGTH);
     /// The slot does not exist.
-    pub const INVALID_SLOT: Self = Self::new(ErrorCode::INVALID_SLOT.0);
+    pub const INVALID_SLOT: Self = Self::new(ErrorCode::INVALID_SLOT);
     /// The request contradicts itself.
-    pub const TYPE_CONFLICT: Self = Self::new(ErrorCode::TYPE_CONFLICT.0);
+    pub const TYPE_CONFLICT: Self = Self::new(ErrorCode::TYPE_CONFLICT);
     /// The access is not possible in this state.
-    pub const STATE_CONFLICT: Self = Self::new(ErrorCode::STATE_CONFLICT.0);
+    pub const STATE_CONFLICT: Self = Self::new(ErrorCode::STATE_CONFLICT);
     /// The requester has no access, or not in this direction.
-    pub const ACCESS_DENIED: Self = Self::new(ErrorCode::ACCESS_DENIED.0);
+    pub const ACCESS_DENIED: Self = Self::new(ErrorCode::ACCESS_DENIED);
     /// The value is not allowed.
-    pub const INVALID_RANGE: Self = Self::new(ErrorCode::INVALID_RANGE.0);
+    pub const INVALID_RANGE: Self = Self::new(ErrorCode::INVALID_RANGE);
     /// A field of the request is not allowed.
-    pub const INVALID_PARAMETER: Self = Self::new(ErrorCode::INVALID_PARAMETER.0);
+    pub const INVALID_PARAMETER: Self = Self::new(ErrorCode::INVALID_PARAMETER);
 
     /// An error with this Error_Code_1 and an Error_Code_2 of 0.
     #[must_use]
-    pub const fn new(code_1: u8) -> Self {
+    pub const fn new(code_1: ErrorCode) -> Self {
         Self { code_1, code_2: 0 }
     }
 
@@ -125,7 +125,7 @@ impl Dpv1Error {
 
 impl fmt::Display for Dpv1Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the device refuses the access: error code 1 is {}, error code 2 is {}", self.code_1, self.code_2)
+        write!(f, "the device refuses the access: {}, error code 2 is {}", self.code_1, self.code_2)
     }
 }
 

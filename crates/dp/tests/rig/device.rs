@@ -141,8 +141,8 @@ impl Device for Gauge {
 
     fn inputs(&mut self, inputs: &mut [u8]) {
         self.collected += 1;
-        for (place, input) in inputs.iter_mut().zip(&self.inputs) {
-            *place = *input;
+        for (target, input) in inputs.iter_mut().zip(&self.inputs) {
+            *target = *input;
         }
     }
 

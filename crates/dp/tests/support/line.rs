@@ -111,8 +111,8 @@ impl<R: FdlUser> Line<R> {
         }
         self.now = now;
         let mut all = vec![(From::Master, given(self.master.poll(now)))];
-        for (place, slave) in self.slaves.iter_mut().enumerate() {
-            all.push((From::Slave(place), given(slave.poll(now))));
+        for (index, slave) in self.slaves.iter_mut().enumerate() {
+            all.push((From::Slave(index), given(slave.poll(now))));
         }
         self.take_off(all);
     }
@@ -130,7 +130,7 @@ impl<R: FdlUser> Line<R> {
         if over {
             match from {
                 From::Master => self.master.sent(end),
-                From::Slave(place) => self.slaves[place].sent(end),
+                From::Slave(index) => self.slaves[index].sent(end),
             }
         } else {
             self.flight = Some(flight);
@@ -140,8 +140,8 @@ impl<R: FdlUser> Line<R> {
         if from != From::Master {
             answers.push((From::Master, give(&mut self.master, &mut self.master_receiver, end, octet)));
         }
-        for (place, slave) in self.slaves.iter_mut().enumerate().filter(|(place, _)| from != From::Slave(*place)) {
-            answers.push((From::Slave(place), give(slave, &mut self.receivers[place], end, octet)));
+        for (index, slave) in self.slaves.iter_mut().enumerate().filter(|(index, _)| from != From::Slave(*index)) {
+            answers.push((From::Slave(index), give(slave, &mut self.receivers[index], end, octet)));
         }
         self.take_off(answers);
     }

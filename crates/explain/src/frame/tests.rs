@@ -40,13 +40,13 @@ fn random_telegram(random: &mut Random, checked: bool) -> Vec<u8> {
 /// Damaged octets: noise, a telegram with a flipped bit, one with an octet lost or inserted, or one that was cut off.
 fn damaged_octets(random: &mut Random) -> Vec<u8> {
     let mut octets = random_telegram(random, true);
-    let place = random.below(octets.len() as u64) as usize;
+    let index = random.below(octets.len() as u64) as usize;
     match random.below(5) {
         0 => octets = (0..random.below(20)).map(|_| random.octet()).collect(),
-        1 => octets[place] ^= 1 << random.below(8),
-        2 => drop(octets.remove(place)),
-        3 => octets.insert(place, random.octet()),
-        _ => octets.truncate(place),
+        1 => octets[index] ^= 1 << random.below(8),
+        2 => drop(octets.remove(index)),
+        3 => octets.insert(index, random.octet()),
+        _ => octets.truncate(index),
     }
     octets
 }

@@ -200,7 +200,7 @@ impl Window {
         if fc & 0x40 == 0 {
             // An answer to a request of another master: min T_SDR after that. Other characters may have come since.
             let open = self.receptions.iter().position(|end| now >= end + 11);
-            self.receptions.drain(..open.map_or(0, |place| place + 1));
+            self.receptions.drain(..open.map_or(0, |index| index + 1));
             return open.map(|_| ()).ok_or_else(|| format!("an answer {silence} bit times after the last character"));
         }
         if silence < T_SYN_TBIT {

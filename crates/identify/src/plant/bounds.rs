@@ -44,36 +44,36 @@ impl<'a> Fitted<'a> {
         let variance = (sum / freedom).max(1e-6);
         let matrix = problem.derivatives(&all);
         let mut normal = matrix.transpose() * &matrix / variance;
-        for place in all {
-            normal[(place, place)] += 1.0 / 9.0;
+        for index in all {
+            normal[(index, index)] += 1.0 / 9.0;
         }
         let covariance = normal.cholesky()?.inverse();
         Some(Self { sum, variance, problem, covariance, slack })
     }
 
-    pub fn deviation(&self, place: usize) -> f64 {
-        self.covariance[(place, place)].sqrt()
+    pub fn deviation(&self, index: usize) -> f64 {
+        self.covariance[(index, index)].sqrt()
     }
 
     /// The bounds of an unknown.
-    pub fn bounds(&self, place: usize) -> Result<Bounds, Better<'a>> {
-        Ok(Bounds { low: self.bound(place, -1.0)?, high: self.bound(place, 1.0)? })
+    pub fn bounds(&self, index: usize) -> Result<Bounds, Better<'a>> {
+        Ok(Bounds { low: self.bound(index, -1.0)?, high: self.bound(index, 1.0)? })
     }
 
     /// All unknowns where the one at `place` reaches its bound below (-1) or above (1).
-    fn bound(&self, place: usize, side: f64) -> Result<DVector<f64>, Better<'a>> {
+    fn bound(&self, index: usize, side: f64) -> Result<DVector<f64>, Better<'a>> {
         let target = SIGMAS * self.variance.sqrt();
-        let here = self.problem.values[place];
-        let limit = bounded(place, here + side * FAR);
+        let here = self.problem.values[index];
+        let limit = bounded(index, here + side * FAR);
         let (mut inside, mut outside) = (0.0, (limit - here).abs());
         let mut found = self.problem.values.clone();
         let mut reached = false;
-        let mut distance = (SIGMAS * self.deviation(place)).min(outside);
+        let mut distance = (SIGMAS * self.deviation(index)).min(outside);
         for _ in 0..STEPS {
             if outside <= 0.0 || (self.problem.stopped)() {
                 break;
             }
-            let (sum, problem) = self.profile(place, here + side * distance, &found);
+            let (sum, problem) = self.profile(index, here + side * distance, &found);
             if sum < self.sum - self.slack * self.variance {
                 return Err(Better(sum, Box::new(Problem { free: self.all(), ..problem })));
             }
@@ -98,7 +98,7 @@ impl<'a> Fitted<'a> {
         }
         // Without an end within the steps the interval is the wider one.
         if !reached && outside.is_finite() {
-            found[place] = here + side * outside;
+            found[index] = here + side * outside;
         }
         Ok(found)
     }
@@ -108,15 +108,15 @@ impl<'a> Fitted<'a> {
     }
 
     /// The least sum with one unknown given. The others begin where the covariance has them.
-    fn profile(&self, place: usize, value: f64, near: &DVector<f64>) -> (f64, Problem<'a>) {
+    fn profile(&self, index: usize, value: f64, near: &DVector<f64>) -> (f64, Problem<'a>) {
         let mut problem = self.problem.clone();
-        let change = (value - near[place]) / self.covariance[(place, place)];
+        let change = (value - near[index]) / self.covariance[(index, index)];
         problem.values = DVector::from_fn(near.len(), |other, _| {
-            bounded(other, near[other] + (self.covariance[(other, place)] * change).clamp(-1.0, 1.0))
+            bounded(other, near[other] + (self.covariance[(other, index)] * change).clamp(-1.0, 1.0))
         });
-        problem.values[place] = value;
+        problem.values[index] = value;
         problem.free = self.all();
-        problem.free.retain(|other| *other != place);
+        problem.free.retain(|other| *other != index);
         let kept = problem.clone();
         problem.minimised(ROUGH).unwrap_or((f64::INFINITY, kept))
     }

@@ -38,8 +38,8 @@ const CHANGE: f64 = 1e-4;
 
 /// The change for a derivative at a value: within the bounds, or away from them where the value is beyond. So a derivative is never
 /// one across a bound, beyond which the numbers of a plant do not change.
-fn change(place: usize, value: f64) -> f64 {
-    let [low, high] = bounds(place);
+fn change(index: usize, value: f64) -> f64 {
+    let [low, high] = bounds(index);
     let is_near_high = value <= high && value + CHANGE > high;
     if is_near_high || value < low { -CHANGE } else { CHANGE }
 }
@@ -48,8 +48,8 @@ fn change(place: usize, value: f64) -> f64 {
 const RELEASES: u32 = 3;
 
 /// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall.
-const fn bounds(place: usize) -> [f64; 2] {
-    match place {
+const fn bounds(index: usize) -> [f64; 2] {
+    match index {
         LEAK | ULTIMATE => [0.0, f64::INFINITY],
         EXPONENT => [0.3, 2.0],
         SHARE => [0.0, 1.0],
@@ -60,8 +60,8 @@ const fn bounds(place: usize) -> [f64; 2] {
 }
 
 /// The value of an unknown, moved into its bounds.
-pub(super) fn bounded(place: usize, value: f64) -> f64 {
-    let [low, high] = bounds(place);
+pub(super) fn bounded(index: usize, value: f64) -> f64 {
+    let [low, high] = bounds(index);
     value.max(low).min(high)
 }
 
@@ -82,8 +82,8 @@ impl Unknowns {
 
     /// The numbers of a plant. An unknown beyond its bounds counts as at its bound, and what is usual leads it back.
     pub fn numbers(&self, values: &DVector<f64>) -> Numbers {
-        let at = |place: usize| values.get(place).copied().unwrap_or(0.0);
-        let knots = self.knots_at.iter().enumerate().map(|(place, pa)| (*pa, at(SPEEDS + place)));
+        let at = |index: usize| values.get(index).copied().unwrap_or(0.0);
+        let knots = self.knots_at.iter().enumerate().map(|(index, pa)| (*pa, at(SPEEDS + index)));
         Numbers {
             volume: self.given_volume.unwrap_or_else(|| at(self.count() - 1).exp()),
             leak: self.leak_size * at(LEAK),
@@ -146,7 +146,7 @@ impl Problem<'_> {
         let states = self.states(values);
         let misses = states.iter().zip(self.groups);
         let misses = misses.map(|(fitted, group)| (fitted.pa().ln() - group.ln_pa) * group.count.sqrt() / self.noise);
-        let usual = USUAL.map(|(place, value, spread)| (values[place] - value) / spread);
+        let usual = USUAL.map(|(index, value, spread)| (values[index] - value) / spread);
         DVector::from_iterator(self.groups.len() + USUAL.len(), misses.chain(usual))
     }
 
@@ -154,10 +154,10 @@ impl Problem<'_> {
     pub fn derivatives(&self, places: &[usize]) -> DMatrix<f64> {
         let here = self.misses(&self.values);
         let mut matrix = DMatrix::zeros(here.len(), places.len());
-        for (column, place) in places.iter().enumerate() {
+        for (column, index) in places.iter().enumerate() {
             let mut values = self.values.clone();
-            let change = change(*place, values[*place]);
-            values[*place] += change;
+            let change = change(*index, values[*index]);
+            values[*index] += change;
             matrix.set_column(column, &((self.misses(&values) - &here) / change));
         }
         matrix
@@ -175,23 +175,23 @@ impl Problem<'_> {
             }
             self = LevenbergMarquardt::new().with_tol(tolerance).minimize(self).0;
             let is_outside =
-                |values: &DVector<f64>, place: usize| bounded(place, values[place]).total_cmp(&values[place]).is_ne();
-            if self.free.iter().any(|place| is_outside(&self.values, *place)) {
+                |values: &DVector<f64>, index: usize| bounded(index, values[index]).total_cmp(&values[index]).is_ne();
+            if self.free.iter().any(|index| is_outside(&self.values, *index)) {
                 let values = self.values.clone();
-                self.free.retain(|place| !is_outside(&values, *place));
-                permitted.iter().for_each(|place| self.values[*place] = bounded(*place, values[*place]));
+                self.free.retain(|index| !is_outside(&values, *index));
+                permitted.iter().for_each(|index| self.values[*index] = bounded(*index, values[*index]));
                 continue;
             }
-            let held: Vec<usize> = permitted.iter().copied().filter(|place| !self.free.contains(place)).collect();
+            let held: Vec<usize> = permitted.iter().copied().filter(|index| !self.free.contains(index)).collect();
             let misses = self.misses(&self.values);
             let slopes = self.derivatives(&held).transpose() * &misses;
             // Inwards is the direction of the change for the derivative.
-            let is_better = |place: usize, slope: f64| slope * change(place, self.values[place]) < 0.0;
-            let better = held.iter().zip(slopes.iter()).find(|(place, slope)| is_better(**place, **slope));
-            match better.map(|(place, _)| *place).filter(|_| releases > 0) {
-                Some(place) => {
+            let is_better = |index: usize, slope: f64| slope * change(index, self.values[index]) < 0.0;
+            let better = held.iter().zip(slopes.iter()).find(|(index, slope)| is_better(**index, **slope));
+            match better.map(|(index, _)| *index).filter(|_| releases > 0) {
+                Some(index) => {
                     releases -= 1;
-                    self.free.push(place);
+                    self.free.push(index);
                 }
                 None => {
                     let sum = misses.norm_squared();
@@ -208,13 +208,13 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
 
     fn set_params(&mut self, values: &DVector<f64>) {
-        for (place, value) in self.free.iter().zip(values.iter()) {
-            self.values[*place] = *value;
+        for (index, value) in self.free.iter().zip(values.iter()) {
+            self.values[*index] = *value;
         }
     }
 
     fn params(&self) -> DVector<f64> {
-        DVector::from_iterator(self.free.len(), self.free.iter().map(|place| self.values[*place]))
+        DVector::from_iterator(self.free.len(), self.free.iter().map(|index| self.values[*index]))
     }
 
     /// Without residuals the method ends.
@@ -324,7 +324,7 @@ mod tests {
     /// A pump-down to a base pressure, and a rise.
     fn record() -> PlantRecord {
         let pa = |t: f64| 10.0 * (-t / 20.0).exp() + 1e-4 + 1e-2 / (t + 5.0) + 1e-6 * (t - 3000.0).max(0.0);
-        let samples = (0..400).map(|place| f64::from(place) * 10.0).map(|t| (t, pa(t))).collect();
+        let samples = (0..400).map(|index| f64::from(index) * 10.0).map(|t| (t, pa(t))).collect();
         let phases = vec![Phase { from_s: 0.0, pumped: true }, Phase { from_s: 3000.0, pumped: false }];
         PlantRecord { samples, phases, volume: Volume::Given(0.05), gauge_uncertainty: 0.0 }
     }
@@ -335,22 +335,22 @@ mod tests {
         let groups = record.groups();
         let (unknowns, mut values) = guess(&record, &groups);
         values[RETURN] = 5.0;
-        for place in [EXPONENT, SHARE, RETURN, OFFSET] {
+        for index in [EXPONENT, SHARE, RETURN, OFFSET] {
             let mut values = values.clone();
-            values[place] = bounds(place)[1];
+            values[index] = bounds(index)[1];
             let problem = Problem {
                 record: &record,
                 groups: &groups,
                 noise: 0.01,
                 unknowns: unknowns.clone(),
                 values,
-                free: vec![place],
+                free: vec![index],
                 stopped: &|| false,
             };
             // Without the last rows, which hold what is usual.
-            let column = problem.derivatives(&[place]);
+            let column = problem.derivatives(&[index]);
             let steepest = column.rows(0, groups.len()).amax();
-            assert!(steepest > 0.0, "unknown {place} at its upper bound: {steepest:e}");
+            assert!(steepest > 0.0, "unknown {index} at its upper bound: {steepest:e}");
         }
     }
 }

@@ -120,7 +120,7 @@ fn search(record: &PlantRecord, stopped: &dyn Fn() -> bool) -> Result<Plant, Not
         let slack = if attempt < BETTER { 0.05 * f64::from(1 << attempt) } else { f64::INFINITY };
         let fitted = Fitted::new(sum, problem, slack).ok_or(NotIdentified::NoMinimum)?;
         let places = 0..fitted.problem.unknowns.count();
-        match places.map(|place| reported(&fitted, place)).collect::<Result<Vec<_>, _>>() {
+        match places.map(|index| reported(&fitted, index)).collect::<Result<Vec<_>, _>>() {
             Ok(bounds) => return Ok(plant(&fitted, &bounds, record.gauge_uncertainty)),
             Err(Better(less, better)) => {
                 (sum, problem) = better.minimised(EXACT).unwrap_or((less, fitted.problem));
@@ -131,9 +131,9 @@ fn search(record: &PlantRecord, stopped: &dyn Fn() -> bool) -> Result<Plant, Not
 }
 
 /// The bounds of an unknown that has an interval.
-fn reported<'a>(fitted: &Fitted<'a>, place: usize) -> Result<Option<Bounds>, Better<'a>> {
-    let is_reported = matches!(place, LEAK | OUTGASSING | EXPONENT | ULTIMATE) || place >= SPEEDS;
-    is_reported.then(|| fitted.bounds(place)).transpose()
+fn reported<'a>(fitted: &Fitted<'a>, index: usize) -> Result<Option<Bounds>, Better<'a>> {
+    let is_reported = matches!(index, LEAK | OUTGASSING | EXPONENT | ULTIMATE) || index >= SPEEDS;
+    is_reported.then(|| fitted.bounds(index)).transpose()
 }
 
 fn residuals(problem: &Problem<'_>, states: &[State]) -> Vec<Residual> {
@@ -150,13 +150,13 @@ fn plant(fitted: &Fitted<'_>, bounds: &[Option<Bounds>], gauge_uncertainty: f64)
     let problem: &Problem<'_> = &fitted.problem;
     let unknowns = problem.unknowns.clone();
     let values = problem.values.clone();
-    let interval = |place: usize| {
-        let found = bounds.get(place).and_then(Option::as_ref);
-        let [low, high] = found.map_or([&values; 2], |bounds| [&bounds.low, &bounds.high]).map(|all| all[place]);
-        Interval { mean: values[place], low, high }
+    let interval = |index: usize| {
+        let found = bounds.get(index).and_then(Option::as_ref);
+        let [low, high] = found.map_or([&values; 2], |bounds| [&bounds.low, &bounds.high]).map(|all| all[index]);
+        Interval { mean: values[index], low, high }
     };
-    let logarithmic = |place: usize| {
-        let found = interval(place);
+    let logarithmic = |index: usize| {
+        let found = interval(index);
         Interval { mean: found.mean.exp(), low: found.low.exp(), high: found.high.exp() }
     };
     // A gauge that reads too high finds too much gas and, from a dose, too small a volume. The time constants V/S do not change.

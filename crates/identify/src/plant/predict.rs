@@ -163,18 +163,18 @@ impl Plant {
     }
 
     fn logarithm(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
-        let inside = DVector::from_fn(values.len(), |place, _| bounded(place, values[place]));
+        let inside = DVector::from_fn(values.len(), |index, _| bounded(index, values[index]));
         quantity(&self.unknowns.numbers(&inside)).ln()
     }
 
     /// The variance of a function of the unknowns.
     fn variance(&self, of: &impl Fn(&DVector<f64>) -> f64) -> f64 {
-        let gradient = DVector::from_fn(self.values.len(), |place, _| {
+        let gradient = DVector::from_fn(self.values.len(), |index, _| {
             // A tenth of the uncertainty of the number shows how the function changes within it.
-            let step = (0.1 * self.covariance[(place, place)].sqrt()).max(1e-6);
+            let step = (0.1 * self.covariance[(index, index)].sqrt()).max(1e-6);
             let [below, above] = [-step, step].map(|change| {
                 let mut values = self.values.clone();
-                values[place] += change;
+                values[index] += change;
                 of(&values)
             });
             (above - below) / (2.0 * step)

@@ -108,12 +108,12 @@ impl PlantRecord {
 
     pub(super) fn check(&self) -> Result<(), NotIdentified> {
         let good = |(t, pa): &(f64, f64)| t.is_finite() && *t >= 0.0 && POSSIBLE_PA.contains(pa);
-        if let Some(place) = self.samples.iter().position(|sample| !good(sample)) {
-            return Err(NotIdentified::Sample(place));
+        if let Some(index) = self.samples.iter().position(|sample| !good(sample)) {
+            return Err(NotIdentified::Sample(index));
         }
         let rises = |pair: &[(f64, f64)]| pair.first().map(|(t, _)| *t) < pair.get(1).map(|(t, _)| *t);
-        if let Some(place) = self.samples.windows(2).position(|pair| !rises(pair)) {
-            return Err(NotIdentified::Sample(place));
+        if let Some(index) = self.samples.windows(2).position(|pair| !rises(pair)) {
+            return Err(NotIdentified::Sample(index));
         }
         if self.samples.len() < LEAST_SAMPLES {
             return Err(NotIdentified::Few(self.samples.len()));
@@ -138,12 +138,12 @@ impl PlantRecord {
         changes.extend(self.dose().map(|dose| dose.at_s));
         changes.sort_by(f64::total_cmp);
         let mut groups = Vec::new();
-        for (place, change) in changes.iter().enumerate() {
-            let end = changes.get(place + 1).copied().unwrap_or(f64::INFINITY);
+        for (index, change) in changes.iter().enumerate() {
+            let end = changes.get(index + 1).copied().unwrap_or(f64::INFINITY);
             let here: Vec<_> = self.samples.iter().filter(|(t, _)| t > change && *t <= end).copied().collect();
             // The first phase begins with the record, whatever its time.
             let here =
-                if place == 0 { self.samples.iter().filter(|(t, _)| *t <= end).copied().collect() } else { here };
+                if index == 0 { self.samples.iter().filter(|(t, _)| *t <= end).copied().collect() } else { here };
             grouped(&here, &mut groups);
         }
         groups

@@ -196,8 +196,8 @@ pub fn analyse(samples: &[(f64, f64)], setup: &RiseSetup) -> Result<Rise, NoRise
 
 fn check(samples: &[(f64, f64)], setup: &RiseSetup) -> Result<(), NoRise> {
     let positive = |number: f64| number.is_finite() && number > 0.0;
-    if let Some(place) = samples.iter().position(|(t, p)| !t.is_finite() || !positive(*p)) {
-        return Err(NoRise::NotPositive(place));
+    if let Some(index) = samples.iter().position(|(t, p)| !t.is_finite() || !positive(*p)) {
+        return Err(NoRise::NotPositive(index));
     }
     if samples.len() < LEAST_SAMPLES {
         return Err(NoRise::Few(samples.len()));

@@ -31,7 +31,7 @@ impl Model {
         let rows = samples
             .iter()
             .enumerate()
-            .map(|(place, (t, p, weight))| (slowing.row(place, *t), p - start - slope * t, *weight));
+            .map(|(index, (t, p, weight))| (slowing.row(index, *t), p - start - slope * t, *weight));
         let sums = Sums::new(rows);
         // Outgassing slows down, so it begins with more than the mean slope; a hundred times is beyond every tau.
         let most = 100.0 * slope.abs();
@@ -78,8 +78,8 @@ impl Model {
     }
 
     /// The pressure above the straight line at a sample, in Pa.
-    pub fn at(&self, place: usize, t: f64) -> f64 {
-        self.slowing.row(place, t).dot(&self.best.vector)
+    pub fn at(&self, index: usize, t: f64) -> f64 {
+        self.slowing.row(index, t).dot(&self.best.vector)
     }
 }
 

@@ -49,8 +49,8 @@ impl Record<'_> {
             gas_k: setup.gas_k,
         };
         let [air, walls] = [Gas::Air, setup.outgassed].map(|gas| setup.gauge.factor(gas));
-        let fitted = self.samples.iter().enumerate().map(|(place, (t, ..))| {
-            let more = best.map_or(0.0, |model| model.at(place, *t));
+        let fitted = self.samples.iter().enumerate().map(|(index, (t, ..))| {
+            let more = best.map_or(0.0, |model| model.at(index, *t));
             (t + self.first, start + slope * t + more)
         });
         Rise {

@@ -52,8 +52,8 @@ fn returning(times: &[f64], start_s: f64, tau_s: f64) -> Vec<f64> {
         let second = rate(at(first, 0.5));
         let third = rate(at(second, 0.5));
         let fourth = rate(at(third, 1.0));
-        for (place, value) in state.iter_mut().enumerate() {
-            *value += step / 6.0 * (first[place] + 2.0 * second[place] + 2.0 * third[place] + fourth[place]);
+        for (index, value) in state.iter_mut().enumerate() {
+            *value += step / 6.0 * (first[index] + 2.0 * second[index] + 2.0 * third[index] + fourth[index]);
         }
         before = *t;
         state[0] - t
@@ -92,8 +92,8 @@ pub(super) fn steps(from: f64, to: f64, count: usize) -> impl Iterator<Item = f6
 
 impl Slowing {
     /// The row of a sample: constant, time, and the two lags.
-    pub fn row(&self, place: usize, t: f64) -> Vector4<f64> {
-        let lag = |lags: &Vec<f64>| lags.get(place).copied().unwrap_or(0.0);
+    pub fn row(&self, index: usize, t: f64) -> Vector4<f64> {
+        let lag = |lags: &Vec<f64>| lags.get(index).copied().unwrap_or(0.0);
         Vector4::new(1.0, t, lag(&self.lags), self.others.as_ref().map_or(0.0, lag))
     }
 }

@@ -100,10 +100,11 @@ fn logarithms(samples: &[(f64, f64)], size: usize) -> Vec<(f64, f64)> {
 /// Where the indication leaves its course and returns.
 fn windows(groups: &[(f64, f64)], step_s: f64) -> Vec<Window> {
     let mut found: Vec<Window> = Vec::new();
-    let mut place = BEFORE;
-    while place.saturating_add(BEYOND) <= groups.len() {
-        let Some((returns, window)) = left(groups, place).and_then(|up| returned(groups, place, up, step_s)) else {
-            place = place.saturating_add(1);
+    let mut position = BEFORE;
+    while position.saturating_add(BEYOND) <= groups.len() {
+        let Some((returns, window)) = left(groups, position).and_then(|up| returned(groups, position, up, step_s))
+        else {
+            position = position.saturating_add(1);
             continue;
         };
         // The window does not reach into the change before it, whose window ends here.
@@ -114,15 +115,15 @@ fn windows(groups: &[(f64, f64)], step_s: f64) -> Vec<Window> {
             last.to_s = last.to_s.min(window.leaves_s - step_s);
         }
         found.push(Window { from_s: begins_s, ..window });
-        place = returns.saturating_add(1);
+        position = returns.saturating_add(1);
     }
     found
 }
 
 /// Whether the indication leaves its course at a place, and to which side.
-fn left(groups: &[(f64, f64)], place: usize) -> Option<f64> {
-    let before = groups.get(place.checked_sub(BEFORE)?..place)?;
-    let next = groups.get(place..place.checked_add(BEYOND)?)?;
+fn left(groups: &[(f64, f64)], position: usize) -> Option<f64> {
+    let before = groups.get(position.checked_sub(BEFORE)?..position)?;
+    let next = groups.get(position..position.checked_add(BEYOND)?)?;
     let count = before.len() as f64;
     let (t, y) = before.iter().fold((0.0, 0.0), |(t, y), one| (t + one.0 / count, y + one.1 / count));
     let squares: f64 = before.iter().map(|one| (one.0 - t).powi(2)).sum();
@@ -135,18 +136,18 @@ fn left(groups: &[(f64, f64)], place: usize) -> Option<f64> {
 }
 
 /// When it returns, and the window around it.
-fn returned(groups: &[(f64, f64)], place: usize, side: f64, step_s: f64) -> Option<(usize, Window)> {
-    let before = groups.get(place.checked_sub(BEFORE / 2)?..place)?;
+fn returned(groups: &[(f64, f64)], position: usize, side: f64, step_s: f64) -> Option<(usize, Window)> {
+    let before = groups.get(position.checked_sub(BEFORE / 2)?..position)?;
     let level = before.iter().map(|one| one.1).sum::<f64>() / before.len() as f64;
     let leaves_s = before.last()?.0;
     let mut peak = 0.0;
-    for (index, (t, y)) in groups.iter().enumerate().skip(place).take(LONGEST) {
+    for (index, (t, y)) in groups.iter().enumerate().skip(position).take(LONGEST) {
         let change = side * (y - level);
         peak = f64::max(peak, change);
         if t - leaves_s > LONGEST_S || peak > LARGEST {
             return None;
         }
-        if index >= place.saturating_add(BEYOND) && change < RETURNED * peak {
+        if index >= position.saturating_add(BEYOND) && change < RETURNED * peak {
             let length = (t - leaves_s).max(10.0 * step_s);
             let window =
                 Window { from_s: leaves_s - length, leaves_s, returns_s: *t, to_s: t + AFTER * length, step_s };

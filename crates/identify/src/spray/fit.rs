@@ -49,9 +49,9 @@ impl Shape {
         approached(t.min(self.to_s) - self.from_s) * (-(t - self.to_s).max(0.0) / tau).exp()
     }
 
-    fn changed(self, place: usize, by: f64) -> Self {
+    fn changed(self, index: usize, by: f64) -> Self {
         let mut changed = [self.from_s, self.to_s, self.ln_tau];
-        changed.iter_mut().skip(place).take(1).for_each(|number| *number += by);
+        changed.iter_mut().skip(index).take(1).for_each(|number| *number += by);
         let [from_s, to_s, ln_tau] = changed;
         Self { from_s, to_s, ln_tau }
     }
@@ -104,7 +104,7 @@ impl Problem {
         for _ in 0..SHRINKS {
             let centre = best.as_ref().map_or(middle, |(shape, _)| *shape);
             for (i, j, k) in places() {
-                let by = |place: i32, reach: f64| f64::from(place) / f64::from(GRID) * reach;
+                let by = |index: i32, reach: f64| f64::from(index) / f64::from(GRID) * reach;
                 let shape = centre.changed(0, by(i, reach[0])).changed(1, by(j, reach[1])).changed(2, by(k, reach[2]));
                 let shape = Shape { ln_tau: shape.ln_tau.clamp(least, most), ..shape };
                 if shape.to_s <= shape.from_s {
@@ -128,17 +128,17 @@ impl Problem {
         let steps = [0.01 * tau, 0.01 * tau, 0.01];
         let rows = DMatrix::from_fn(self.points.len(), count, |row, column| {
             let Some((t, _, weight)) = self.points.get(row) else { return 0.0 };
-            let value = match column.checked_sub(4).and_then(|place| Some((place, steps.get(place)?))) {
+            let value = match column.checked_sub(4).and_then(|index| Some((index, steps.get(index)?))) {
                 None => self.basis(shape, *t).get(column).copied().unwrap_or_default(),
-                Some((place, step)) => {
-                    let [more, less] = [*step, -step].map(|by| shape.changed(place, by).at(*t));
+                Some((index, step)) => {
+                    let [more, less] = [*step, -step].map(|by| shape.changed(index, by).at(*t));
                     change * (more - less) / (2.0 * step)
                 }
             };
             value * weight
         });
         let covariance = (rows.transpose() * rows).try_inverse()?;
-        let deviation = |place: usize| covariance.get((place, place)).copied().unwrap_or_default().max(0.0).sqrt();
+        let deviation = |index: usize| covariance.get((index, index)).copied().unwrap_or_default().max(0.0).sqrt();
         Some([3, 4, 5, 6].map(deviation))
     }
 }

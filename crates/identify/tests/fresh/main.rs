@@ -75,9 +75,9 @@ fn coverage(seeds: Range<u64>, imperfection: Imperfection) -> Coverage {
     for (seed, compared) in found {
         match compared {
             Ok((misfit, _)) if misfit > MISFIT => all.warned += 1,
-            Ok((_, compared)) => compared.into_iter().for_each(|(place, truth, interval)| {
-                all.counts[place][0] += u32::from(interval.contains(truth));
-                all.counts[place][1] += 1;
+            Ok((_, compared)) => compared.into_iter().for_each(|(index, truth, interval)| {
+                all.counts[index][0] += u32::from(interval.contains(truth));
+                all.counts[index][1] += 1;
             }),
             Err(error) => writeln!(all.without, "{seed}: {error}").unwrap(),
         }

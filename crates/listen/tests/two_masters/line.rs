@@ -224,8 +224,8 @@ impl Line {
             .map(|(address, entry)| {
                 let model = entry.model;
                 // Each device with another of its configurations and units.
-                let place = (usize::from(address) + 3) % model.configurations.len();
-                let with_inputs = model.configurations.iter().cycle().skip(place).find(|it| it.inputs.is_some());
+                let index = (usize::from(address) + 3) % model.configurations.len();
+                let with_inputs = model.configurations.iter().cycle().skip(index).find(|it| it.inputs.is_some());
                 let configuration = with_inputs.unwrap_or(model.default_configuration);
                 let unit = &model.units[usize::from(address) % model.units.len()];
                 CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() }
@@ -285,9 +285,9 @@ impl Line {
     }
 
     /// A master is replaced by one that has just been switched on. Its counts continue.
-    pub fn restart(&mut self, place: usize) {
-        let mut new = self.new_master(MASTERS[place]);
-        let old = self.segment.station_mut(self.masters[place]);
+    pub fn restart(&mut self, index: usize) {
+        let mut new = self.new_master(MASTERS[index]);
+        let old = self.segment.station_mut(self.masters[index]);
         // Its last telegram may still be leaving, and the answer may still come.
         new.pending = old.pending;
         new.outgoing = std::mem::take(&mut old.outgoing);

@@ -617,8 +617,8 @@ fn a_ring_of_any_number_of_masters_is_known_after_one_rotation() {
         let mut listener = Listener::new(Baud::B500000);
         let mut now = 0;
         let mut rotate = |listener: &mut Listener, masters: &[u8]| {
-            for (place, from) in masters.iter().enumerate() {
-                let to = masters[(place + 1) % masters.len()];
+            for (index, from) in masters.iter().enumerate() {
+                let to = masters[(index + 1) % masters.len()];
                 listener.hear(&Chunk { start: Some(BitTime(now)), octets: vec![0xDC, to, *from], ..Chunk::default() });
                 now += 33 + 37;
             }

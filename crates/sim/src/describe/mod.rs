@@ -20,8 +20,8 @@ pub struct Hex<'a>(pub &'a [u8]);
 
 impl fmt::Display for Hex<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (place, octet) in self.0.iter().enumerate() {
-            let space = if place == 0 { "" } else { " " };
+        for (index, octet) in self.0.iter().enumerate() {
+            let space = if index == 0 { "" } else { " " };
             write!(f, "{space}{octet:02X}")?;
         }
         Ok(())

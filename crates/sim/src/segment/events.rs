@@ -26,9 +26,9 @@ impl Segment {
         if self.next_fault_at() <= self.now {
             self.next_fault();
         } else if heard <= other {
-            self.listen(self.tap_times.earliest_place(), heard, end);
+            self.listen(self.tap_times.earliest_index(), heard, end);
         } else {
-            self.run_driver(self.driver_times.earliest_place());
+            self.run_driver(self.driver_times.earliest_index());
         }
         true
     }
@@ -43,40 +43,40 @@ impl Segment {
     }
 
     /// A tap reads up to `now`, and continues while no other event is due before `end`.
-    fn listen(&mut self, place: usize, mut now: BitTime, end: BitTime) {
-        self.tap_times.set(place, NEVER);
+    fn listen(&mut self, index: usize, mut now: BitTime, end: BitTime) {
+        self.tap_times.set(index, NEVER);
         loop {
-            self.listen_until(place, now);
-            now = self.taps[place].next();
+            self.listen_until(index, now);
+            now = self.taps[index].next();
             let alone = now < self.next_other_than_tap() && now < self.tap_times.earliest_time();
             if now > end || !alone {
-                return self.tap_times.set(place, now);
+                return self.tap_times.set(index, now);
             }
             self.now = self.now.max(now);
         }
     }
 
-    fn listen_until(&mut self, place: usize, now: BitTime) {
-        if let Some((begin, octets)) = self.taps[place].take_telegram()
+    fn listen_until(&mut self, index: usize, now: BitTime) {
+        if let Some((begin, octets)) = self.taps[index].take_telegram()
             && let Some((last, before)) = octets.split_last()
         {
             let mut end = begin + CHARACTER_TBIT;
             for octet in before {
-                self.taps[place].receiver.octet(end, *octet);
+                self.taps[index].receiver.octet(end, *octet);
                 end = end + CHARACTER_TBIT;
             }
-            self.receive_character(place, end, Character { octet: *last, error: false });
+            self.receive_character(index, end, Character { octet: *last, error: false });
         }
-        while !self.taps[place].is_read_until(now) {
-            if let Some((end, character)) = self.taps[place].read_next() {
-                self.receive_character(place, end, character);
+        while !self.taps[index].is_read_until(now) {
+            if let Some((end, character)) = self.taps[index].read_next() {
+                self.receive_character(index, end, character);
             }
         }
     }
 
     /// Handles a character at a tap.
-    fn receive_character(&mut self, place: usize, end: BitTime, character: Character) {
-        let tap = &mut self.taps[place];
+    fn receive_character(&mut self, index: usize, end: BitTime, character: Character) {
+        let tap = &mut self.taps[index];
         if tap.owner.is_some_and(|owner| end <= self.drivers[owner].sends_until) {
             // The receiver of a station is off while the station sends.
             return;
@@ -86,10 +86,10 @@ impl Segment {
         }
         if character.error {
             tap.receiver.character_error(end);
-            return self.activity(place, end);
+            return self.activity(index, end);
         }
         let Received::Telegram(telegram) = tap.receiver.octet(end, character.octet) else {
-            return self.activity(place, end);
+            return self.activity(index, end);
         };
         let mut moved = Vec::new();
         let mut give = |driver: usize| {
@@ -168,11 +168,11 @@ impl Segment {
 
     /// Sends a signal to all connected taps.
     fn spread(&mut self, signal: &Signal, sender: Option<usize>, position: u64, delay: u64) {
-        for (place, tap) in self.taps.iter_mut().enumerate() {
+        for (index, tap) in self.taps.iter_mut().enumerate() {
             let itself = sender.is_some() && tap.owner == sender;
             if !itself && connected(self.cut, position, tap.position) {
                 tap.announce(signal.clone(), sender, self.now + delay + position.abs_diff(tap.position));
-                self.tap_times.set(place, tap.next());
+                self.tap_times.set(index, tap.next());
             }
         }
     }
@@ -216,7 +216,7 @@ impl Segment {
     fn last_lines(&self) -> String {
         let entries = &self.trace.entries;
         let skipped = entries.len().saturating_sub(SHOWN);
-        let before = |place: usize| place.checked_sub(1).map(|place| entries[place].end());
-        (skipped..entries.len()).map(|place| Line(before(place), &entries[place]).to_string()).collect()
+        let before = |index: usize| index.checked_sub(1).map(|index| entries[index].end());
+        (skipped..entries.len()).map(|index| Line(before(index), &entries[index]).to_string()).collect()
     }
 }

@@ -45,8 +45,8 @@ impl Segment {
         self.driver(station).set_power(on);
         let StationId(driver) = station;
         if on {
-            let place = self.own_tap(driver);
-            self.taps[place].receiver = Receiver::new(self.now);
+            let index = self.own_tap(driver);
+            self.taps[index].receiver = Receiver::new(self.now);
         } else {
             self.taps.iter_mut().for_each(|tap| tap.cut_off(driver, self.now));
         }
@@ -66,8 +66,8 @@ impl Segment {
 
     fn set_noise_at(&mut self, station: StationId, noise: Option<Noise>) {
         self.driver(station);
-        let place = self.own_tap(station.0);
-        self.taps[place].set_noise(self.now, self.noise.clone(), noise);
+        let index = self.own_tap(station.0);
+        self.taps[index].set_noise(self.now, self.noise.clone(), noise);
         self.reschedule_taps();
     }
 
@@ -114,6 +114,6 @@ impl Segment {
     /// Recalculates the times of all taps after a change of the signals.
     fn reschedule_taps(&mut self) {
         self.noisy = self.noise.is_some() || self.echo.is_some() || self.taps.iter().any(|tap| tap.own_noise.is_some());
-        self.taps.iter().enumerate().for_each(|(place, tap)| self.tap_times.set(place, tap.next()));
+        self.taps.iter().enumerate().for_each(|(index, tap)| self.tap_times.set(index, tap.next()));
     }
 }

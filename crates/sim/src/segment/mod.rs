@@ -182,8 +182,8 @@ impl Segment {
 
     /// Schedules a fault for `time`, or for now if `time` has passed.
     pub fn schedule_fault(&mut self, time: BitTime, fault: Fault) {
-        let place = self.script.partition_point(|(other, _)| *other <= time);
-        self.script.insert(place, (time, fault));
+        let index = self.script.partition_point(|(other, _)| *other <= time);
+        self.script.insert(index, (time, fault));
     }
 
     /// Runs up to and including `end`.

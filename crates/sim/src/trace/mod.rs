@@ -62,7 +62,7 @@ impl Entry {
 
     /// A transmission from `start` to `end`, as it was received.
     pub(crate) fn read(start: BitTime, end: BitTime, characters: &[Character]) -> Self {
-        let errors = (0..characters.len()).filter(|place| characters[*place].error).collect();
+        let errors = (0..characters.len()).filter(|index| characters[*index].error).collect();
         Self { start, octets: characters.iter().map(|character| character.octet).collect(), errors, end }
     }
 
@@ -96,9 +96,9 @@ impl CharacterErrors<'_> {
 impl fmt::Display for CharacterErrors<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(Self::WORDS)?;
-        for (count, place) in self.0.iter().enumerate() {
+        for (count, index) in self.0.iter().enumerate() {
             let comma = if count == 0 { "" } else { ", " };
-            write!(f, "{comma}{}", place + 1)?;
+            write!(f, "{comma}{}", index + 1)?;
         }
         Ok(())
     }

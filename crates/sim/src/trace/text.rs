@@ -17,8 +17,8 @@ impl fmt::Display for Line<'_> {
         let Self(before, entry) = self;
         let gap = before.map(|end| format!("+{}", entry.start - end)).unwrap_or_default();
         write!(f, "{:>10} {gap:>6}  {:WORDS_WIDTH$} |", entry.start.0, entry.to_string())?;
-        for (place, octet) in entry.octets.iter().enumerate() {
-            write!(f, " {octet:02X}{}", if entry.errors.contains(&place) { "!" } else { "" })?;
+        for (index, octet) in entry.octets.iter().enumerate() {
+            write!(f, " {octet:02X}{}", if entry.errors.contains(&index) { "!" } else { "" })?;
         }
         f.write_char('\n')
     }

@@ -232,14 +232,14 @@ impl Line {
         self.segment.run_for(4 * Bounds::of(addresses).rotation)?;
         let after = self.answers(addresses);
         self.segment.expect_ring(&[], self.segment.now());
-        for (place, address) in addresses.iter().enumerate() {
+        for (index, address) in addresses.iter().enumerate() {
             let master = self.master(*address);
             assert_eq!(master.ring_state(), RingState::InRing, "{address} {}", self.segment.trace());
             let known: Vec<u8> = master.masters().collect();
             let mut all = addresses.to_vec();
             all.sort_unstable();
             assert_eq!(known, all, "the ring as {address} knows it");
-            assert!(after[place] >= before[place] + 3, "{address} got {} answers", after[place] - before[place]);
+            assert!(after[index] >= before[index] + 3, "{address} got {} answers", after[index] - before[index]);
         }
         Ok(())
     }

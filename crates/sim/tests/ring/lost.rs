@@ -157,8 +157,8 @@ fn noise_at_one_master_does_not_stop_the_others() {
         let before = line.answers(&ADDRESSES);
         line.without_token_rules(300_000);
         let after = line.answers(&ADDRESSES);
-        for (place, address) in ADDRESSES.into_iter().enumerate().filter(|(_, address)| *address != deaf) {
-            assert!(after[place] > before[place] + 50, "{address} beside {deaf}: {}", after[place] - before[place]);
+        for (index, address) in ADDRESSES.into_iter().enumerate().filter(|(_, address)| *address != deaf) {
+            assert!(after[index] > before[index] + 50, "{address} beside {deaf}: {}", after[index] - before[index]);
         }
         line.segment.inject(Fault::NoiseAt(line.handle(deaf).id(), None));
         line.without_token_rules(Bounds::of(&ADDRESSES).begin(3));

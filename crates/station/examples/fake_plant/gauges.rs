@@ -260,8 +260,8 @@ impl Fake {
     /// Every series with what it shows at a second.
     pub fn series(&self, second: f64) -> Vec<(Arc<str>, Shown)> {
         let alone = self.shapes.len() == 1;
-        let named = |place: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, place + 1) };
-        let shown = |(place, shape): (usize, &Shape)| (Arc::from(named(place)), self.shown(*shape, second));
+        let named = |index: usize| if alone { self.name.to_owned() } else { format!("{}.{}", self.name, index + 1) };
+        let shown = |(index, shape): (usize, &Shape)| (Arc::from(named(index)), self.shown(*shape, second));
         self.shapes.iter().enumerate().map(shown).collect()
     }
 
@@ -308,7 +308,7 @@ impl Fake {
             warnings: Vec::new(),
             gas: self.gas.to_string(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
-            readings: readings.map(|(place, (series, shown))| self.reading(place, &series, told(shown))).collect(),
+            readings: readings.map(|(index, (series, shown))| self.reading(index, &series, told(shown))).collect(),
             age_ms,
             parameters: Vec::new(),
             read_at: None,
@@ -317,12 +317,12 @@ impl Fake {
         }
     }
 
-    fn reading(&self, place: usize, series: &str, shown: Shown) -> Reading {
+    fn reading(&self, index: usize, series: &str, shown: Shown) -> Reading {
         let part = active_part(self.model(), shown.pa.unwrap_or_default()).map(|spec| spec.part);
         let pa = shown.pa.filter(|_| shown.quality == Quality::Valid);
         Reading {
             series: series.to_owned(),
-            instance: part.map_or_else(|| u8::try_from(place + 1).unwrap_or(u8::MAX), |part| part.instance),
+            instance: part.map_or_else(|| u8::try_from(index + 1).unwrap_or(u8::MAX), |part| part.instance),
             principle: part.map(|part| part.principle),
             pa,
             limit_pa: shown.pa.filter(|_| shown.quality != Quality::Valid),

@@ -13,14 +13,14 @@ const WAIT: Duration = Duration::from_secs(30);
 /// The longest fit. free choice: a usual one takes seconds
 pub const LONGEST: Duration = Duration::from_secs(120);
 
-/// The place for one fit. A fit needs a processor core, and the segments need one too.
+/// The permit for one fit. A fit needs a processor core, and the segments need one too.
 #[derive(Clone)]
 pub struct Fits {
-    place: Arc<Semaphore>,
+    permit: Arc<Semaphore>,
     wait: Duration,
 }
 
-/// The place, taken.
+/// The permit, taken.
 pub struct Fit {
     permit: OwnedSemaphorePermit,
 }
@@ -35,14 +35,14 @@ impl Drop for StopWhenDropped {
 }
 
 impl Fits {
-    /// A place that is free.
+    /// A permit that is free.
     pub fn new() -> Self {
-        Self { place: Arc::new(Semaphore::new(1)), wait: WAIT }
+        Self { permit: Arc::new(Semaphore::new(1)), wait: WAIT }
     }
 
     /// Waits until no other fit runs.
     pub async fn begin(&self) -> Result<Fit, Problem> {
-        match tokio::time::timeout(self.wait, Arc::clone(&self.place).acquire_owned()).await {
+        match tokio::time::timeout(self.wait, Arc::clone(&self.permit).acquire_owned()).await {
             Ok(Ok(permit)) => Ok(Fit { permit }),
             Ok(Err(_)) | Err(_) => {
                 Err(Problem::unavailable("the station fits another plant at present; try again later"))
@@ -52,7 +52,7 @@ impl Fits {
 }
 
 impl Fit {
-    /// Runs the work, which calls its argument often and ends when that is true. The place is free when the work ends.
+    /// Runs the work, which calls its argument often and ends when that is true. The permit is free when the work ends.
     pub async fn run<T: Send + 'static>(
         self,
         work: impl FnOnce(&dyn Fn() -> bool) -> T + Send + 'static,
@@ -90,7 +90,7 @@ mod tests {
         tokio::task::block_in_place(|| has_begun.recv()).unwrap();
         request.abort();
         let second = fits.begin().await.unwrap();
-        // The place is free only after the first one has ended.
+        // The permit is free only after the first one has ended.
         assert!(has_ended.try_recv().is_ok());
         assert!(!second.run(|stopped: &dyn Fn() -> bool| stopped()).await.unwrap());
     }

@@ -77,7 +77,7 @@ pub async fn identify(
     let parameters = parsed_query(parameters)?;
     let (known, asked) = parameters.checked()?;
     let series = parameters.series;
-    // The place first: requests that wait for it hold no samples.
+    // The permit first: requests that wait for it hold no samples.
     let fit = fits.begin().await?;
     let TimeRange { start, end } = known.span;
     let wanted = series.clone();

@@ -13,7 +13,7 @@ use super::headers::{self, Hosts};
 use super::problem::Problem;
 use crate::auth::Actor;
 use crate::auth::User;
-use crate::auth::connections::{Place, StreamClient, StreamPlace, StreamPlaces};
+use crate::auth::connections::{Permit, StreamClient, StreamPermit, StreamPermits};
 use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::host_name::is_loopback;
@@ -59,8 +59,8 @@ pub struct RequestGuard {
     pub port: u16,
     /// The longest time for a body to arrive.
     pub body_timeout: Duration,
-    /// The places for live streams.
-    pub streams: StreamPlaces,
+    /// The permits for live streams.
+    pub streams: StreamPermits,
 }
 
 /// An authorised request, for its handler.
@@ -117,18 +117,18 @@ impl RequestContext {
 
 /// Passes an authorised request on, and answers any other with a problem document.
 pub async fn authorise(State(guard): State<Arc<RequestGuard>>, request: Request, next: Next) -> Response {
-    let authorised = guard.authorised(request).await.and_then(|request| Ok((guard.stream_place(&request)?, request)));
+    let authorised = guard.authorised(request).await.and_then(|request| Ok((guard.stream_permit(&request)?, request)));
     match authorised {
         Ok((None, request)) => next.run(request).await,
-        Ok((Some(place), request)) => next.run(request).await.map(|body| with_place(body, place)),
+        Ok((Some(permit), request)) => next.run(request).await.map(|body| with_permit(body, permit)),
         Err(problem) => problem.into_response(),
     }
 }
 
-/// A body that has the place of its live stream until it ends.
-fn with_place(body: Body, place: StreamPlace) -> Body {
+/// A body that has the permit of its live stream until it ends.
+fn with_permit(body: Body, permit: StreamPermit) -> Body {
     Body::from_stream(body.into_data_stream().map(move |chunk| {
-        let _place = &place;
+        let _permit = &permit;
         chunk
     }))
 }
@@ -148,8 +148,8 @@ impl RequestGuard {
         let context = self.context(&request, &host, peer);
         let checked = self.check_page(&request, &host).and_then(|()| check_session(&context, &request));
         checked.inspect_err(|problem| self.record_refusal(&context, &request, problem))?;
-        if let (Some(place), Some(known)) = (request.extensions().get::<Arc<Place>>(), &context.authenticated) {
-            place.hold(&known.user.name);
+        if let (Some(permit), Some(known)) = (request.extensions().get::<Arc<Permit>>(), &context.authenticated) {
+            permit.hold(&known.user.name);
         }
         if let Some(authenticated) = context.authenticated.as_ref().filter(|_| !is_safe(request.method())) {
             limiters.write_request(&authenticated.user.name).map_err(Problem::too_many_requests)?;
@@ -162,8 +162,8 @@ impl RequestGuard {
         Ok(request)
     }
 
-    /// The place of a live stream; `None` for any other request.
-    fn stream_place(&self, request: &Request) -> Result<Option<StreamPlace>, Problem> {
+    /// The permit of a live stream; `None` for any other request.
+    fn stream_permit(&self, request: &Request) -> Result<Option<StreamPermit>, Problem> {
         let context = request.extensions().get::<RequestContext>();
         let Some(context) = context.filter(|_| request.uri().path() == LIVE_STREAM) else { return Ok(None) };
         let user =

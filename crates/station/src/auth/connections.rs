@@ -1,12 +1,12 @@
-//! The places for connections and for live streams: bounded in all, for one address and for one user, with places kept for logins.
+//! The permits for connections and for live streams: bounded in all, for one address and for one user, with permits kept for logins.
 //!
-//! A connection is *open to eviction* until a user is known on it. When all places are taken, the oldest such connection of the address
+//! A connection is *open to eviction* until a user is known on it. When all permits are taken, the oldest such connection of the address
 //! that has the most of them ends, so that a client that only connects, or only begins handshakes, makes room for the next client. A
-//! connection with a user holds its place; a quarter of the places is never held.
+//! connection with a user holds its permit; a quarter of the permits is never held.
 //!
-//! | Places | Connections | Live streams |
+//! | Permits | Connections | Live streams |
 //! |---|---|---|
-//! | in all | [`Places::new`] | three quarters of the connections |
+//! | in all | [`Permits::new`] | three quarters of the connections |
 //! | held | three quarters | |
 //! | of one user | a quarter | an eighth |
 //! | of one session | | [`MAX_STREAMS_PER_SESSION`] |
@@ -66,37 +66,37 @@ impl OpenConnections {
     }
 }
 
-/// The places for the connections of a server.
+/// The permits for the connections of a server.
 #[derive(Clone)]
-pub struct Places {
+pub struct Permits {
     max: usize,
     connections: Arc<Mutex<OpenConnections>>,
 }
 
-/// The place of one connection. Dropping it frees the place.
-pub struct Place {
+/// The permit of one connection. Dropping it frees the permit.
+pub struct Permit {
     number: u64,
-    places: Places,
+    permits: Permits,
 }
 
-/// Ends when the place is needed for another connection.
+/// Ends when the permit is needed for another connection.
 pub type Evicted = oneshot::Receiver<()>;
 
-impl Places {
+impl Permits {
     /// At most `max` connections.
     #[must_use]
     pub fn new(max: usize) -> Self {
         Self { max, connections: Arc::default() }
     }
 
-    /// The places of one user, and of one remote address.
+    /// The permits of one user, and of one remote address.
     fn share(&self) -> usize {
         (self.max / SHARE).max(1)
     }
 
-    /// A place for a connection from `peer`, if need be that of an older one without a user; `None` if all places are held.
+    /// A permit for a connection from `peer`, if need be that of an older one without a user; `None` if all permits are held.
     #[must_use]
-    pub fn take(&self, peer: IpAddr) -> Option<(Arc<Place>, Evicted)> {
+    pub fn take(&self, peer: IpAddr) -> Option<(Arc<Permit>, Evicted)> {
         let peer = network(peer);
         let mut connections = self.lock();
         let own = connections.count(|open| open.peer == peer);
@@ -112,7 +112,7 @@ impl Places {
         let (evict, evicted) = oneshot::channel();
         connections.open.insert(number, Open { peer, user: None, _evict: evict });
         drop(connections);
-        Some((Arc::new(Place { number, places: self.clone() }), evicted))
+        Some((Arc::new(Permit { number, permits: self.clone() }), evicted))
     }
 
     fn lock(&self) -> MutexGuard<'_, OpenConnections> {
@@ -120,27 +120,27 @@ impl Places {
     }
 }
 
-impl Place {
-    /// Holds the place for a user, as far as the user and all users together have places left. Without one the connection works and
+impl Permit {
+    /// Holds the permit for a user, as far as the user and all users together have permits left. Without one the connection works and
     /// stays open to eviction.
     pub fn hold(&self, user: &Arc<str>) {
-        let (max_own, max_held) = (self.places.share(), self.places.max.saturating_sub(self.places.share()));
-        let mut connections = self.places.lock();
+        let (max_own, max_held) = (self.permits.share(), self.permits.max.saturating_sub(self.permits.share()));
+        let mut connections = self.permits.lock();
         let others = |connections: &OpenConnections, is_counted: &dyn Fn(&Arc<str>) -> bool| {
             let all = connections.open.iter().filter(|(number, _)| **number != self.number);
             all.filter(|(_, open)| open.user.as_ref().is_some_and(is_counted)).count()
         };
-        let has_place =
+        let has_permit =
             others(&connections, &|other| other == user) < max_own && others(&connections, &|_| true) < max_held;
         if let Some(open) = connections.open.get_mut(&self.number) {
-            open.user = has_place.then(|| Arc::clone(user));
+            open.user = has_permit.then(|| Arc::clone(user));
         }
     }
 }
 
-impl Drop for Place {
+impl Drop for Permit {
     fn drop(&mut self) {
-        self.places.lock().open.remove(&self.number);
+        self.permits.lock().open.remove(&self.number);
     }
 }
 
@@ -173,9 +173,9 @@ pub enum StreamLimit {
     All(usize),
 }
 
-/// The places for the live streams of a server.
+/// The permits for the live streams of a server.
 #[derive(Clone)]
-pub struct StreamPlaces {
+pub struct StreamPermits {
     max_connections: usize,
     streams: Arc<Mutex<OpenStreams>>,
 }
@@ -186,24 +186,24 @@ struct OpenStreams {
     open: BTreeMap<u64, StreamClient>,
 }
 
-/// The place of one live stream. Dropping it frees the place.
-pub struct StreamPlace {
+/// The permit of one live stream. Dropping it frees the permit.
+pub struct StreamPermit {
     number: u64,
-    places: StreamPlaces,
+    permits: StreamPermits,
 }
 
-impl StreamPlaces {
-    /// The places on a server with `max_connections` connections.
+impl StreamPermits {
+    /// The permits on a server with `max_connections` connections.
     #[must_use]
     pub fn new(max_connections: usize) -> Self {
         Self { max_connections, streams: Arc::default() }
     }
 
-    /// A place for a stream.
+    /// A permit for a stream.
     ///
     /// # Errors
     /// The [`StreamLimit`] that it would exceed.
-    pub fn take(&self, client: StreamClient) -> Result<StreamPlace, StreamLimit> {
+    pub fn take(&self, client: StreamClient) -> Result<StreamPermit, StreamLimit> {
         let client = StreamClient { peer: network(client.peer), ..client };
         let part = (self.max_connections / SHARE / 2).max(1);
         let all = self.max_connections.saturating_sub(self.max_connections / SHARE).max(1);
@@ -228,7 +228,7 @@ impl StreamPlaces {
         streams.next = number.saturating_add(1);
         streams.open.insert(number, client);
         drop(streams);
-        Ok(StreamPlace { number, places: self.clone() })
+        Ok(StreamPermit { number, permits: self.clone() })
     }
 
     fn lock(&self) -> MutexGuard<'_, OpenStreams> {
@@ -236,9 +236,9 @@ impl StreamPlaces {
     }
 }
 
-impl Drop for StreamPlace {
+impl Drop for StreamPermit {
     fn drop(&mut self) {
-        self.places.lock().open.remove(&self.number);
+        self.permits.lock().open.remove(&self.number);
     }
 }
 
@@ -256,67 +256,67 @@ mod tests {
 
     #[test]
     fn one_client_alone_cannot_take_all_connections() {
-        let places = Places::new(16);
-        let take = |peer: &str| places.take(address(peer));
+        let permits = Permits::new(16);
+        let take = |peer: &str| permits.take(address(peer));
         let user: Arc<str> = Arc::from("vera");
         let own: Vec<_> = (0..4).map(|_| take("10.0.0.1").unwrap()).collect();
-        own.iter().for_each(|(place, _)| place.hold(&user));
+        own.iter().for_each(|(permit, _)| permit.hold(&user));
         assert!(take("10.0.0.1").is_none(), "an address has a quarter of the places");
         let network: Vec<_> = (0..4).map(|number| take(&format!("2001:db8::{number:x}")).unwrap()).collect();
-        network.iter().for_each(|(place, _)| place.hold(&Arc::from("olga")));
+        network.iter().for_each(|(permit, _)| permit.hold(&Arc::from("olga")));
         assert!(take("2001:db8::ffff").is_none(), "the addresses of one IPv6 network count as one client");
         drop(own);
         assert!(take("10.0.0.1").is_some(), "a closed connection frees its place");
         drop(network);
-        assert!(places.lock().open.is_empty(), "no connection that has ended is kept");
+        assert!(permits.lock().open.is_empty(), "no connection that has ended is kept");
     }
 
     #[test]
     fn a_connection_without_a_user_makes_room_for_the_next_one() {
-        let places = Places::new(8);
-        let mut silent: Vec<_> = (0..8).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
-        let (login, _login) = places.take(address("127.0.0.1")).unwrap();
+        let permits = Permits::new(8);
+        let mut silent: Vec<_> = (0..8).map(|_| permits.take(address("127.0.0.1")).unwrap()).collect();
+        let (login, _login) = permits.take(address("127.0.0.1")).unwrap();
         assert!(is_evicted(&mut silent[0].1), "the oldest ends");
         assert!(silent[1..].iter_mut().all(|(_, evicted)| !is_evicted(evicted)));
         login.hold(&Arc::from("ada"));
         // However many come after it, the connection of the user stays.
-        let mut flood: Vec<_> = (0..50).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
+        let mut flood: Vec<_> = (0..50).map(|_| permits.take(address("127.0.0.1")).unwrap()).collect();
         assert_eq!(
             flood.iter_mut().map(|(_, evicted)| is_evicted(evicted)).filter(|is_evicted| !is_evicted).count(),
             7
         );
-        assert!(places.lock().open.get(&login.number).is_some_and(|open| open.user.is_some()));
+        assert!(permits.lock().open.get(&login.number).is_some_and(|open| open.user.is_some()));
     }
 
     #[test]
     fn the_address_with_the_most_connections_without_a_user_loses_one() {
-        let places = Places::new(8);
-        let (_first, mut first) = places.take(address("10.0.0.9")).unwrap();
-        let mut greedy: Vec<_> = (0..7).map(|_| places.take(address("127.0.0.1")).unwrap()).collect();
-        let next = places.take(address("10.0.0.8")).unwrap();
+        let permits = Permits::new(8);
+        let (_first, mut first) = permits.take(address("10.0.0.9")).unwrap();
+        let mut greedy: Vec<_> = (0..7).map(|_| permits.take(address("127.0.0.1")).unwrap()).collect();
+        let next = permits.take(address("10.0.0.8")).unwrap();
         assert!(!is_evicted(&mut first) && is_evicted(&mut greedy[0].1));
         drop(next);
     }
 
     #[test]
     fn a_user_holds_a_quarter_and_all_users_three_quarters_of_the_connections() {
-        let places = Places::new(16);
+        let permits = Permits::new(16);
         let mut all = Vec::new();
         for user in ["ada", "olga", "vera", "hugo", "ines"] {
             for _ in 0..6 {
-                let (place, evicted) = places.take(address("127.0.0.1")).unwrap();
-                place.hold(&Arc::from(user));
-                all.push((place, evicted));
+                let (permit, evicted) = permits.take(address("127.0.0.1")).unwrap();
+                permit.hold(&Arc::from(user));
+                all.push((permit, evicted));
             }
         }
-        let held = |user: &str| places.lock().count(|open| open.user.as_deref() == Some(user));
+        let held = |user: &str| permits.lock().count(|open| open.user.as_deref() == Some(user));
         assert_eq!(["ada", "olga", "vera", "hugo", "ines"].map(held), [4, 4, 4, 0, 0]);
-        assert!(places.take(address("127.0.0.1")).is_some(), "a quarter is kept for logins");
+        assert!(permits.take(address("127.0.0.1")).is_some(), "a quarter is kept for logins");
     }
 
     #[test]
     fn live_streams_are_bounded_per_session_user_address_and_in_all() {
-        let places = StreamPlaces::new(256);
+        let permits = StreamPermits::new(256);
         let client = |peer: &str, user: &str, session: &Option<RandomSecret>| StreamClient {
             peer: address(peer),
             user: Arc::from(user),
@@ -325,8 +325,8 @@ mod tests {
         let take_all = |peer: &str, user: &str, session: &Option<RandomSecret>| {
             let mut taken = Vec::new();
             loop {
-                match places.take(client(peer, user, session)) {
-                    Ok(place) => taken.push(place),
+                match permits.take(client(peer, user, session)) {
+                    Ok(permit) => taken.push(permit),
                     Err(limit) => return (taken, limit),
                 }
             }
@@ -335,7 +335,7 @@ mod tests {
         let (one, limit) = take_all("127.0.0.1", "vera", &new());
         assert_eq!((one.len(), limit), (8, StreamLimit::Session(8)));
         let more: Vec<_> = (0..4).map(|_| take_all("127.0.0.1", "vera", &new())).collect();
-        let taken: Vec<_> = more.iter().map(|(places, limit)| (places.len(), *limit)).collect();
+        let taken: Vec<_> = more.iter().map(|(permits, limit)| (permits.len(), *limit)).collect();
         let session = (8, StreamLimit::Session(8));
         assert_eq!(taken, [session, session, session, (0, StreamLimit::User(32))]);
         let remote: Vec<_> = ["a", "b", "c", "d", "e"].map(|user| take_all("10.0.0.1", user, &new())).into();
@@ -343,8 +343,8 @@ mod tests {
         let local: Vec<_> = (0..20).map(|user| take_all("127.0.0.1", &user.to_string(), &new())).collect();
         assert_eq!(local[19].1, StreamLimit::All(192));
         drop(one);
-        assert!(places.take(client("127.0.0.1", "vera", &new())).is_ok(), "a closed stream frees its place");
+        assert!(permits.take(client("127.0.0.1", "vera", &new())).is_ok(), "a closed stream frees its place");
         drop((more, remote, local));
-        assert!(places.lock().open.is_empty());
+        assert!(permits.lock().open.is_empty());
     }
 }

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`access`] | whether users log in |
 //! | [`actor`] | the user of a request with the network address |
-//! | [`connections`] | places for connections and live streams |
+//! | [`connections`] | permits for connections and live streams |
 //! | [`file_permissions`] | files that only their owner may read |
 //! | [`password`] | rules for passwords, and their hashes |
 //! | [`rate_limit`] | limits on requests and logins |

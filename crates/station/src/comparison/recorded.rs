@@ -68,8 +68,8 @@ pub fn recorded(reader: &Reader, gauge: &str, range: TimeRange) -> Result<Vec<Re
 
 /// The last usual pump-downs before the one at `place`, the latest first.
 #[must_use]
-pub fn usual_before<'a>(runs: &'a [Recorded], compared: &[Comparison], place: usize) -> Vec<&'a Recorded> {
-    let before = runs.iter().zip(compared).take(place).rev();
+pub fn usual_before<'a>(runs: &'a [Recorded], compared: &[Comparison], index: usize) -> Vec<&'a Recorded> {
+    let before = runs.iter().zip(compared).take(index).rev();
     let usual = before.filter(|(_, comparison)| comparison.first().is_none()).map(|(run, _)| run);
     usual.take(USUAL_RUNS).collect()
 }

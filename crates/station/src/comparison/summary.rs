@@ -58,11 +58,11 @@ fn usual(reader: &Reader, name: &str, report: &Report) -> Result<Option<UsualTim
     let TimeRange { start, end } = report.span;
     let all = recorded(reader, name, TimeRange { start: start.before(PAST), end })?;
     let minute = Duration::from_secs(60);
-    let Some(place) = all.iter().position(|one| one.run.start >= start.before(minute)) else { return Ok(None) };
-    let runs: Vec<Run> = all.iter().take(place.saturating_add(1)).map(|one| one.run.clone()).collect();
+    let Some(index) = all.iter().position(|one| one.run.start >= start.before(minute)) else { return Ok(None) };
+    let runs: Vec<Run> = all.iter().take(index.saturating_add(1)).map(|one| one.run.clone()).collect();
     let compared = compare(&runs);
-    let found = compared.last().zip(all.get(place));
-    Ok(found.map(|(comparison, own)| times(name, comparison, own, &usual_before(&all, &compared, place), report)))
+    let found = compared.last().zip(all.get(index));
+    Ok(found.map(|(comparison, own)| times(name, comparison, own, &usual_before(&all, &compared, index), report)))
 }
 
 fn times(name: &str, comparison: &Comparison, own: &Recorded, usual: &[&Recorded], report: &Report) -> UsualTimes {

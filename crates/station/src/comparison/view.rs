@@ -131,8 +131,8 @@ impl PumpDowns {
     pub fn new(series: String, runs: &[Recorded], compared: &[Comparison], limit: usize) -> Self {
         let first = compared.len().saturating_sub(limit);
         let views =
-            compared.iter().zip(runs).enumerate().skip(first).map(|(place, (comparison, own))| {
-                PumpDownView::new(comparison, own, &usual_before(runs, compared, place))
+            compared.iter().zip(runs).enumerate().skip(first).map(|(index, (comparison, own))| {
+                PumpDownView::new(comparison, own, &usual_before(runs, compared, index))
             });
         let mut views: Vec<PumpDownView> = views.collect();
         views.reverse();

@@ -93,7 +93,7 @@ mod tests {
     fn every_lasting_command_is_a_command_of_a_device() {
         for name in LASTING_COMMANDS {
             let has = |row: &Row| row.codes.is_command() && row.codes.codes().iter().any(|code| code.name == name);
-            let rows = MODELS.iter().flat_map(|model| model.blocks).flat_map(|place| place.block.rows);
+            let rows = MODELS.iter().flat_map(|model| model.blocks).flat_map(|placed| placed.block.rows);
             assert!(rows.into_iter().any(has), "{name}");
         }
     }

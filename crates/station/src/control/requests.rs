@@ -1,7 +1,7 @@
 //! Requests to a segment beside its cycle: read the parameters of a gauge, preview an operation, execute an armed one.
 //!
 //! Each segment accepts requests on a queue of its own and answers each at most once: not after its requester has given up. A request
-//! has a place in the queue until it is answered or dropped, also while the segment works on it, so their number is bounded. A
+//! has a permit in the queue until it is answered or dropped, also while the segment works on it, so their number is bounded. A
 //! requester waits, so it must not be a bus thread.
 
 use super::armed_commands::ArmedCommand;
@@ -24,18 +24,18 @@ const PARALLEL_READS: usize = 2;
 /// The longest wait for an answer: a few hundred parameters at a slow baud rate.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// The way of an answer to its requester, and the place of the request in the queue, which ends with it.
+/// The way of an answer to its requester, and the permit of the request in the queue, which ends with it.
 pub struct Answer<T> {
     sender: SyncSender<T>,
     awaited_until: Instant,
-    places: Vec<OwnedSemaphorePermit>,
+    permits: Vec<OwnedSemaphorePermit>,
 }
 
 impl<T> Answer<T> {
     /// An answer that is awaited until a time, and the end that receives it.
-    pub(crate) fn channel(awaited_until: Instant, places: Vec<OwnedSemaphorePermit>) -> (Self, Receiver<T>) {
+    pub(crate) fn channel(awaited_until: Instant, permits: Vec<OwnedSemaphorePermit>) -> (Self, Receiver<T>) {
         let (sender, receiver) = sync_channel(1);
-        (Self { sender, awaited_until, places }, receiver)
+        (Self { sender, awaited_until, permits }, receiver)
     }
 
     /// Whether the requester still waits at `now`.
@@ -44,12 +44,12 @@ impl<T> Answer<T> {
         now < self.awaited_until
     }
 
-    /// Answers. The place of the request is free before its requester can send the next one.
+    /// Answers. The permit of the request is free before its requester can send the next one.
     ///
     /// # Errors
     /// The answer, if the requester has given up.
     pub fn send(self, answer: T) -> Result<(), SendError<T>> {
-        drop(self.places);
+        drop(self.permits);
         self.sender.send(answer)
     }
 }
@@ -68,7 +68,7 @@ pub enum SegmentRequest {
 #[derive(Clone)]
 struct Queue {
     sender: SyncSender<SegmentRequest>,
-    places: Arc<Semaphore>,
+    permits: Arc<Semaphore>,
     reads: Arc<Semaphore>,
 }
 
@@ -88,8 +88,8 @@ impl SegmentRequests {
     /// Opens the queue of a segment and returns its receiving end. An older queue of that name is closed.
     pub fn accept(&self, segment: &str) -> Receiver<SegmentRequest> {
         let (sender, receiver) = sync_channel(QUEUE_LENGTH);
-        let (places, reads) = (Semaphore::new(QUEUE_LENGTH), Semaphore::new(PARALLEL_READS));
-        let queue = Queue { sender, places: Arc::new(places), reads: Arc::new(reads) };
+        let (permits, reads) = (Semaphore::new(QUEUE_LENGTH), Semaphore::new(PARALLEL_READS));
+        let queue = Queue { sender, permits: Arc::new(permits), reads: Arc::new(reads) };
         self.queues().insert(segment.to_owned(), queue);
         receiver
     }
@@ -105,8 +105,8 @@ impl SegmentRequests {
     /// [`SegmentRequestError`] says why there are none.
     pub fn blocks(&self, gauge: &str) -> Result<Vec<Block>, SegmentRequestError> {
         let queue = self.queue_of(gauge)?;
-        let place = place_in(&queue.reads)?;
-        ask(&queue, vec![place], |answer| SegmentRequest::Blocks(gauge.to_owned(), answer))?
+        let permit = permit_of(&queue.reads)?;
+        ask(&queue, vec![permit], |answer| SegmentRequest::Blocks(gauge.to_owned(), answer))?
             .map_err(SegmentRequestError::Unavailable)
     }
 
@@ -150,19 +150,19 @@ impl SegmentRequests {
     }
 }
 
-/// A place, if one is free.
-fn place_in(places: &Arc<Semaphore>) -> Result<OwnedSemaphorePermit, SegmentRequestError> {
-    Arc::clone(places).try_acquire_owned().map_err(|_| SegmentRequestError::Busy)
+/// A permit, if one is free.
+fn permit_of(permits: &Arc<Semaphore>) -> Result<OwnedSemaphorePermit, SegmentRequestError> {
+    Arc::clone(permits).try_acquire_owned().map_err(|_| SegmentRequestError::Busy)
 }
 
-/// Puts a request into a queue and waits for its answer. The request keeps `places` and one in the queue.
+/// Puts a request into a queue and waits for its answer. The request keeps `permits` and one in the queue.
 fn ask<T>(
     queue: &Queue,
-    mut places: Vec<OwnedSemaphorePermit>,
+    mut permits: Vec<OwnedSemaphorePermit>,
     request: impl FnOnce(Answer<T>) -> SegmentRequest,
 ) -> Result<T, SegmentRequestError> {
-    places.push(place_in(&queue.places)?);
-    let (answer, receiver) = Answer::channel(Instant::now() + ANSWER_TIMEOUT, places);
+    permits.push(permit_of(&queue.permits)?);
+    let (answer, receiver) = Answer::channel(Instant::now() + ANSWER_TIMEOUT, permits);
     queue.sender.try_send(request(answer)).map_err(|_| SegmentRequestError::Busy)?;
     receiver.recv_timeout(ANSWER_TIMEOUT).map_err(|error| match error {
         RecvTimeoutError::Timeout => SegmentRequestError::Timeout,

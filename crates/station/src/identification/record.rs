@@ -95,18 +95,18 @@ fn phases(rise: Option<[f64; 2]>, end_s: f64) -> Vec<Phase> {
 /// When the valve was closed, near the last sample before the rise: where a straight line through the first samples of the rise
 /// reaches the pressure before it.
 fn closing(samples: &[(f64, f64)], foot_s: f64) -> f64 {
-    let place = samples.partition_point(|(s, _)| *s < foot_s);
-    let before = samples.get(place.saturating_sub(BEFORE)..place).unwrap_or_default();
+    let index = samples.partition_point(|(s, _)| *s < foot_s);
+    let before = samples.get(index.saturating_sub(BEFORE)..index).unwrap_or_default();
     let base = before.iter().map(|(_, pa)| pa.ln()).sum::<f64>() / before.len().max(1) as f64;
     let base = base.exp();
-    let rising = samples.iter().skip(place).skip_while(|(_, pa)| *pa < 1.3 * base).take(AFTER);
+    let rising = samples.iter().skip(index).skip_while(|(_, pa)| *pa < 1.3 * base).take(AFTER);
     let rising: Vec<(f64, f64)> = rising.copied().collect();
     let count = rising.len().max(1) as f64;
     let (s, pa) = rising.iter().fold((0.0, 0.0), |(s, pa), one| (s + one.0 / count, pa + one.1 / count));
     let squares: f64 = rising.iter().map(|one| (one.0 - s).powi(2)).sum();
     let slope = rising.iter().map(|one| (one.0 - s) * (one.1 - pa)).sum::<f64>() / squares;
     let closed = s - (pa - base) / slope;
-    let longest = samples.get(place.saturating_sub(BEFORE)).map_or(0.0, |(first, _)| foot_s - first);
+    let longest = samples.get(index.saturating_sub(BEFORE)).map_or(0.0, |(first, _)| foot_s - first);
     let is_near = closed.is_finite() && !before.is_empty() && (closed - foot_s).abs() <= longest;
     if is_near { closed } else { foot_s }
 }

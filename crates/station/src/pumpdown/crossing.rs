@@ -79,9 +79,9 @@ fn below_range(trace: &Trace) -> Option<Crossing> {
 
 /// The crossing in a section of valid samples.
 fn within(section: &Section, pa: f64, known: Known) -> Option<Crossing> {
-    let place = section.smooth.iter().position(|(_, p)| *p <= pa)?;
-    let (t, p) = *section.smooth.get(place)?;
-    let before = place.checked_sub(1).and_then(|before| section.smooth.get(before));
+    let index = section.smooth.iter().position(|(_, p)| *p <= pa)?;
+    let (t, p) = *section.smooth.get(index)?;
+    let before = index.checked_sub(1).and_then(|before| section.smooth.get(before));
     Some(before.map_or_else(
         || entered(t, known),
         |(t0, p0)| Crossing::Reached { s: t0 + (t - t0) * (p0 / pa).ln() / (p0 / p).ln() },

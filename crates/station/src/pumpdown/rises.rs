@@ -59,18 +59,18 @@ fn in_section(section: &Section, begun: &[f64]) -> Vec<PressureRise> {
     let mut found = Vec::new();
     // The lowest pressure, the last index near it, and the index of the highest pressure since.
     let (mut lowest, mut foot, mut high) = (f64::MAX, 0, 0);
-    let decades = |place: usize| points.get(place).map_or(f64::MAX, |(_, pa)| pa.log10());
-    for place in 0..points.len() {
-        let y = decades(place);
+    let decades = |index: usize| points.get(index).map_or(f64::MAX, |(_, pa)| pa.log10());
+    for index in 0..points.len() {
+        let y = decades(index);
         if y >= decades(high) {
-            high = place;
+            high = index;
         }
-        let is_over = y < decades(high) - OVER || place + 1 == points.len();
+        let is_over = y < decades(high) - OVER || index + 1 == points.len();
         if is_over && decades(high) - lowest >= HEIGHT {
             found.extend(rise(&section.points, foot, high, begun));
-            (lowest, foot, high) = (y, place, place);
+            (lowest, foot, high) = (y, index, index);
         } else if y <= lowest + BOTTOM {
-            (lowest, foot, high) = (lowest.min(y), place, place);
+            (lowest, foot, high) = (lowest.min(y), index, index);
         }
     }
     found

@@ -57,9 +57,9 @@ fn all(section: &Section) -> Vec<Fall> {
     let points = &section.smooth;
     let mut foot = 0;
     let mut falls = Vec::new();
-    for (place, (t, pa)) in points.iter().enumerate() {
+    for (index, (t, pa)) in points.iter().enumerate() {
         let is_foot = |foot: usize| {
-            foot + SAMPLES <= place + 1 && points.get(foot).is_some_and(|(_, above)| *above >= FACTOR * pa)
+            foot + SAMPLES <= index + 1 && points.get(foot).is_some_and(|(_, above)| *above >= FACTOR * pa)
         };
         while is_foot(foot + 1) {
             foot += 1;
@@ -67,7 +67,7 @@ fn all(section: &Section) -> Vec<Fall> {
         if let Some((t0, p0)) = points.get(foot).filter(|_| is_foot(foot)) {
             // A fall that reverses at once is noise, as at the end of a range.
             let middle = (p0 * pa).sqrt();
-            if points.iter().skip(place + 1).take(SAMPLES).all(|(_, later)| *later <= middle) {
+            if points.iter().skip(index + 1).take(SAMPLES).all(|(_, later)| *later <= middle) {
                 falls.push(Fall { s: *t, pa: middle, per_s: (p0 / pa).ln() / (t - t0) });
             }
         }

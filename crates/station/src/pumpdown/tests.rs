@@ -250,8 +250,8 @@ fn the_gauge_that_measured_atmosphere_gives_the_beginning() {
 #[test]
 fn a_single_outlier_does_not_change_a_time() {
     let mut samples = recorded(100.0, |s| AIR * (-s / 5.0).exp());
-    let place = samples.len() / 4;
-    samples[place].pa = Some(1e-5);
+    let index = samples.len() / 4;
+    samples[index].pa = Some(1e-5);
     let trace = whole(&samples);
     near(reached(&trace, 1.0), 5.0 * AIR.ln(), 1.0);
 }

@@ -142,10 +142,10 @@ impl Section {
     fn apply_median(&mut self) {
         let half = MEDIAN / 2;
         self.smooth.clone_from(&self.points);
-        for (place, window) in self.points.windows(MEDIAN).enumerate() {
+        for (index, window) in self.points.windows(MEDIAN).enumerate() {
             let mut values: Vec<f64> = window.iter().map(|(_, pa)| *pa).collect();
             values.sort_by(f64::total_cmp);
-            if let (Some(point), Some(middle)) = (self.smooth.get_mut(place + half), values.get(half)) {
+            if let (Some(point), Some(middle)) = (self.smooth.get_mut(index + half), values.get(half)) {
                 point.1 = *middle;
             }
         }

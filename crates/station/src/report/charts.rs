@@ -140,9 +140,9 @@ fn not_valid(trace: &Trace) -> Vec<(f64, f64, Quality)> {
 
 /// The points from `least` on, with an interpolated point at `least`.
 fn from(points: &[(f64, f64)], least: f64) -> Vec<(f64, f64)> {
-    let place = points.partition_point(|(s, _)| *s < least);
-    let after = points.get(place..).unwrap_or_default();
-    let before = place.checked_sub(1).and_then(|before| points.get(before)).zip(after.first());
+    let index = points.partition_point(|(s, _)| *s < least);
+    let after = points.get(index..).unwrap_or_default();
+    let before = index.checked_sub(1).and_then(|before| points.get(before)).zip(after.first());
     let begin = before.filter(|(_, next)| next.0 > least).map(|(last, next)| {
         let share = (least - last.0) / (next.0 - last.0);
         (least, last.1 * (next.1 / last.1).powf(share))

@@ -97,7 +97,7 @@ impl Plot {
         self.curves.iter().for_each(|curve| self.curve(&mut svg, curve));
         put(&mut svg, "</g>\n");
         self.names(&mut svg);
-        lanes.iter().enumerate().for_each(|(place, curve)| self.lane(&mut svg, place, curve));
+        lanes.iter().enumerate().for_each(|(index, curve)| self.lane(&mut svg, index, curve));
         put(&mut svg, "</svg>\n");
         svg
     }
@@ -206,8 +206,8 @@ impl Plot {
         drawn.dedup();
         // A single point becomes a dot: a line of no length with round caps.
         let dot = if drawn.len() == 1 { "h0" } else { "" };
-        let points = drawn.iter().enumerate().fold(String::new(), |mut path, (place, (x, y))| {
-            write!(path, "{}{x:.1} {y:.1}", if place == 0 { "M" } else { "L" }).ok();
+        let points = drawn.iter().enumerate().fold(String::new(), |mut path, (index, (x, y))| {
+            write!(path, "{}{x:.1} {y:.1}", if index == 0 { "M" } else { "L" }).ok();
             path
         });
         points + dot
@@ -235,8 +235,8 @@ impl Plot {
     }
 
     /// The times without a valid pressure, in a lane below the axis.
-    fn lane(&self, svg: &mut String, place: usize, curve: &Curve) {
-        let y = TOP + HEIGHT + FOOT + 4.0 + LANE * place as f64;
+    fn lane(&self, svg: &mut String, index: usize, curve: &Curve) {
+        let y = TOP + HEIGHT + FOOT + 4.0 + LANE * index as f64;
         let (middle, style) = (y + 9.0, curve.style % STYLES);
         put(svg, &format!("<path class=\"minor\" d=\"M{LEFT} {:.1}H{}\"/>\n", y + 5.0, WIDTH - RIGHT));
         put(svg, &text("start", WIDTH - RIGHT + 14.0, middle, &format!("name t{style}"), &shortened(&curve.name)));
@@ -297,18 +297,18 @@ fn ends(column: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// Moves labels apart by the smallest distance needed: first downwards from the top, then upwards from the bottom.
 fn spread(preferred: &[f64]) -> Vec<f64> {
-    let mut places = preferred.to_vec();
+    let mut heights = preferred.to_vec();
     let mut least = TOP;
-    for place in &mut places {
-        *place = place.max(least);
-        least = *place + APART;
+    for height in &mut heights {
+        *height = height.max(least);
+        least = *height + APART;
     }
     let mut most = TOP + HEIGHT;
-    for place in places.iter_mut().rev() {
-        *place = place.min(most);
-        most = *place - APART;
+    for height in heights.iter_mut().rev() {
+        *height = height.min(most);
+        most = *height - APART;
     }
-    places
+    heights
 }
 
 fn text(anchor: &str, x: f64, y: f64, class: &str, words: &str) -> String {
@@ -338,7 +338,7 @@ mod tests {
     fn labels_keep_their_distance_and_order() {
         let placed = spread(&[100.0, 101.0, 102.0, TOP + HEIGHT, TOP + HEIGHT]);
         assert!(placed.windows(2).all(|pair| pair[1] - pair[0] >= APART), "{placed:?}");
-        assert!(placed.iter().all(|place| (TOP..=TOP + HEIGHT).contains(place)), "{placed:?}");
+        assert!(placed.iter().all(|height| (TOP..=TOP + HEIGHT).contains(height)), "{placed:?}");
         assert_eq!(placed[0], 100.0);
     }
 

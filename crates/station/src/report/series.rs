@@ -185,9 +185,9 @@ pub fn moved(reader: &Reader, gauge: &str, span: TimeRange) -> Result<Option<f64
 fn within(reader: &Reader, gauges: &[String], span: TimeRange, width: i64) -> Result<Vec<PumpDown>, DatabaseError> {
     let pixels = u32::try_from((span.seconds() / width as f64).ceil() as i64).unwrap_or(u32::MAX).max(1);
     let mut found = Vec::new();
-    for (place, gauge) in gauges.iter().enumerate() {
+    for (index, gauge) in gauges.iter().enumerate() {
         let bins = reader.trend(gauge, span.start, span.end, pixels)?;
-        found.extend(find(&outlines(&bins), place));
+        found.extend(find(&outlines(&bins), index));
     }
     Ok(select(found))
 }

@@ -110,7 +110,7 @@ fn decade_row(report: &Report, from: usize, to: usize) -> Option<String> {
         .gauges
         .iter()
         .map(|gauge| took(gauge).map_or("<td class=\"no\">–</td>".to_owned(), |s| cell(&duration(s))));
-    let [from, to] = [from, to].map(|place| report.targets.get(place).map_or(0.0, |target| target.pa));
+    let [from, to] = [from, to].map(|index| report.targets.get(index).map_or(0.0, |target| target.pa));
     let head =
         format!("<th scope=\"row\">{} – {}</th>", target_pressure(from, report.unit), target_pressure(to, report.unit));
     Some(head + &cells.collect::<String>())
@@ -194,7 +194,7 @@ pub fn rises(report: &Report) -> String {
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
-    let place = |seen: PressurePoint| {
+    let point = |seen: PressurePoint| {
         let at = Micros(seen.at.as_microsecond());
         format!(
             "{}<small>{}</small>",
@@ -224,7 +224,7 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
         Some(RiseCause::Undistinguished) => "leak and outgassing cannot be distinguished",
         Some(RiseCause::NoRise) => "no certain rise",
     };
-    [place(rise.from), place(rise.to), duration(rise.to.s - rise.from.s), leak, outgassing, words.to_owned()]
+    [point(rise.from), point(rise.to), duration(rise.to.s - rise.from.s), leak, outgassing, words.to_owned()]
         .map(|text| cell(&text))
         .concat()
 }

@@ -267,7 +267,7 @@ impl SegmentThread {
             let chunk = Chunk {
                 start: Some(BitTime(tbit_of(baud, at))),
                 octets: characters.iter().map(octet).collect(),
-                errors: errors.map(|(place, _)| place).collect(),
+                errors: errors.map(|(position, _)| position).collect(),
                 is_continued: false,
             };
             self.line.hear(&chunk);

@@ -10,7 +10,7 @@ use crate::api::authenticator::{AccessObserver, Authenticator};
 use crate::api::headers::{self, Hosts};
 use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
-use crate::auth::connections::{Evicted, Place, Places, StreamPlaces};
+use crate::auth::connections::{Evicted, Permit, Permits, StreamPermits};
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
 use crate::config::TlsFiles;
@@ -168,7 +168,7 @@ impl Server {
             tls: keys.is_some(),
             port: address.port(),
             body_timeout: limits.head,
-            streams: StreamPlaces::new(limits.connections),
+            streams: StreamPermits::new(limits.connections),
         };
         let connections = Connections { router: guarded(router, guard), keys: keys.clone(), limits, gateway: None };
         let (stop, stopped) = oneshot::channel();
@@ -307,15 +307,15 @@ impl Drop for Counted {
 impl Connections {
     /// Accepts connections. Never returns.
     pub async fn serve(&self, listener: &TcpListener) {
-        let places = Places::new(self.limits.connections);
+        let permits = Permits::new(self.limits.connections);
         loop {
             let Ok((stream, peer)) = listener.accept().await else {
                 tokio::time::sleep(ACCEPT_PAUSE).await;
                 continue;
             };
-            match (places.take(peer.ip()), &self.gateway) {
-                (Some((place, evicted)), _) => {
-                    drop(tokio::spawn(self.clone().accept(stream, peer.ip(), place, evicted)))
+            match (permits.take(peer.ip()), &self.gateway) {
+                (Some((permit, evicted)), _) => {
+                    drop(tokio::spawn(self.clone().accept(stream, peer.ip(), permit, evicted)))
                 }
                 (None, Some(gateway)) => gateway.refused("all places for connections are taken"),
                 (None, None) => {}
@@ -323,17 +323,17 @@ impl Connections {
         }
     }
 
-    /// Serves one connection until it ends, or until its place is needed for another one.
-    async fn accept(self, stream: TcpStream, peer: IpAddr, place: Arc<Place>, evicted: Evicted) {
+    /// Serves one connection until it ends, or until its permit is needed for another one.
+    async fn accept(self, stream: TcpStream, peer: IpAddr, permit: Arc<Permit>, evicted: Evicted) {
         let _counted = Counted::of(self.gateway.as_ref());
         tokio::select! {
-            () = self.serve_one(stream, peer, place) => {}
+            () = self.serve_one(stream, peer, permit) => {}
             _ = evicted => {}
         }
     }
 
-    async fn serve_one(&self, mut stream: TcpStream, peer: IpAddr, place: Arc<Place>) {
-        let Some(keys) = &self.keys else { return self.answer(stream, peer, place).await };
+    async fn serve_one(&self, mut stream: TcpStream, peer: IpAddr, permit: Arc<Permit>) {
+        let Some(keys) = &self.keys else { return self.answer(stream, peer, permit).await };
         let acceptor = TlsAcceptor::from(keys.config());
         let handshake = async {
             if is_plain_http(&stream).await {
@@ -343,14 +343,14 @@ impl Connections {
             acceptor.accept(stream).await.ok()
         };
         if let Ok(Some(stream)) = timeout(self.limits.head, handshake).await {
-            self.answer(stream, peer, place).await;
+            self.answer(stream, peer, permit).await;
         }
     }
 
-    async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, place: Arc<Place>) {
+    async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, permit: Arc<Permit>) {
         let router = self.router.clone().map_request(move |mut request: Request<Incoming>| {
             request.extensions_mut().insert(Peer(peer));
-            request.extensions_mut().insert(Arc::clone(&place));
+            request.extensions_mut().insert(Arc::clone(&permit));
             request
         });
         let mut protocol = http1::Builder::new();

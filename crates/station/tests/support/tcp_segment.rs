@@ -47,8 +47,8 @@ impl TcpSegment {
         let address = profivac_host::port::Port::name(&server).to_owned();
         let devices: Vec<_> = devices.iter().map(|device| built(device)).collect();
         let (faults, inbox) = channel();
-        let place = address.clone();
-        let run = move || run(server, devices, &inbox, &place);
+        let own = address.clone();
+        let run = move || run(server, devices, &inbox, &own);
         Self { address, faults: Some(faults), thread: Some(std::thread::spawn(run)) }
     }
 
@@ -162,13 +162,13 @@ fn serve(server: TcpServer, devices: Vec<FaultyDevice>, faults: &Receiver<Fault>
 
 fn apply(devices: &mut [FaultyDevice], fault: Fault) {
     match fault {
-        Fault::Power(place, on) => at(devices, place).device.set_power(on),
-        Fault::NoMs2(place, has_no_ms2) => at(devices, place).has_no_ms2 = has_no_ms2,
-        Fault::Swap(place, other) => *at(devices, place) = built(other),
+        Fault::Power(address, on) => at(devices, address).device.set_power(on),
+        Fault::NoMs2(address, has_no_ms2) => at(devices, address).has_no_ms2 = has_no_ms2,
+        Fault::Swap(address, other) => *at(devices, address) = built(other),
         Fault::Cut | Fault::Mend => {}
     }
 }
 
-fn at(devices: &mut [FaultyDevice], place: u8) -> &mut FaultyDevice {
-    devices.iter_mut().find(|faulty| faulty.device.switch_address() == place).unwrap()
+fn at(devices: &mut [FaultyDevice], address: u8) -> &mut FaultyDevice {
+    devices.iter_mut().find(|faulty| faulty.device.switch_address() == address).unwrap()
 }

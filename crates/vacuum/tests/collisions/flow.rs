@@ -199,11 +199,11 @@ impl State {
 
     fn fly(&mut self) -> i32 {
         let mut entered = 0;
-        let mut place = 0;
+        let mut index = 0;
         let mut count = self.molecules.len();
         let mut copies = Vec::new();
-        while place < count {
-            let mut molecule = self.molecules[place];
+        while index < count {
+            let mut molecule = self.molecules[index];
             let before = self.volumes[molecule.cell as usize].1;
             let passed = self.tube.fly(&mut molecule, self.step, &self.setting.model, &mut self.rng);
             entered += passed.entered;
@@ -213,13 +213,13 @@ impl State {
             let stays = if passed.lost { 0 } else { (expected + self.rng.f64()) as usize };
             if stays == 0 {
                 count -= 1;
-                self.molecules[place] = self.molecules[count];
+                self.molecules[index] = self.molecules[count];
                 self.molecules.truncate(count);
                 continue;
             }
             copies.extend(std::iter::repeat_n(molecule, stays - 1));
-            self.molecules[place] = molecule;
-            place += 1;
+            self.molecules[index] = molecule;
+            index += 1;
         }
         self.molecules.extend(copies);
         entered

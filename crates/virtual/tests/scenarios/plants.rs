@@ -256,10 +256,10 @@ fn a_beam_line_with_ion_pumps() {
         _ => 60.0,
     };
     let walls = outgassing(&STEEL, 6000.0, (30.0, 423.15), 2.0);
-    let sum = |place: usize, flows: &[(f64, [f64; 3])]| -> f64 {
+    let sum = |index: usize, flows: &[(f64, [f64; 3])]| -> f64 {
         let of = |(mass, flows): &(f64, [f64; 3])| {
             let ends = speed(*mass);
-            row(&[of_gas(tube, *mass); 2], flows, &[ends, 0.0, ends])[place]
+            row(&[of_gas(tube, *mass); 2], flows, &[ends, 0.0, ends])[index]
         };
         flows.iter().map(of).sum()
     };

@@ -212,8 +212,8 @@ at = \"1 s\"
 flow = [{ inlet = \"i\", flow = \"FLOW\" }, { inlet = \"i\", pressure = \"REGULATED\" }]
 heat = [{ wall = \"w\", to = \"HEAT\" }]
 ";
-    // Place, a valid number, its unit, whether zero is valid.
-    let places = [
+    // Key, a valid number, its unit, whether zero is valid.
+    let keys = [
         ("AREA", "1", " m2", false),
         ("AGED", "1", " h", true),
         ("AGED_AT", "20", " C", true),
@@ -233,19 +233,19 @@ heat = [{ wall = \"w\", to = \"HEAT\" }]
     ];
     let filled = |wrong: &str, number: &str| {
         // The longest names first, because some contain another.
-        let mut sorted = places;
-        sorted.sort_by_key(|(place, ..)| std::cmp::Reverse(place.len()));
-        sorted.iter().fold(format!("{GOOD}{plant}"), |text, (place, valid, unit, _)| {
-            text.replace(place, &format!("{}{unit}", if *place == wrong { number } else { valid }))
+        let mut sorted = keys;
+        sorted.sort_by_key(|(key, ..)| std::cmp::Reverse(key.len()));
+        sorted.iter().fold(format!("{GOOD}{plant}"), |text, (key, valid, unit, _)| {
+            text.replace(key, &format!("{}{unit}", if *key == wrong { number } else { valid }))
         })
     };
     assert_eq!(said(&filled("", "")), "nothing");
-    for (place, _, _, zero_is_valid) in places {
+    for (key, _, _, zero_is_valid) in keys {
         for number in ["-1000", "nan", "inf", "-inf", "1e30", "1e308"] {
-            let found = said(&filled(place, number));
-            assert!(found.starts_with("x.toml:") && found.contains(": expected "), "{place} = {number}: {found}");
+            let found = said(&filled(key, number));
+            assert!(found.starts_with("x.toml:") && found.contains(": expected "), "{key} = {number}: {found}");
         }
-        assert_eq!(said(&filled(place, "0")) == "nothing", zero_is_valid, "{place} = 0");
+        assert_eq!(said(&filled(key, "0")) == "nothing", zero_is_valid, "{key} = 0");
     }
 }
 
@@ -281,7 +281,7 @@ const ODD: [&str; 22] = [
     "'",
 ];
 
-/// Replaces a few places of every shipped file with odd text: the file is accepted or rejected with a position, and nothing
+/// Replaces a few keys of every shipped file with odd text: the file is accepted or rejected with a position, and nothing
 /// panics. An accepted file also runs.
 #[test]
 fn damaged_files_are_rejected_with_a_position_or_run() {
@@ -298,11 +298,11 @@ fn damaged_files_are_rejected_with_a_position_or_run() {
         }
         match Scenario::parse(&text, "x.toml") {
             Err(error) => {
-                let place = error.to_string();
-                let place = place.strip_prefix("x.toml:").and_then(|rest| rest.split_once(": ")).unwrap();
-                let (line, column) = place.0.split_once(':').unwrap();
+                let key = error.to_string();
+                let key = key.strip_prefix("x.toml:").and_then(|rest| rest.split_once(": ")).unwrap();
+                let (line, column) = key.0.split_once(':').unwrap();
                 assert!(line.parse::<usize>().unwrap() <= text.lines().count() + 1, "{error}");
-                assert!(column.parse::<usize>().unwrap() >= 1 && !place.1.is_empty(), "{error}");
+                assert!(column.parse::<usize>().unwrap() >= 1 && !key.1.is_empty(), "{error}");
                 told += 1;
             }
             Ok(scenario) => {

@@ -45,9 +45,9 @@ pub fn sweep_of<T>(
 fn table(title: &str, columns: &[String], rows: &[Vec<String>]) -> String {
     let mut text = format!("{title}\n{:>8}", "true");
     columns.iter().for_each(|column| write!(text, "{column:>14}").unwrap());
-    for (place, mbar) in pressures().enumerate() {
+    for (index, mbar) in pressures().enumerate() {
         write!(text, "\n{:>8}", format!("{mbar:e}")).unwrap();
-        rows.iter().for_each(|row| write!(text, "{:>14}", row[place]).unwrap());
+        rows.iter().for_each(|row| write!(text, "{:>14}", row[index]).unwrap());
     }
     text + "\n"
 }

@@ -79,8 +79,8 @@ impl<'a, B: Behaviour, S: Store> Application<'a, B, S> {
         let fields = self.device.configuration.outputs.map_or(0, |telegram| telegram.octets());
         let rest = commands.as_slice();
         let Some(start) = fields.checked_sub(rest.len()) else { return };
-        if let Some(place) = image.get_mut(start..fields) {
-            place.copy_from_slice(rest);
+        if let Some(target) = image.get_mut(start..fields) {
+            target.copy_from_slice(rest);
         }
         self.device.outputs(Outputs::Data(image.get(..fields).unwrap_or_default()));
     }

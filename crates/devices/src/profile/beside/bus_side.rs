@@ -18,7 +18,7 @@ use profivac_wire::cfg::Lengths;
 const JOBS: usize = 5;
 
 /// The answer to an access through a connection beyond the second.
-const NO_PLACE: Dpv1Error = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE.0);
+const NO_ENTRY: Dpv1Error = Dpv1Error::new(ErrorCode::RESOURCE_UNAVAILABLE);
 
 /// The device of the slave: tables, the last inputs, and the requests of masters. It computes nothing.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub struct BusSide {
     /// The inputs are those of this parameterisation.
     inputs_valid: bool,
     exchanging: bool,
-    places: [Place; JOBS],
+    entries: [Entry; JOBS],
     /// The number of the last job.
     number: u8,
     /// The application has a job and has not finished it.
@@ -48,7 +48,7 @@ pub struct BusSide {
 
 /// The access of one source.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum Entry {
     Free,
     /// The application does not have it yet.
     Waiting(Job),
@@ -57,7 +57,7 @@ enum Place {
     Done(Result<Octets, AccessError>),
 }
 
-impl Place {
+impl Entry {
     const fn is_open(&self) -> bool {
         matches!(self, Self::Waiting(_) | Self::Taken(_))
     }
@@ -90,7 +90,7 @@ impl BusSide {
             inputs: [0; MAX_IMAGE],
             inputs_valid: true,
             exchanging: false,
-            places: [Place::Free; JOBS],
+            entries: [Entry::Free; JOBS],
             number: 0,
             application_is_busy: false,
             address: device.address.get(),
@@ -117,8 +117,8 @@ impl BusSide {
     #[must_use]
     pub fn has_tasks(&self) -> bool {
         let Tasks { ended, begun, user_prm, configuration, changes: [change, ..], .. } = &self.tasks;
-        let is_waiting = |place: &Place| matches!(place, Place::Waiting(_));
-        let has_job = !self.application_is_busy && self.places.iter().any(is_waiting);
+        let is_waiting = |entry: &Entry| matches!(entry, Entry::Waiting(_));
+        let has_job = !self.application_is_busy && self.entries.iter().any(is_waiting);
         *ended || *begun || user_prm.is_some() || configuration.is_some() || change.is_some() || has_job
     }
 
@@ -159,13 +159,13 @@ impl BusSide {
 
     /// A result counts while its source waits for the job of this number.
     fn take_result(&mut self, done: Done) {
-        let Some(place) = position_of(done.via).and_then(|position| self.places.get_mut(position)) else { return };
-        if !matches!(place, Place::Taken(number) if *number == done.number) {
+        let Some(entry) = position_of(done.via).and_then(|position| self.entries.get_mut(position)) else { return };
+        if !matches!(entry, Entry::Taken(number) if *number == done.number) {
             return;
         }
-        *place = match done.via {
-            Via::Relation(_) => Place::Done(done.result),
-            Via::Channel | Via::Address => Place::Free,
+        *entry = match done.via {
+            Via::Relation(_) => Entry::Done(done.result),
+            Via::Channel | Via::Address => Entry::Free,
         };
         // The master may have withdrawn the task of the channel.
         if done.via == Via::Channel && matches!(self.channel.task(), Some(Task::Write(_))) {
@@ -184,36 +184,36 @@ impl BusSide {
     fn next_job(&mut self) -> Option<Job> {
         let age = |job: &Job, last: u8| last.wrapping_sub(job.number);
         let last = self.number;
-        let mut oldest: Option<(&mut Place, Job)> = None;
-        for place in &mut self.places {
-            if let Place::Waiting(job) = *place
+        let mut oldest: Option<(&mut Entry, Job)> = None;
+        for entry in &mut self.entries {
+            if let Entry::Waiting(job) = *entry
                 && oldest.as_ref().is_none_or(|(_, other)| age(&job, last) > age(other, last))
             {
-                oldest = Some((place, job));
+                oldest = Some((entry, job));
             }
         }
-        let (place, job) = oldest?;
-        *place = Place::Taken(job.number);
+        let (entry, job) = oldest?;
+        *entry = Entry::Taken(job.number);
         Some(job)
     }
 
     fn add_job(&mut self, via: Via, access: Access) {
         self.number = self.number.wrapping_add(1);
-        if let Some(place) = position_of(via).and_then(|position| self.places.get_mut(position)) {
-            *place = Place::Waiting(Job { via, number: self.number, access });
+        if let Some(entry) = position_of(via).and_then(|position| self.entries.get_mut(position)) {
+            *entry = Entry::Waiting(Job { via, number: self.number, access });
         }
     }
 
     /// An access through a relation.
     fn add_access(&mut self, relation: Relation, access: Access) -> Result<(), Dpv1Error> {
         let via = Via::Relation(relation);
-        position_of(via).ok_or(NO_PLACE)?;
+        position_of(via).ok_or(NO_ENTRY)?;
         self.add_job(via, access);
         Ok(())
     }
 
-    fn place(&self, via: Via) -> Place {
-        position_of(via).and_then(|position| self.places.get(position)).copied().unwrap_or(Place::Free)
+    fn entry(&self, via: Via) -> Entry {
+        position_of(via).and_then(|position| self.entries.get(position)).copied().unwrap_or(Entry::Free)
     }
 
     fn locate_channel(&mut self) {
@@ -224,7 +224,7 @@ impl BusSide {
     /// A task of the channel. A write that has begun is finished; until then the channel takes only its withdrawal.
     fn accept_channel_request(&mut self, octets: [u8; parameter_channel::OCTETS]) {
         let [first, ..] = octets;
-        if first >> 4 != 0 && self.place(Via::Channel).is_open() {
+        if first >> 4 != 0 && self.entry(Via::Channel).is_open() {
             return;
         }
         if let Some(write) = self.channel.accept(octets) {
@@ -256,7 +256,7 @@ fn channel_offset(telegram: Option<&'static Telegram>) -> Option<usize> {
     telegram?.layout().find(|(_, field)| *field == Field::ParameterChannel).map(|(offset, _)| offset)
 }
 
-/// The place of a source. Connections beyond the second have none.
+/// The entry of a source. Connections beyond the second have none.
 const fn position_of(via: Via) -> Option<usize> {
     Some(match via {
         Via::Relation(Relation::Ms1) => 0,
@@ -328,9 +328,9 @@ impl Device for BusSide {
     fn inputs(&mut self, inputs: &mut [u8]) {
         let Some(image) = self.inputs.get(..inputs.len()) else { return };
         inputs.copy_from_slice(image);
-        let place = self.channel_in.and_then(|offset| inputs.get_mut(offset..)).and_then(|at| at.first_chunk_mut());
-        if let Some(place) = place {
-            *place = *self.channel.answer();
+        let target = self.channel_in.and_then(|offset| inputs.get_mut(offset..)).and_then(|at| at.first_chunk_mut());
+        if let Some(target) = target {
+            *target = *self.channel.answer();
         }
     }
 
@@ -354,7 +354,7 @@ impl Device for BusSide {
     /// has arrived.
     fn set_address(&mut self, request: &SetSlaveAdd<'_>) -> Option<u8> {
         let locked = request.no_add_chg != 0;
-        if !self.address_is_settable || self.address_is_locked || self.place(Via::Address).is_open() {
+        if !self.address_is_settable || self.address_is_locked || self.entry(Via::Address).is_open() {
             return None;
         }
         self.address = request.address;
@@ -377,14 +377,14 @@ impl Device for BusSide {
     }
 
     fn is_executing(&self, via: Relation) -> bool {
-        self.place(Via::Relation(via)).is_open()
+        self.entry(Via::Relation(via)).is_open()
     }
 
     fn complete(&mut self, via: Relation, record: &mut [u8]) -> Result<usize, Dpv1Error> {
         let via = Via::Relation(via);
-        let Place::Done(result) = self.place(via) else { return Err(Dpv1Error::STATE_CONFLICT) };
-        if let Some(place) = position_of(via).and_then(|position| self.places.get_mut(position)) {
-            *place = Place::Free;
+        let Entry::Done(result) = self.entry(via) else { return Err(Dpv1Error::STATE_CONFLICT) };
+        if let Some(entry) = position_of(via).and_then(|position| self.entries.get_mut(position)) {
+            *entry = Entry::Free;
         }
         let octets = result?;
         record.get_mut(..octets.len()).ok_or(AccessError::WrongLength)?.copy_from_slice(&octets);

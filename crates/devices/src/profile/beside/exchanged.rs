@@ -23,8 +23,8 @@ pub struct Commands {
 impl Commands {
     pub fn new(octets: &[u8]) -> Self {
         let mut copy = [0; MAX_COMMANDS];
-        for (place, octet) in copy.iter_mut().zip(octets) {
-            *place = *octet;
+        for (target, octet) in copy.iter_mut().zip(octets) {
+            *target = *octet;
         }
         Self { length: u8::try_from(octets.len().min(MAX_COMMANDS)).unwrap_or_default(), octets: copy }
     }
@@ -81,8 +81,8 @@ pub struct Record {
 impl Record {
     pub fn new(record: &[u8]) -> Self {
         let mut octets = [0; MAX_WRITTEN];
-        for (place, octet) in octets.iter_mut().zip(record) {
-            *place = *octet;
+        for (target, octet) in octets.iter_mut().zip(record) {
+            *target = *octet;
         }
         Self { length: u8::try_from(record.len()).unwrap_or(u8::MAX), octets }
     }

@@ -104,8 +104,8 @@ impl Gap {
 
     /// Sets the station type that `address` answered to FDL status; `None` if it did not answer.
     pub(super) fn set_station(&mut self, address: u8, station: Option<StationType>) {
-        if let Some(place) = self.stations.get_mut(usize::from(address)) {
-            *place = station;
+        if let Some(target) = self.stations.get_mut(usize::from(address)) {
+            *target = station;
         }
     }
 

@@ -47,7 +47,7 @@ pub enum ResponseMismatch {
         received: Function,
     },
     /// The response names another slot and index, or another slot and alarm type.
-    Place {
+    Location {
         /// Slot and index of the request.
         expected: (u8, u8),
         /// Slot and index of the response.
@@ -71,7 +71,7 @@ impl fmt::Display for ResponseMismatch {
             Self::Function { expected, received } => {
                 write!(f, "the response is one to {received} instead of {expected}")
             }
-            Self::Place { expected: (slot, index), received: (other_slot, other_index) } => {
+            Self::Location { expected: (slot, index), received: (other_slot, other_index) } => {
                 write!(f, "the response is about {other_slot}/{other_index} instead of {slot}/{index}")
             }
             Self::Length { expected, received } => {
@@ -109,15 +109,15 @@ impl ExpectedResponse {
                 at_most(MAX_RECORD_LENGTH, initiate.max_len_data_unit.into())?;
             }
             (Self::Read(wanted), Response::Read(record)) => {
-                same_place(wanted, record.slot, record.index)?;
+                same_location(wanted, record.slot, record.index)?;
                 at_most(wanted.length.into(), record.data.len())?;
             }
             (Self::Write(written), Response::Write(access)) => {
-                same_place(written, access.slot, access.index)?;
+                same_location(written, access.slot, access.index)?;
                 exactly(written.length.into(), access.length.into())?;
             }
             (Self::Transport(most), Response::DataTransport(record)) => {
-                same_place(most, record.slot, record.index)?;
+                same_location(most, record.slot, record.index)?;
                 at_most(most.length.into(), record.data.len())?;
             }
             (Self::AlarmAck(sent), Response::AlarmAck(echo)) => same_alarm(sent, echo)?,
@@ -140,9 +140,9 @@ impl ExpectedResponse {
     }
 }
 
-fn same_place(expected: &Access, slot: u8, index: u8) -> Result<(), ResponseMismatch> {
+fn same_location(expected: &Access, slot: u8, index: u8) -> Result<(), ResponseMismatch> {
     let (expected, received) = ((expected.slot, expected.index), (slot, index));
-    if expected == received { Ok(()) } else { Err(ResponseMismatch::Place { expected, received }) }
+    if expected == received { Ok(()) } else { Err(ResponseMismatch::Location { expected, received }) }
 }
 
 const fn at_most(expected: usize, received: usize) -> Result<(), ResponseMismatch> {
@@ -156,7 +156,7 @@ const fn exactly(expected: usize, received: usize) -> Result<(), ResponseMismatc
 fn same_alarm(sent: &AlarmAck, echo: &AlarmAck) -> Result<(), ResponseMismatch> {
     let (expected, received) = ((sent.slot, sent.alarm_type), (echo.slot, echo.alarm_type));
     match (expected == received, sent.specifier == echo.specifier) {
-        (false, _) => Err(ResponseMismatch::Place { expected, received }),
+        (false, _) => Err(ResponseMismatch::Location { expected, received }),
         (true, false) => Err(ResponseMismatch::Specifier),
         (true, true) => Ok(()),
     }

@@ -94,7 +94,7 @@ pub enum AnswerMismatch {
     /// No answer has this AK.
     Signature(u8),
     /// The answer names another parameter.
-    Place {
+    Location {
         /// Slot and index of the task.
         expected: (u8, u8),
         /// Slot and index of the answer.
@@ -117,7 +117,7 @@ impl fmt::Display for AnswerMismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Signature(ak) => write!(f, "the parameter channel answers with AK {ak}, which is no answer"),
-            Self::Place { expected: (slot, index), received: (other_slot, other_index) } => {
+            Self::Location { expected: (slot, index), received: (other_slot, other_index) } => {
                 write!(f, "the parameter channel answers about {other_slot}/{other_index} instead of {slot}/{index}")
             }
             Self::Width { expected, received } => {
@@ -173,7 +173,7 @@ impl Instruction {
         }
         let (expected, received) = ((self.slot, self.index), (slot, index));
         if expected != received {
-            return Err(AnswerMismatch::Place { expected, received });
+            return Err(AnswerMismatch::Location { expected, received });
         }
         match (ak, value) {
             (REFUSED, [0, 0, high, low]) => Ok(Answer::Refused(ErrorNumber(u16::from_be_bytes([high, low])))),

@@ -173,8 +173,8 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     #[inline]
     fn store_outputs(&mut self, du: &[u8], sync: bool) {
         let image = if sync { &mut self.held_outputs } else { &mut self.outputs };
-        if let Some(place) = image.get_mut(..du.len()) {
-            place.copy_from_slice(du);
+        if let Some(target) = image.get_mut(..du.len()) {
+            target.copy_from_slice(du);
         }
         if sync {
             self.held_valid = true;

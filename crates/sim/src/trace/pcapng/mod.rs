@@ -296,10 +296,10 @@ mod tests {
         for length in 0..file.len() {
             let _ = read(&file[..length], Baud::B9600);
         }
-        for place in 0..file.len() {
+        for index in 0..file.len() {
             for octet in 0..=0xFF {
                 let mut altered = file.clone();
-                altered[place] = octet;
+                altered[index] = octet;
                 let _ = read(&altered, Baud::B9600);
             }
         }
