@@ -1,4 +1,5 @@
-//! Runs docs/first-steps.md: every command of its console blocks, in order, in an empty folder, and compares the output.
+//! Runs the tutorials docs/first-steps.md and docs/plc.md: every command of their console blocks, in order, in an empty folder, and
+//! compares the output.
 //!
 //! | In a block | Meaning |
 //! |---|---|
@@ -171,14 +172,24 @@ fn until(program: &Program, expected: &[String]) -> Vec<String> {
 
 #[test]
 fn every_step_prints_what_the_page_shows() {
-    let page = std::fs::read_to_string(sources().join("docs/first-steps.md")).unwrap();
+    follow("docs/first-steps.md");
+}
+
+#[test]
+fn every_step_to_a_plc_prints_what_the_page_shows() {
+    follow("docs/plc.md");
+}
+
+/// Runs all steps of a page.
+fn follow(name: &str) {
+    let page = std::fs::read_to_string(sources().join(name)).unwrap();
     let mut workplace = Workplace::new();
     for step in steps(&page) {
         let output = workplace.follow(&step);
         let Step { line, typed, expected } = &step;
         assert!(
             are_lines(expected, &output),
-            "docs/first-steps.md:{line}: {typed:?}\nexpected:\n{}\ncame:\n{}\n",
+            "{name}:{line}: {typed:?}\nexpected:\n{}\ncame:\n{}\n",
             expected.join("\n"),
             output.join("\n")
         );
