@@ -17,7 +17,7 @@
 
 use crate::config::{Config, Https, Sender};
 use crate::nats::{message_id, subject};
-use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry};
+use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, Stored};
 use axum::Router;
 use axum::body::to_bytes;
@@ -242,9 +242,7 @@ async fn session(
     sum: &mut Stored,
     report: &mut (impl FnMut(Report<'_>) + Send),
 ) -> Result<(), ArchiveError> {
-    let mut store = Store::connect(&config.database, config.samples_days).await?;
-    store.set_readers(&config.plants).await?;
-    store.maintain(Micros::now()).await?;
+    let mut store = noticed(SILENCE, Store::open(config), report).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     loop {
@@ -255,14 +253,14 @@ async fn session(
             _ = jobs.recv_many(&mut taken, MAX_BATCHES) => {}
         }
         if Instant::now() >= maintain_at {
-            store.maintain(Micros::now()).await?;
+            noticed(SILENCE, store.maintain(Micros::now()), report).await?;
             maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
         }
         if taken.is_empty() {
             continue;
         }
         let (messages, waiting): (Vec<_>, Vec<_>) = taken.into_iter().map(|job| (job.message, job.committed)).unzip();
-        sum.add(store.store(&messages, Micros::now()).await?);
+        sum.add(noticed(SILENCE, store.store(&messages, Micros::now()), report).await?);
         for committed in waiting {
             // The station may have gone: it sends the batch again, which changes nothing.
             committed.send(()).ok();

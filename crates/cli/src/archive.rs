@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let https = config.https.as_ref().map(|it| format!("{} stations over HTTPS", it.stations.len()));
         let sources = nats.into_iter().chain(https).collect::<Vec<_>>().join(", ");
         config.view.as_ref().map_or(Ok(()), view::check)?;
-        out(&format!("{}: {sources}, {} plants with readers", arguments.file.display(), config.plants.len()));
+        out(&format!("{}: {sources}, plants with readers: {}", arguments.file.display(), config.plants.len()));
         return Ok(());
     }
     let signals = Signals::of(&[SIGINT, SIGTERM])?;
@@ -98,7 +98,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn report(report: &Report<'_>, reported: &mut Instant) {
     match report {
         Report::Ready => out("ready"),
-        Report::Failed(error) => notice(&format_args!("{error}; the archive connects again, and batches wait")),
+        Report::Failed(error) => notice(&format_args!("{error}; the archive tries again, and batches wait")),
+        Report::Silent(time) => {
+            let seconds = time.as_secs();
+            notice(&format_args!(
+                "the database has not answered for {seconds} s; the archive waits for it, and batches wait"
+            ));
+        }
         Report::Stored(stored) if reported.elapsed() >= REPORT_INTERVAL => {
             *reported = Instant::now();
             out(&format!("{} batches, {} samples, {} rejected", stored.batches, stored.samples, stored.rejected));

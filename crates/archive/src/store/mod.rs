@@ -5,6 +5,7 @@ mod rows;
 
 pub use accept::Incoming;
 
+use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Accepted, Refusal, accept, text};
@@ -143,6 +144,17 @@ impl Drop for Store {
 }
 
 impl Store {
+    /// Connects, brings the tables up to date, and sets readers and partitions as the file says.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the database cannot be reached or refuses, or its tables are of a newer program.
+    pub async fn open(config: &Config) -> Result<Self, StoreError> {
+        let mut store = Self::connect(&config.database, config.samples_days).await?;
+        store.set_readers(&config.plants).await?;
+        store.maintain(Micros::now()).await?;
+        Ok(store)
+    }
+
     /// Connects and brings the tables up to date.
     ///
     /// # Errors
