@@ -200,7 +200,7 @@ fn advice(state: &SqlState) -> Option<&'static str> {
 }
 
 /// Whether the certificate of the server is good, and that of another name.
-fn is_of_another_name(source: &(dyn std::error::Error + 'static)) -> bool {
+pub(crate) fn is_of_another_name(source: &(dyn std::error::Error + 'static)) -> bool {
     let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
     let error = inner.and_then(|inner| inner.downcast_ref::<rustls::Error>());
     matches!(

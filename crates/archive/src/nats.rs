@@ -33,6 +33,10 @@ impl NatsError {
     }
 }
 
+/// A server that answers no ping is given up after three of these times: it may be stopped with its connections open. free choice; the
+/// library waits a minute.
+const PING_INTERVAL: Duration = Duration::from_secs(10);
+
 /// The most messages of a subscription that wait in memory; the library drops others. An archive fetches 256, and then takes them.
 const MAX_WAITING: usize = 512;
 
@@ -53,6 +57,7 @@ pub async fn connect_for(nats: &Nats, name: &str, waiting: usize) -> Result<Cont
         .name(name)
         .connection_timeout(Duration::from_secs(5))
         .request_timeout(Some(TIMEOUT))
+        .ping_interval(PING_INTERVAL)
         .require_tls(nats.tls)
         // The file names the servers: their certificates and a tunnel may fit to no other name.
         .ignore_discovered_servers()

@@ -6,6 +6,7 @@ use crate::nats::{NatsError, STREAM, SUBJECTS, connect};
 pub use crate::session::{ArchiveError, Report};
 use crate::session::{MAINTENANCE_INTERVAL, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, StoreError, Stored};
+use async_nats::connection::State;
 use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
 use async_nats::jetstream::stream::{DiscardPolicy, RetentionPolicy};
 use async_nats::jetstream::{Context, Message, stream};
@@ -89,6 +90,9 @@ async fn archive(
             acknowledge(nats, &messages).await?;
             sum.add(stored);
             report(Report::Stored(*sum));
+        } else if jetstream.client().connection_state() == State::Disconnected {
+            // Without a connection the library waits as if there were no messages.
+            return Err(NatsError::new(nats, "the connection is lost").into());
         }
         if Instant::now() >= maintain_at {
             noticed(SILENCE, store.maintain(Micros::now()), report).await?;
