@@ -59,6 +59,9 @@ const STREAM_OCTETS: i64 = 10_000_000_000;
 /// The least octets of the stream: some batches of the largest size. free choice.
 const LEAST_STREAM_OCTETS: i64 = 10_000_000;
 
+/// Plants, with the roles that may read them.
+pub type Plants = Vec<(String, Vec<String>)>;
+
 /// The settings of an archive.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -75,7 +78,7 @@ pub struct Config {
     /// The database.
     pub database: Database,
     /// Plants, with the roles that may read them.
-    pub plants: Vec<(String, Vec<String>)>,
+    pub plants: Plants,
     /// The page of all stations, if the archive serves it.
     pub view: Option<View>,
 }
@@ -384,7 +387,7 @@ fn https(toml: Option<HttpsToml>, stations: Vec<Sender>, folder: &Path) -> Resul
 }
 
 /// The plants with their readers, or the offset of what is wrong and the reason. A plant with another name has no station.
-fn plants(toml: Vec<PlantToml>) -> Result<Vec<(String, Vec<String>)>, (usize, String)> {
+fn plants(toml: Vec<PlantToml>) -> Result<Plants, (usize, String)> {
     let plant = |PlantToml { name, readers }| check_name(&name).map(|()| (name.into_inner(), readers));
     toml.into_iter().map(plant).collect()
 }

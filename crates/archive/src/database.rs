@@ -2,7 +2,7 @@
 
 use profivac_host::text_file;
 use profivac_station::auth::file_permissions::{self, PermissionError};
-use profivac_station::client_tls::trusting;
+use profivac_station::client_tls::{fault, is_of_another_name, trusting};
 use profivac_station::config::{CertificateError, ca_certificates};
 use profivac_station::host_name::is_loopback;
 use serde::Deserialize;
@@ -162,10 +162,10 @@ pub(crate) fn described(error: &tokio_postgres::Error) -> String {
             Some(advice) => format!("{error}; {advice}"),
             None => error.to_string(),
         },
-        (None, Some(source)) if is_of_another_name(source) => {
+        (None, Some(source)) if fault(source).is_some_and(is_of_another_name) => {
             format!("{error}: {source}; write a name of the certificate as host in connection of [postgres]")
         }
-        (None, Some(source)) if is_untrusted(source) => {
+        (None, Some(source)) if matches!(fault(source), Some(rustls::Error::InvalidCertificate(_))) => {
             format!("{error}: {source}; name a file with the certificate of its issuer in ca-file of [postgres]")
         }
         (None, Some(source)) if source.is::<std::io::Error>() => {
@@ -197,24 +197,6 @@ fn advice(state: &SqlState) -> Option<&'static str> {
         SqlState::UNDEFINED_OBJECT => Some("make the role with CREATE ROLE, or correct readers of [[plant]]"),
         _ => None,
     }
-}
-
-/// Whether the certificate of the server is good, and that of another name.
-pub(crate) fn is_of_another_name(source: &(dyn std::error::Error + 'static)) -> bool {
-    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
-    let error = inner.and_then(|inner| inner.downcast_ref::<rustls::Error>());
-    matches!(
-        error,
-        Some(rustls::Error::InvalidCertificate(
-            rustls::CertificateError::NotValidForName | rustls::CertificateError::NotValidForNameContext { .. }
-        ))
-    )
-}
-
-/// Whether the certificate of the server is the cause.
-fn is_untrusted(source: &(dyn std::error::Error + 'static)) -> bool {
-    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
-    matches!(inner.and_then(|inner| inner.downcast_ref()), Some(rustls::Error::InvalidCertificate(_)))
 }
 
 /// Whether every server is on this computer. Where both are given, the library connects to `hostaddr`, and `host` is only a name.

@@ -242,7 +242,8 @@ async fn session(
     sum: &mut Stored,
     report: &mut (impl FnMut(Report<'_>) + Send),
 ) -> Result<(), ArchiveError> {
-    let mut store = noticed(SILENCE, Store::open(config), report).await?;
+    let mut store =
+        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     loop {

@@ -2,6 +2,7 @@
 
 use async_nats::jetstream::{self, Context};
 use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
+use profivac_station::client_tls::{fault, is_of_another_name};
 use profivac_station::config::gateways::archive::Nats;
 use std::time::Duration;
 use thiserror::Error;
@@ -83,12 +84,9 @@ fn explained(error: &ConnectError) -> String {
     if matches!(kind, AuthorizationViolation | Authentication) {
         return format!("{kind}: compare user and password in the file credentials with the users of the server");
     }
-    let tls = tls_error(error);
-    let advice = match tls {
+    let advice = match fault(error) {
         Some(rustls::Error::InvalidMessage(_)) => "the server speaks no TLS: write nats://, or give it a certificate",
-        Some(rustls::Error::InvalidCertificate(
-            rustls::CertificateError::NotValidForName | rustls::CertificateError::NotValidForNameContext { .. },
-        )) => "write a name of the certificate into servers",
+        Some(found) if is_of_another_name(found) => "write a name of the certificate into servers",
         Some(rustls::Error::InvalidCertificate(_)) => {
             "name a file with the certificate of its issuer in ca-file beside servers"
         }
@@ -97,22 +95,6 @@ fn explained(error: &ConnectError) -> String {
         _ => return error.to_string(),
     };
     format!("{error}; {advice}")
-}
-
-/// The error of TLS that is the cause.
-fn tls_error(error: &ConnectError) -> Option<&rustls::Error> {
-    let mut source = std::error::Error::source(error);
-    while let Some(cause) = source {
-        if let Some(found) = cause.downcast_ref() {
-            return Some(found);
-        }
-        let inner = cause.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
-        if let Some(found) = inner.and_then(|inner| inner.downcast_ref()) {
-            return Some(found);
-        }
-        source = cause.source();
-    }
-    None
 }
 
 /// The subject of the batches of a station.

@@ -1,13 +1,12 @@
 //! The client of an archive without NATS: one batch, one POST, and its answer after the commit.
 
-use crate::database::is_of_another_name;
 use axum::body::{Body, Bytes, to_bytes};
 use hyper::client::conn::http1::{self, SendRequest};
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Response, StatusCode, body};
 use hyper_util::rt::TokioIo;
 use profivac_recorder::outbox::Waiting;
-use profivac_station::client_tls::trusting;
+use profivac_station::client_tls::{fault, is_of_another_name, trusting};
 use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::archive::Https;
 use std::sync::Arc;
@@ -164,7 +163,7 @@ impl Poster {
 
 /// Why there is no TLS, with what to do.
 fn insecure(error: &std::io::Error) -> String {
-    let advice = match is_of_another_name(error) {
+    let advice = match fault(error).is_some_and(is_of_another_name) {
         true => "write a name of the certificate into url of [archive.https]",
         false => "name a file with the certificate of its issuer in ca-file of [archive.https]",
     };

@@ -74,7 +74,8 @@ async fn archive(
     sum: &mut Stored,
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<(), ArchiveError> {
-    let mut store = noticed(SILENCE, Store::open(config), report).await?;
+    let mut store =
+        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
     let jetstream = connect(nats, "profivac archive").await?;
     let consumer = consumer(config, nats, &jetstream).await?;
     report(Report::Ready);

@@ -5,7 +5,6 @@ mod rows;
 
 pub use accept::Incoming;
 
-use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Accepted, Refusal, accept, text};
@@ -148,9 +147,13 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`] when the database cannot be reached or refuses, or its tables are of a newer program.
-    pub async fn open(config: &Config) -> Result<Self, StoreError> {
-        let mut store = Self::connect(&config.database, config.samples_days).await?;
-        store.set_readers(&config.plants).await?;
+    pub async fn open(
+        database: &Database,
+        samples_days: u32,
+        plants: &[(String, Vec<String>)],
+    ) -> Result<Self, StoreError> {
+        let mut store = Self::connect(database, samples_days).await?;
+        store.set_readers(plants).await?;
         store.maintain(Micros::now()).await?;
         Ok(store)
     }
