@@ -77,7 +77,7 @@ async fn archive(
     let mut store =
         noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
     let jetstream = connect(nats, "profivac archive").await?;
-    let consumer = consumer(config, nats, &jetstream).await?;
+    let consumer = consumer(config, nats, &jetstream, report).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     while !*stop.borrow() {
@@ -104,7 +104,12 @@ async fn archive(
 }
 
 /// The stream and the consumer, which the first archive creates.
-async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<Consumer<pull::Config>, NatsError> {
+async fn consumer(
+    config: &Config,
+    nats: &Nats,
+    jetstream: &Context,
+    report: &mut impl FnMut(Report<'_>),
+) -> Result<Consumer<pull::Config>, NatsError> {
     let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, refusal(&error.to_string()));
     let stream = stream::Config {
         name: STREAM.to_owned(),
@@ -119,6 +124,9 @@ async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<C
         ..stream::Config::default()
     };
     let stream = jetstream.get_or_create_stream(stream).await.map_err(|error| failed(&error))?;
+    if let Some(sentence) = difference(&stream.cached_info().config, config.replicas, config.stream_octets) {
+        report(Report::OtherStream(sentence));
+    }
     let consumer = pull::Config {
         durable_name: Some(CONSUMER.to_owned()),
         ack_policy: AckPolicy::Explicit,
@@ -127,6 +135,17 @@ async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<C
         ..pull::Config::default()
     };
     stream.get_or_create_consumer(CONSUMER, consumer).await.map_err(|error| failed(&error))
+}
+
+/// How a stream that existed differs from the file. It is not changed: another archive may have another file.
+fn difference(found: &stream::Config, replicas: usize, octets: i64) -> Option<String> {
+    let (found_replicas, found_octets) = (found.num_replicas, found.max_bytes);
+    (found_replicas != replicas || found_octets != octets).then(|| {
+        format!(
+            "the stream {STREAM} was created with replicas = {found_replicas} and stream-octets = {found_octets}, the file has {replicas} and \
+             {octets}: change the file, or the stream with `nats stream edit {STREAM}`"
+        )
+    })
 }
 
 /// Why the servers gave no stream, with what to do. A server does not answer a request that its user may not send.
@@ -197,6 +216,14 @@ async fn hand_back(messages: &[Message]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stream_with_other_settings_is_named() {
+        let found = stream::Config { num_replicas: 1, max_bytes: 7, ..stream::Config::default() };
+        assert_eq!(difference(&found, 1, 7), None);
+        assert!(difference(&found, 3, 7).unwrap().contains("replicas = 1 and stream-octets = 7, the file has 3 and 7"));
+        assert!(difference(&found, 1, 8).unwrap().ends_with("`nats stream edit PROFIVAC`"));
+    }
 
     #[test]
     fn servers_without_a_stream_say_what_to_change() {

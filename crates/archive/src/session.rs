@@ -39,6 +39,8 @@ pub enum Report<'a> {
     Stored(Stored),
     /// It has failed and tries again.
     Failed(&'a ArchiveError),
+    /// The stream was created with other settings than those of the file; the sentence says what to do.
+    OtherStream(String),
     /// The database has not answered for this time. The archive waits on: the system ends the connection when the server is gone.
     Silent(Duration),
 }

@@ -99,6 +99,7 @@ fn report(report: &Report<'_>, reported: &mut Instant) {
     match report {
         Report::Ready => out("ready"),
         Report::Failed(error) => notice(&format_args!("{error}; the archive tries again, and batches wait")),
+        Report::OtherStream(sentence) => notice(&format_args!("{sentence}")),
         Report::Silent(time) => {
             let seconds = time.as_secs();
             notice(&format_args!(
