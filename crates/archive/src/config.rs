@@ -541,6 +541,7 @@ mod tests {
             ),
             (format!("{NATS}[postgres]\nconnection = \"host=/x password=y\"\n"), "put it into a file"),
             (format!("{NATS}[postgres]\nconnection = \"hostess=/x\"\n"), "expected connection ="),
+            (format!("{NATS}ca-file = \"absent.pem\"\n{POSTGRES}"), "archive.toml:3:11: "),
             (format!("[nats]\nservers = [\"nats://far\"]\n{POSTGRES}"), "archive.toml:2:12: expected tls://"),
         ];
         for (text, expected) in cases {

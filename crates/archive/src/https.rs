@@ -58,6 +58,15 @@ const COMMIT_TIMEOUT: Duration = Duration::from_secs(60);
 /// The time between two readings of certificate and key.
 const KEYS_PERIOD: Duration = Duration::from_secs(60);
 
+/// Checks certificate and key of `[https.tls]`, without listening.
+///
+/// # Errors
+/// [`ServerError`].
+pub fn check(https: &Https) -> Result<(), ServerError> {
+    https.tls.clone().map(Keys::read).transpose()?;
+    Ok(())
+}
+
 /// A batch that waits for its commit.
 pub struct Job {
     /// The batch.
@@ -267,5 +276,20 @@ async fn session(
             committed.send(()).ok();
         }
         report(Report::Stored(*sum));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_station::config::TlsFiles;
+
+    #[test]
+    fn an_absent_certificate_is_found_without_listening() {
+        let tls = Some(TlsFiles { certificate: "absent.pem".into(), key: "absent.key".into() });
+        let https = Https { listen: ([127, 0, 0, 1], 0).into(), tls, stations: Vec::new() };
+        let error = check(&https).unwrap_err().to_string();
+        assert!(error.contains("absent.key"), "{error}");
+        assert!(check(&Https { tls: None, ..https }).is_ok());
     }
 }
