@@ -51,13 +51,16 @@ use toml::Spanned;
 const SHORTEST_TOKEN: usize = 16;
 
 /// How long samples are kept, unless the file says otherwise.
-const SAMPLES_DAYS: u32 = 730;
+const SAMPLES_DAYS: i64 = 730;
 
 /// The most octets of the stream, unless the file says otherwise: 10 GB.
-const STREAM_OCTETS: u64 = 10_000_000_000;
+const STREAM_OCTETS: i64 = 10_000_000_000;
 
 /// The least octets of the stream: some batches of the largest size. free choice.
 const LEAST_STREAM_OCTETS: i64 = 10_000_000;
+
+/// Plants, with the roles that may read them.
+pub type Plants = Vec<(String, Vec<String>)>;
 
 /// The settings of an archive.
 #[derive(Clone, Debug)]
@@ -75,7 +78,7 @@ pub struct Config {
     /// The database.
     pub database: Database,
     /// Plants, with the roles that may read them.
-    pub plants: Vec<(String, Vec<String>)>,
+    pub plants: Plants,
     /// The page of all stations, if the archive serves it.
     pub view: Option<View>,
 }
@@ -189,13 +192,13 @@ pub enum ValueProblem {
     NoUsersFile,
     /// `replicas`.
     #[error("expected replicas = 1, 3 or 5, found {0}")]
-    Replicas(u8),
+    Replicas(i64),
     /// `samples-days`.
     #[error("expected samples-days from 1 to 36525, found {0}")]
-    SamplesDays(u32),
+    SamplesDays(i64),
     /// `stream-octets`.
     #[error("expected stream-octets of at least 10000000, found {0}")]
-    StreamOctets(u64),
+    StreamOctets(i64),
 }
 
 #[derive(Debug, Deserialize)]
@@ -238,11 +241,11 @@ struct ViewToml {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct ArchiveToml {
     /// How many days samples are kept, 1 to 36525. Default: 730.
-    samples_days: Option<u32>,
+    samples_days: Option<i64>,
     /// The servers that hold each batch: 1, 3 or 5, used when the stream is created. Default: 1.
-    replicas: Option<u8>,
+    replicas: Option<i64>,
     /// The most octets of the stream, at least 10000000. Default: 10000000000.
-    stream_octets: Option<u64>,
+    stream_octets: Option<i64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -278,7 +281,7 @@ struct SenderToml {
 #[serde(deny_unknown_fields)]
 struct PlantToml {
     /// The name of the plant, as in the files of its stations.
-    name: String,
+    name: Spanned<String>,
     /// Roles of PostgreSQL that may read it, which exist.
     readers: Vec<String>,
 }
@@ -300,32 +303,32 @@ impl Config {
         let wrong = |problem| ConfigError::Value { file: file.to_owned(), problem };
         let nats = toml.nats.map(|nats| nats.into_settings(file, 0..0)).transpose();
         let nats = nats.map_err(|error| at(error.span.start, error.problem.to_string()))?;
+        let plants = plants(toml.plant).map_err(|(offset, message)| at(offset, message))?;
         let stations = senders(toml.station, folder).map_err(|(offset, message)| at(offset, message))?;
         let https = https(toml.https, stations, folder).map_err(wrong)?;
         if nats.is_none() && https.is_none() {
             return Err(wrong(ValueProblem::NoSource));
         }
         let ArchiveToml { samples_days, replicas, stream_octets } = toml.archive;
-        let replicas = replicas.unwrap_or(1);
-        if ![1, 3, 5].contains(&replicas) {
-            return Err(wrong(ValueProblem::Replicas(replicas)));
+        let found = replicas.unwrap_or(1);
+        let replicas = usize::try_from(found).ok().filter(|it| [1, 3, 5].contains(it));
+        let replicas = replicas.ok_or_else(|| wrong(ValueProblem::Replicas(found)))?;
+        let found = samples_days.unwrap_or(SAMPLES_DAYS);
+        let samples_days = u32::try_from(found).ok().filter(|days| (1..=36_525).contains(days));
+        let samples_days = samples_days.ok_or_else(|| wrong(ValueProblem::SamplesDays(found)))?;
+        let stream_octets = stream_octets.unwrap_or(STREAM_OCTETS);
+        if stream_octets < LEAST_STREAM_OCTETS {
+            return Err(wrong(ValueProblem::StreamOctets(stream_octets)));
         }
-        let samples_days = samples_days.unwrap_or(SAMPLES_DAYS);
-        if !(1..=36_525).contains(&samples_days) {
-            return Err(wrong(ValueProblem::SamplesDays(samples_days)));
-        }
-        let found = stream_octets.unwrap_or(STREAM_OCTETS);
-        let stream_octets = i64::try_from(found).ok().filter(|octets| *octets >= LEAST_STREAM_OCTETS);
-        let stream_octets = stream_octets.ok_or_else(|| wrong(ValueProblem::StreamOctets(found)))?;
         Ok(Self {
             samples_days,
-            replicas: usize::from(replicas),
+            replicas,
             stream_octets,
             nats,
             https,
             database: Database::new(&toml.postgres, folder)
                 .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
-            plants: toml.plant.into_iter().map(|plant| (plant.name, plant.readers)).collect(),
+            plants,
             view: toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?,
         })
     }
@@ -383,15 +386,26 @@ fn https(toml: Option<HttpsToml>, stations: Vec<Sender>, folder: &Path) -> Resul
     Ok(Some(Https { listen, tls, stations }))
 }
 
+/// The plants with their readers, or the offset of what is wrong and the reason. A plant with another name has no station.
+fn plants(toml: Vec<PlantToml>) -> Result<Plants, (usize, String)> {
+    let plant = |PlantToml { name, readers }| check_name(&name).map(|()| (name.into_inner(), readers));
+    toml.into_iter().map(plant).collect()
+}
+
+fn check_name(name: &Spanned<String>) -> Result<(), (usize, String)> {
+    let found = name.get_ref();
+    match is_name(found) {
+        true => Ok(()),
+        false => Err((name.span().start, format!("expected 1 to 60 letters, digits, - and _, found {found:?}"))),
+    }
+}
+
 /// The stations, or the offset of what is wrong and the reason. A token and a name belong to one station.
 fn senders(toml: Vec<SenderToml>, folder: &Path) -> Result<Vec<Sender>, (usize, String)> {
     let mut all: Vec<Sender> = Vec::new();
     for SenderToml { plant, name, token_file } in toml {
         for name in [&plant, &name] {
-            if !is_name(name.get_ref()) {
-                let found = name.get_ref();
-                return Err((name.span().start, format!("expected 1 to 60 letters, digits, - and _, found {found:?}")));
-            }
+            check_name(name)?;
         }
         let start = token_file.span().start;
         let token =
@@ -490,6 +504,19 @@ mod tests {
     fn a_wrong_file_says_where_and_what_is_expected() {
         let cases = [
             (format!("{NATS}{POSTGRES}[archive]\nreplicas = 2\n"), "expected replicas = 1, 3 or 5, found 2"),
+            (format!("{NATS}{POSTGRES}[archive]\nreplicas = 300\n"), "expected replicas = 1, 3 or 5, found 300"),
+            (
+                format!("{NATS}{POSTGRES}[archive]\nsamples-days = -1\n"),
+                "expected samples-days from 1 to 36525, found -1",
+            ),
+            (
+                format!("{NATS}{POSTGRES}[archive]\nstream-octets = -1\n"),
+                "expected stream-octets of at least 10000000, found -1",
+            ),
+            (
+                format!("{NATS}{POSTGRES}[[plant]]\nname = \"hall one\"\nreaders = []\n"),
+                "archive.toml:6:8: expected 1 to 60 letters, digits, - and _, found \"hall one\"",
+            ),
             (format!("{NATS}{POSTGRES}[archive]\nsamples-days = 0\n"), "expected samples-days from 1"),
             (
                 format!("{NATS}{POSTGRES}[archive]\nstream-octets = 7\n"),
@@ -514,6 +541,7 @@ mod tests {
             ),
             (format!("{NATS}[postgres]\nconnection = \"host=/x password=y\"\n"), "put it into a file"),
             (format!("{NATS}[postgres]\nconnection = \"hostess=/x\"\n"), "expected connection ="),
+            (format!("{NATS}ca-file = \"absent.pem\"\n{POSTGRES}"), "archive.toml:3:11: "),
             (format!("[nats]\nservers = [\"nats://far\"]\n{POSTGRES}"), "archive.toml:2:12: expected tls://"),
         ];
         for (text, expected) in cases {

@@ -2,7 +2,7 @@
 
 use profivac_host::text_file;
 use profivac_station::auth::file_permissions::{self, PermissionError};
-use profivac_station::client_tls::trusting;
+use profivac_station::client_tls::{fault, is_of_another_name, trusting};
 use profivac_station::config::{CertificateError, ca_certificates};
 use profivac_station::host_name::is_loopback;
 use serde::Deserialize;
@@ -13,6 +13,7 @@ use thiserror::Error;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 use tokio_postgres::config::{Host, SslMode};
+use tokio_postgres::error::SqlState;
 use tokio_postgres::{Client, Config, NoTls};
 use tokio_postgres_rustls::MakeRustlsConnect;
 use tokio_rustls::rustls::{self, ClientConfig};
@@ -157,19 +158,45 @@ pub enum ConnectError {
 /// The error with its cause: that of the library alone says only "db error".
 pub(crate) fn described(error: &tokio_postgres::Error) -> String {
     match (error.as_db_error(), std::error::Error::source(error)) {
-        (Some(error), _) => error.to_string(),
-        (None, Some(source)) if is_untrusted(source) => {
+        (Some(error), _) => match advice(error.code()) {
+            Some(advice) => format!("{error}; {advice}"),
+            None => error.to_string(),
+        },
+        (None, Some(source)) if fault(source).is_some_and(is_of_another_name) => {
+            format!("{error}: {source}; write a name of the certificate as host in connection of [postgres]")
+        }
+        (None, Some(source)) if matches!(fault(source), Some(rustls::Error::InvalidCertificate(_))) => {
             format!("{error}: {source}; name a file with the certificate of its issuer in ca-file of [postgres]")
+        }
+        (None, Some(source)) if source.is::<std::io::Error>() => {
+            format!("{error}: {source}; check that it runs, and host and port in connection of [postgres]")
+        }
+        (None, Some(source)) if source.to_string() == NO_PASSWORD => {
+            format!("{error}: {source}; name a file with it in password-file of [postgres]")
         }
         (None, Some(source)) => format!("{error}: {source}"),
         (None, None) => error.to_string(),
     }
 }
 
-/// Whether the certificate of the server is the cause.
-fn is_untrusted(source: &(dyn std::error::Error + 'static)) -> bool {
-    let inner = source.downcast_ref::<std::io::Error>().and_then(std::io::Error::get_ref);
-    matches!(inner.and_then(|inner| inner.downcast_ref()), Some(rustls::Error::InvalidCertificate(_)))
+/// What the library says when the server wants a password and the file has none.
+const NO_PASSWORD: &str = "password missing";
+
+/// What a person can do about a refusal of the database.
+fn advice(state: &SqlState) -> Option<&'static str> {
+    if [SqlState::INVALID_PASSWORD, SqlState::INVALID_AUTHORIZATION_SPECIFICATION].contains(state) {
+        return Some("check user in connection of [postgres], password-file, and pg_hba.conf of the database");
+    }
+    match *state {
+        SqlState::INVALID_CATALOG_NAME => {
+            Some("correct dbname in connection of [postgres], or make the database: createdb -O USER DATABASE")
+        }
+        SqlState::INSUFFICIENT_PRIVILEGE => {
+            Some("let the user in connection of [postgres] own the database: ALTER DATABASE ... OWNER TO ...")
+        }
+        SqlState::UNDEFINED_OBJECT => Some("make the role with CREATE ROLE, or correct readers of [[plant]]"),
+        _ => None,
+    }
 }
 
 /// Whether every server is on this computer. Where both are given, the library connects to `hostaddr`, and `host` is only a name.
@@ -226,5 +253,29 @@ mod tests {
         assert_eq!(longest, Duration::from_secs(60));
         let own = config("host=127.0.0.1 keepalives_retries=9 keepalives_idle=5");
         assert_eq!((own.get_keepalives_retries(), own.get_keepalives_idle()), (Some(9), Duration::from_secs(5)));
+    }
+
+    #[tokio::test]
+    async fn a_server_that_cannot_be_reached_names_the_key() {
+        let listener = TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
+        let port = listener.local_addr().unwrap().port();
+        drop(listener);
+        let gone = database(&format!("host=127.0.0.1 port={port} user=profivac")).connect().await;
+        let error = gone.err().unwrap().to_string();
+        assert!(error.ends_with("check that it runs, and host and port in connection of [postgres]"), "{error}");
+    }
+
+    #[test]
+    fn a_refusal_says_what_to_change() {
+        for (state, key) in [
+            (SqlState::INVALID_PASSWORD, "password-file"),
+            (SqlState::INVALID_AUTHORIZATION_SPECIFICATION, "pg_hba.conf"),
+            (SqlState::INVALID_CATALOG_NAME, "dbname"),
+            (SqlState::INSUFFICIENT_PRIVILEGE, "OWNER TO"),
+            (SqlState::UNDEFINED_OBJECT, "readers of [[plant]]"),
+        ] {
+            assert!(advice(&state).unwrap().contains(key), "{state:?}");
+        }
+        assert_eq!(advice(&SqlState::DISK_FULL), None);
     }
 }

@@ -17,7 +17,7 @@
 
 use crate::config::{Config, Https, Sender};
 use crate::nats::{message_id, subject};
-use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry};
+use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, Stored};
 use axum::Router;
 use axum::body::to_bytes;
@@ -57,6 +57,15 @@ const COMMIT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// The time between two readings of certificate and key.
 const KEYS_PERIOD: Duration = Duration::from_secs(60);
+
+/// Checks certificate and key of `[https.tls]`, without listening.
+///
+/// # Errors
+/// [`ServerError`].
+pub fn check(https: &Https) -> Result<(), ServerError> {
+    https.tls.clone().map(Keys::read).transpose()?;
+    Ok(())
+}
 
 /// A batch that waits for its commit.
 pub struct Job {
@@ -242,9 +251,8 @@ async fn session(
     sum: &mut Stored,
     report: &mut (impl FnMut(Report<'_>) + Send),
 ) -> Result<(), ArchiveError> {
-    let mut store = Store::connect(&config.database, config.samples_days).await?;
-    store.set_readers(&config.plants).await?;
-    store.maintain(Micros::now()).await?;
+    let mut store =
+        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     loop {
@@ -255,18 +263,33 @@ async fn session(
             _ = jobs.recv_many(&mut taken, MAX_BATCHES) => {}
         }
         if Instant::now() >= maintain_at {
-            store.maintain(Micros::now()).await?;
+            noticed(SILENCE, store.maintain(Micros::now()), report).await?;
             maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
         }
         if taken.is_empty() {
             continue;
         }
         let (messages, waiting): (Vec<_>, Vec<_>) = taken.into_iter().map(|job| (job.message, job.committed)).unzip();
-        sum.add(store.store(&messages, Micros::now()).await?);
+        sum.add(noticed(SILENCE, store.store(&messages, Micros::now()), report).await?);
         for committed in waiting {
             // The station may have gone: it sends the batch again, which changes nothing.
             committed.send(()).ok();
         }
         report(Report::Stored(*sum));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_station::config::TlsFiles;
+
+    #[test]
+    fn an_absent_certificate_is_found_without_listening() {
+        let tls = Some(TlsFiles { certificate: "absent.pem".into(), key: "absent.key".into() });
+        let https = Https { listen: ([127, 0, 0, 1], 0).into(), tls, stations: Vec::new() };
+        let error = check(&https).unwrap_err().to_string();
+        assert!(error.contains("absent.key"), "{error}");
+        assert!(check(&Https { tls: None, ..https }).is_ok());
     }
 }

@@ -1,10 +1,12 @@
 //! Connections to the servers of NATS, and the names of subjects and messages.
 
-use async_nats::ConnectOptions;
 use async_nats::jetstream::{self, Context};
+use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
+use profivac_station::client_tls::{fault, is_of_another_name};
 use profivac_station::config::gateways::archive::Nats;
 use std::time::Duration;
 use thiserror::Error;
+use tokio_rustls::rustls;
 
 /// The stream of all batches.
 pub const STREAM: &str = "PROFIVAC";
@@ -32,6 +34,10 @@ impl NatsError {
     }
 }
 
+/// A server that answers no ping is given up after three of these times: it may be stopped with its connections open. free choice; the
+/// library waits a minute.
+const PING_INTERVAL: Duration = Duration::from_secs(10);
+
 /// The most messages of a subscription that wait in memory; the library drops others. An archive fetches 256, and then takes them.
 const MAX_WAITING: usize = 512;
 
@@ -52,6 +58,7 @@ pub async fn connect_for(nats: &Nats, name: &str, waiting: usize) -> Result<Cont
         .name(name)
         .connection_timeout(Duration::from_secs(5))
         .request_timeout(Some(TIMEOUT))
+        .ping_interval(PING_INTERVAL)
         .require_tls(nats.tls)
         // The file names the servers: their certificates and a tunnel may fit to no other name.
         .ignore_discovered_servers()
@@ -63,10 +70,31 @@ pub async fn connect_for(nats: &Nats, name: &str, waiting: usize) -> Result<Cont
     if let Some(file) = &nats.ca_file {
         options = options.add_root_certificates(file.clone());
     }
-    let client = options.connect(nats.servers.as_slice()).await.map_err(|error| NatsError::new(nats, error))?;
+    let client =
+        options.connect(nats.servers.as_slice()).await.map_err(|error| NatsError::new(nats, explained(&error)))?;
     let mut context = jetstream::new(client);
     context.set_timeout(TIMEOUT);
     Ok(context)
+}
+
+/// Why there is no connection, with what to do. The library repeats the kind of the error as its cause.
+fn explained(error: &ConnectError) -> String {
+    use ConnectErrorKind::{Authentication, AuthorizationViolation, Io, Tls};
+    let kind = error.kind();
+    if matches!(kind, AuthorizationViolation | Authentication) {
+        return format!("{kind}: compare user and password in the file credentials with the users of the server");
+    }
+    let advice = match fault(error) {
+        Some(rustls::Error::InvalidMessage(_)) => "the server speaks no TLS: write nats://, or give it a certificate",
+        Some(found) if is_of_another_name(found) => "write a name of the certificate into servers",
+        Some(rustls::Error::InvalidCertificate(_)) => {
+            "name a file with the certificate of its issuer in ca-file beside servers"
+        }
+        _ if matches!(kind, Tls) => "compare nats:// or tls:// in servers, and ca-file, with the server",
+        _ if matches!(kind, Io) => "check that it runs, and host and port in servers",
+        _ => return error.to_string(),
+    };
+    format!("{error}; {advice}")
 }
 
 /// The subject of the batches of a station.
@@ -110,5 +138,21 @@ mod tests {
         for wrong in ["hall-1/5", "hall-2/5/7", "hall-1/0/7", "hall-1/5/-7", "hall-1/5/7/8", ""] {
             assert_eq!(of_message_id(wrong, "hall-1"), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_refused_login_names_the_file() {
+        let refused = explained(&ConnectError::from(ConnectErrorKind::AuthorizationViolation));
+        assert_eq!(
+            refused,
+            "authorization violation: compare user and password in the file credentials with the users of the server"
+        );
+    }
+
+    #[test]
+    fn a_server_without_tls_says_which_scheme_fits() {
+        let cause = rustls::Error::InvalidMessage(rustls::InvalidMessage::InvalidContentType);
+        let error = ConnectError::with_source(ConnectErrorKind::Io, std::io::Error::other(cause));
+        assert!(explained(&error).ends_with("the server speaks no TLS: write nats://, or give it a certificate"));
     }
 }

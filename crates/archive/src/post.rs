@@ -6,7 +6,7 @@ use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Response, StatusCode, body};
 use hyper_util::rt::TokioIo;
 use profivac_recorder::outbox::Waiting;
-use profivac_station::client_tls::trusting;
+use profivac_station::client_tls::{fault, is_of_another_name, trusting};
 use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::archive::Https;
 use std::sync::Arc;
@@ -109,8 +109,7 @@ impl Poster {
         }
         let name = ServerName::try_from(host.to_owned()).map_err(|error| format!("{host} is no host name: {error}"))?;
         let stream = self.connector.connect(name, stream).await;
-        let advice = "name a file with the certificate of its issuer in ca-file of [archive.https]";
-        handshake(stream.map_err(|error| format!("there is no secure connection: {error}; {advice}"))?).await
+        handshake(stream.map_err(|error| insecure(&error))?).await
     }
 
     /// Sends one request and keeps the connection for the next one.
@@ -153,10 +152,22 @@ impl Poster {
         let text: String = String::from_utf8_lossy(&text).chars().filter(is_visible).collect();
         let reason = match text.is_empty() {
             true => format!("expected the answer 204 of an archive, found {status}: check url in [archive.https]"),
+            false if matches!(status, StatusCode::NOT_FOUND | StatusCode::METHOD_NOT_ALLOWED) => {
+                format!("expected the answer 204 of an archive, found {status}: {text}: check url in [archive.https]")
+            }
             false => format!("the batch is refused ({status}): {text}"),
         };
         Err(self.failed(reason))
     }
+}
+
+/// Why there is no TLS, with what to do.
+fn insecure(error: &std::io::Error) -> String {
+    let advice = match fault(error).is_some_and(is_of_another_name) {
+        true => "write a name of the certificate into url of [archive.https]",
+        false => "name a file with the certificate of its issuer in ca-file of [archive.https]",
+    };
+    format!("there is no secure connection: {error}; {advice}")
 }
 
 async fn handshake(stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static) -> Result<SendRequest<Body>, String> {
@@ -221,5 +232,33 @@ mod tests {
         let refused = poster.post("hall", "hall-1", 5, batch(2)).await.unwrap_err().to_string();
         assert!(refused.contains("401") && refused.contains("compare token-file at both ends"), "{refused}");
         assert!(!refused.contains("wrong"), "{refused}");
+    }
+
+    #[tokio::test]
+    async fn a_server_that_is_no_archive_names_the_url() {
+        use tokio::io::{AsyncReadExt, AsyncWriteExt};
+        let listener = tokio::net::TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
+        let url = format!("http://{}", listener.local_addr().unwrap()).parse().unwrap();
+        let mut poster = Poster::new(&Https { url, token: secret("right"), ca_file: None }).unwrap();
+        let server = async {
+            let (mut stream, _) = listener.accept().await.unwrap();
+            stream.read_u8().await.unwrap();
+            stream.write_all(b"HTTP/1.1 404 Not Found\r\ncontent-length: 7\r\n\r\nno page").await.unwrap();
+            stream
+        };
+        let (refused, _stream) = tokio::join!(poster.post("hall", "hall-1", 5, batch(2)), server);
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.ends_with("found 404 Not Found: no page: check url in [archive.https]"), "{refused}");
+    }
+
+    #[test]
+    fn a_certificate_of_another_name_is_not_one_of_an_unknown_issuer() {
+        use tokio_rustls::rustls::{CertificateError, Error};
+        let of = |error| insecure(&std::io::Error::other(Error::InvalidCertificate(error)));
+        assert!(
+            of(CertificateError::NotValidForName)
+                .ends_with("write a name of the certificate into url of [archive.https]")
+        );
+        assert!(of(CertificateError::UnknownIssuer).ends_with("in ca-file of [archive.https]"));
     }
 }

@@ -197,7 +197,7 @@ async fn publish_page(
     for (number, acknowledgement) in waiting {
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
             Ok(Ok(_stored)) => *cursor = (page.epoch, number),
-            Ok(Err(error)) => return (count, failed(explained(&error))),
+            Ok(Err(error)) => return (count, failed(explained(&error, &subject))),
             Err(_) => return (count, failed("no acknowledgement".to_owned())),
         }
         count = count.saturating_add(1);
@@ -206,10 +206,16 @@ async fn publish_page(
 }
 
 /// The error of an acknowledgement, with what to do.
-fn explained(error: &PublishError) -> String {
+fn explained(error: &PublishError, subject: &str) -> String {
     match error.kind() {
         PublishErrorKind::StreamNotFound => {
             format!("no stream takes the batches ({error}): start `profivac archive` once, which creates it")
+        }
+        // A server does not answer a message that its user may not send.
+        PublishErrorKind::TimedOut => {
+            format!(
+                "the batch was not stored: {error}; check that the server runs, and that the user of the station may publish to {subject}"
+            )
         }
         _ => format!("the batch was not stored: {error}"),
     }
@@ -244,8 +250,8 @@ mod tests {
 
     #[test]
     fn a_missing_stream_says_what_creates_it() {
-        let explained = |kind: PublishErrorKind| explained(&PublishError::from(kind));
+        let explained = |kind: PublishErrorKind| explained(&PublishError::from(kind), "profivac.v1.a.b.batch");
         assert!(explained(PublishErrorKind::StreamNotFound).ends_with("which creates it"));
-        assert!(explained(PublishErrorKind::TimedOut).starts_with("the batch was not stored: timed out"));
+        assert!(explained(PublishErrorKind::TimedOut).ends_with("may publish to profivac.v1.a.b.batch"));
     }
 }

@@ -4,8 +4,9 @@ use crate::config::Config;
 use crate::https::Server;
 use crate::nats::{NatsError, STREAM, SUBJECTS, connect};
 pub use crate::session::{ArchiveError, Report};
-use crate::session::{MAINTENANCE_INTERVAL, Retry};
+use crate::session::{MAINTENANCE_INTERVAL, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, StoreError, Stored};
+use async_nats::connection::State;
 use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
 use async_nats::jetstream::stream::{DiscardPolicy, RetentionPolicy};
 use async_nats::jetstream::{Context, Message, stream};
@@ -73,17 +74,16 @@ async fn archive(
     sum: &mut Stored,
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<(), ArchiveError> {
-    let mut store = Store::connect(&config.database, config.samples_days).await?;
-    store.set_readers(&config.plants).await?;
-    store.maintain(Micros::now()).await?;
+    let mut store =
+        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
     let jetstream = connect(nats, "profivac archive").await?;
-    let consumer = consumer(config, nats, &jetstream).await?;
+    let consumer = consumer(config, nats, &jetstream, report).await?;
     report(Report::Ready);
     let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
     while !*stop.borrow() {
         let messages = fetch(nats, &consumer).await?;
         if !messages.is_empty() {
-            let stored = store_messages(&mut store, &messages).await;
+            let stored = noticed(SILENCE, store_messages(&mut store, &messages), report).await;
             if stored.is_err() {
                 hand_back(&messages).await;
             }
@@ -91,9 +91,12 @@ async fn archive(
             acknowledge(nats, &messages).await?;
             sum.add(stored);
             report(Report::Stored(*sum));
+        } else if jetstream.client().connection_state() == State::Disconnected {
+            // Without a connection the library waits as if there were no messages.
+            return Err(NatsError::new(nats, "the connection is lost").into());
         }
         if Instant::now() >= maintain_at {
-            store.maintain(Micros::now()).await?;
+            noticed(SILENCE, store.maintain(Micros::now()), report).await?;
             maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
         }
     }
@@ -101,8 +104,13 @@ async fn archive(
 }
 
 /// The stream and the consumer, which the first archive creates.
-async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<Consumer<pull::Config>, NatsError> {
-    let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, error);
+async fn consumer(
+    config: &Config,
+    nats: &Nats,
+    jetstream: &Context,
+    report: &mut impl FnMut(Report<'_>),
+) -> Result<Consumer<pull::Config>, NatsError> {
+    let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, refusal(&error.to_string()));
     let stream = stream::Config {
         name: STREAM.to_owned(),
         subjects: vec![SUBJECTS.to_owned()],
@@ -116,6 +124,9 @@ async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<C
         ..stream::Config::default()
     };
     let stream = jetstream.get_or_create_stream(stream).await.map_err(|error| failed(&error))?;
+    if let Some(sentence) = difference(&stream.cached_info().config, config.replicas, config.stream_octets) {
+        report(Report::OtherStream(sentence));
+    }
     let consumer = pull::Config {
         durable_name: Some(CONSUMER.to_owned()),
         ack_policy: AckPolicy::Explicit,
@@ -124,6 +135,33 @@ async fn consumer(config: &Config, nats: &Nats, jetstream: &Context) -> Result<C
         ..pull::Config::default()
     };
     stream.get_or_create_consumer(CONSUMER, consumer).await.map_err(|error| failed(&error))
+}
+
+/// How a stream that existed differs from the file. It is not changed: another archive may have another file.
+fn difference(found: &stream::Config, replicas: usize, octets: i64) -> Option<String> {
+    let (found_replicas, found_octets) = (found.num_replicas, found.max_bytes);
+    (found_replicas != replicas || found_octets != octets).then(|| {
+        format!(
+            "the stream {STREAM} was created with replicas = {found_replicas} and stream-octets = {found_octets}, the file has {replicas} and \
+             {octets}: change the file, or the stream with `nats stream edit {STREAM}`"
+        )
+    })
+}
+
+/// Why the servers gave no stream, with what to do. A server does not answer a request that its user may not send.
+fn refusal(error: &str) -> String {
+    let advice = if error.contains("timed out") {
+        "check that the servers have a leader, and that the user may publish to $JS.> and subscribe to _INBOX.>"
+    } else if error.contains("unavailable") {
+        "give the server a table jetstream { store_dir: ... }"
+    } else if error.contains("code 10074") {
+        "write replicas = 1 into [archive], or use a cluster of servers"
+    } else if error.contains("code 10047") || error.contains("code 10023") {
+        "reduce stream-octets in [archive], or give the servers more room"
+    } else {
+        return error.to_owned();
+    };
+    format!("{error}; {advice}")
 }
 
 /// The next messages, or none.
@@ -172,5 +210,38 @@ async fn hand_back(messages: &[Message]) {
         if message.ack_with(AckKind::Nak(Some(Duration::from_secs(1)))).await.is_err() {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_with_other_settings_is_named() {
+        let found = stream::Config { num_replicas: 1, max_bytes: 7, ..stream::Config::default() };
+        assert_eq!(difference(&found, 1, 7), None);
+        assert!(difference(&found, 3, 7).unwrap().contains("replicas = 1 and stream-octets = 7, the file has 3 and 7"));
+        assert!(difference(&found, 1, 8).unwrap().ends_with("`nats stream edit PROFIVAC`"));
+    }
+
+    #[test]
+    fn servers_without_a_stream_say_what_to_change() {
+        for (error, advice) in [
+            ("jetstream request timed out", "the user may publish to $JS.>"),
+            ("jetstream unavailable", "give the server a table jetstream"),
+            (
+                "jetstream error: replicas > 1 not supported in non-clustered mode (code 500, error code 10074)",
+                "replicas = 1",
+            ),
+            (
+                "jetstream error: insufficient storage resources available (code 500, error code 10047)",
+                "reduce stream-octets",
+            ),
+        ] {
+            let refusal = refusal(error);
+            assert!(refusal.starts_with(error) && refusal.contains(advice), "{refusal}");
+        }
+        assert_eq!(refusal("something else"), "something else");
     }
 }

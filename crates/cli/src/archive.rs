@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_archive::config::Config;
-use profivac_archive::https::Server;
+use profivac_archive::https::{self, Server};
 use profivac_archive::service::{self, Report};
 use profivac_archive::view::{self, Watch};
 use profivac_host::readiness::{Readiness, wait};
@@ -49,10 +49,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.file).map_err(|error| Failure::usage(error.to_string()))?;
     if arguments.check {
         let nats = config.nats.as_ref().map(|nats| nats.servers.join(", "));
-        let https = config.https.as_ref().map(|it| format!("{} stations over HTTPS", it.stations.len()));
-        let sources = nats.into_iter().chain(https).collect::<Vec<_>>().join(", ");
+        let senders = config.https.as_ref().map(|it| format!("{} stations over HTTPS", it.stations.len()));
+        let sources = nats.into_iter().chain(senders).collect::<Vec<_>>().join(", ");
+        config.https.as_ref().map_or(Ok(()), https::check)?;
         config.view.as_ref().map_or(Ok(()), view::check)?;
-        out(&format!("{}: {sources}, {} plants with readers", arguments.file.display(), config.plants.len()));
+        out(&format!("{}: {sources}, plants with readers: {}", arguments.file.display(), config.plants.len()));
         return Ok(());
     }
     let signals = Signals::of(&[SIGINT, SIGTERM])?;
@@ -98,7 +99,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn report(report: &Report<'_>, reported: &mut Instant) {
     match report {
         Report::Ready => out("ready"),
-        Report::Failed(error) => notice(&format_args!("{error}; the archive connects again, and batches wait")),
+        Report::Failed(error) => notice(&format_args!("{error}; the archive tries again, and batches wait")),
+        Report::OtherStream(sentence) => notice(&format_args!("{sentence}")),
+        Report::Silent(time) => {
+            let seconds = time.as_secs();
+            notice(&format_args!(
+                "the database has not answered for {seconds} s; the archive waits for it, and batches wait"
+            ));
+        }
         Report::Stored(stored) if reported.elapsed() >= REPORT_INTERVAL => {
             *reported = Instant::now();
             out(&format!("{} batches, {} samples, {} rejected", stored.batches, stored.samples, stored.rejected));

@@ -143,6 +143,21 @@ impl Drop for Store {
 }
 
 impl Store {
+    /// Connects, brings the tables up to date, and sets readers and partitions as the file says.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the database cannot be reached or refuses, or its tables are of a newer program.
+    pub async fn open(
+        database: &Database,
+        samples_days: u32,
+        plants: &[(String, Vec<String>)],
+    ) -> Result<Self, StoreError> {
+        let mut store = Self::connect(database, samples_days).await?;
+        store.set_readers(plants).await?;
+        store.maintain(Micros::now()).await?;
+        Ok(store)
+    }
+
     /// Connects and brings the tables up to date.
     ///
     /// # Errors

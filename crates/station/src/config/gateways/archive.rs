@@ -201,7 +201,7 @@ pub struct NatsToml {
     /// A TOML file with `user` and `password`, which only its owner may read.
     credentials: Option<Spanned<PathBuf>>,
     /// Certificates in PEM that are trusted in addition to those of the system.
-    ca_file: Option<PathBuf>,
+    ca_file: Option<Spanned<PathBuf>>,
 }
 
 impl ArchiveToml {
@@ -261,12 +261,8 @@ impl HttpsToml {
             _ => return Err(located(&self.url, ArchiveProblem::Url)),
         }
         let token = secret_of_file(&self.token_file, folder)?;
-        let ca_file = self.ca_file.map(|file| {
-            let path = folder.join(file.get_ref());
-            let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));
-            ca_certificates(&path).map_err(wrong).map(|_| path)
-        });
-        Ok(Https { url, token, ca_file: ca_file.transpose()? })
+        let ca_file = self.ca_file.map(|file| ca_file(&file, folder)).transpose()?;
+        Ok(Https { url, token, ca_file })
     }
 }
 
@@ -283,8 +279,16 @@ impl NatsToml {
         let tls = first.get_ref().0.scheme_str() == Some("tls");
         let servers = self.servers.iter().map(|url| server(url, tls, self.unencrypted)).collect::<Result<_, _>>()?;
         let credentials = self.credentials.as_ref().map(|file| credentials_file(file, folder)).transpose()?;
-        Ok(Nats { servers, tls, credentials, ca_file: self.ca_file.map(|file| folder.join(file)) })
+        let ca_file = self.ca_file.map(|file| ca_file(&file, folder)).transpose()?;
+        Ok(Nats { servers, tls, credentials, ca_file })
     }
+}
+
+/// The path of a file with certificates, which can be read now.
+fn ca_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
+    let path = folder.join(file.get_ref());
+    let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));
+    ca_certificates(&path).map_err(wrong).map(|_| path)
 }
 
 /// The URL of a server.
