@@ -1,5 +1,5 @@
-//! Runs the tutorials docs/first-steps.md and docs/plc.md: every command of their console blocks, in order, in an empty folder, and
-//! compares the output.
+//! Runs the tutorials docs/first-steps.md, docs/first-station.md and docs/plc.md: every command of their console blocks, in order, in an
+//! empty folder, and compares the output.
 //!
 //! | In a block | Meaning |
 //! |---|---|
@@ -7,6 +7,7 @@
 //! | `NAME$ COMMAND` | typed in another terminal, where it keeps running; the following lines appear before the next step |
 //! | `NAME: LINE` | typed there for the running command; without a line: its output since then |
 //! | `NAME: ^C` | Ctrl-C there: the exit code must be 0, and the following lines are the rest of its output |
+//! | a block `toml NAME` | a file that the reader saves |
 //! | `...` | any text within a line; as a line, any lines |
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
@@ -37,6 +38,8 @@ enum Typed {
     Start(String, String),
     /// A line for the program in another terminal.
     Say(String, String),
+    /// A file.
+    Save(String),
 }
 
 /// The steps of a page.
@@ -44,7 +47,9 @@ fn steps(page: &str) -> Vec<Step> {
     let (mut steps, mut terminals, mut is_console) = (Vec::<Step>::new(), Vec::new(), false);
     for (line, text) in (1..).zip(page.lines()) {
         if text.starts_with("```") {
-            is_console = text == "```console";
+            let file = text.strip_prefix("```toml ").map(|name| Typed::Save(name.to_owned()));
+            is_console = text == "```console" || file.is_some();
+            steps.extend(file.map(|typed| Step { line, typed, expected: Vec::new() }));
         } else if let (true, Some(typed)) = (is_console, typed(text, &terminals)) {
             if let Typed::Start(name, _) = &typed {
                 terminals.push(name.clone());
@@ -140,6 +145,10 @@ impl Workplace {
                 self.programs.insert(name.clone(), program);
                 output
             }
+            Typed::Save(name) => {
+                std::fs::write(self.folder.path("work").join(name), step.expected.join("\n")).unwrap();
+                step.expected.clone()
+            }
             Typed::Say(name, message) if message == "^C" => {
                 let mut program = self.programs.remove(name).unwrap();
                 program.interrupt();
@@ -176,6 +185,11 @@ fn every_step_prints_what_the_page_shows() {
 }
 
 #[test]
+fn every_step_to_a_station_prints_what_the_page_shows() {
+    follow("docs/first-station.md");
+}
+
+#[test]
 fn every_step_to_a_plc_prints_what_the_page_shows() {
     follow("docs/plc.md");
 }
@@ -208,7 +222,7 @@ fn the_page_uses_every_command_except_those_with_pages_of_their_own() {
         .into_iter()
         .filter_map(|step| match step.typed {
             Typed::Command(command) | Typed::Start(_, command) => Some(command),
-            Typed::Say(..) => None,
+            Typed::Say(..) | Typed::Save(_) => None,
         })
         .collect();
     for command in common::commands() {
@@ -221,7 +235,7 @@ fn the_page_uses_every_command_except_those_with_pages_of_their_own() {
 
 #[test]
 fn the_steps_of_a_page_are_parsed() {
-    let page = "text\n```sh\n$ no\n```\n```console\n$ a b\nc: d\nx$ e\nready\nx: ^C\nx:\n```\n$ no";
+    let page = "text\n```sh\n$ no\n```\n```toml f.toml\na = 1\n```\n```console\n$ a b\nc: d\nx$ e\nready\nx: ^C\nx:\n```\n$ no";
     let step = |line, typed, expected: &[&str]| Step {
         line,
         typed,
@@ -229,10 +243,11 @@ fn the_steps_of_a_page_are_parsed() {
     };
     let say = |message: &str| Typed::Say("x".to_owned(), message.to_owned());
     let expected = [
-        step(6, Typed::Command("a b".to_owned()), &["c: d"]),
-        step(8, Typed::Start("x".to_owned(), "e".to_owned()), &["ready"]),
-        step(10, say("^C"), &[]),
-        step(11, say(""), &[]),
+        step(5, Typed::Save("f.toml".to_owned()), &["a = 1"]),
+        step(9, Typed::Command("a b".to_owned()), &["c: d"]),
+        step(11, Typed::Start("x".to_owned(), "e".to_owned()), &["ready"]),
+        step(13, say("^C"), &[]),
+        step(14, say(""), &[]),
     ];
     assert_eq!(steps(page), expected);
 }
