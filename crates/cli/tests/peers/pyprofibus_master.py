@@ -8,6 +8,8 @@ one JSON line each, until standard input ends:
     {"state": "Data_Exchange", "exchanges": 0}     the master's state for the slave has changed
     {"inputs": "0000...", "exchanges": 17}         other input octets than before
 
+A line of standard input has the outputs in hex; until the first one they are zero.
+
 pyprofibus is GPL: it runs in a process of its own and is linked to nothing.
 """
 
@@ -78,7 +80,7 @@ def state_of(master, slave):
 
 
 def step(master, slave, state, outputs):
-    """One step, with outputs of zero. pyprofibus meets RS with an exception; the slave is started over then."""
+    """One step with these outputs. pyprofibus meets RS with an exception; the slave is started over then."""
     # Data_Exchange is sent only with fresh outputs.
     slave.setMasterOutData(bytearray(outputs))
     try:
@@ -88,12 +90,26 @@ def step(master, slave, state, outputs):
         state.applyState()
 
 
-def run(master, slave, outputs, ended):
+class Outputs:
+    """The outputs as standard input has set them last."""
+
+    def __init__(self, count):
+        self.octets = bytes(count)
+        self.ended = threading.Event()
+
+    def read(self):
+        """Takes lines until standard input ends."""
+        for line in sys.stdin:
+            self.octets = bytes.fromhex(line)
+        self.ended.set()
+
+
+def run(master, slave, outputs):
     """Exchanges data as fast as possible and reports changes."""
     state = state_of(master, slave)
     told_state, told_inputs, exchanges = None, None, 0
-    while not ended.is_set():
-        step(master, slave, state, outputs)
+    while not outputs.ended.is_set():
+        step(master, slave, state, outputs.octets)
         if state.getState() != told_state:
             told_state = state.getState()
             tell(state=state.state2name[told_state], exchanges=exchanges)
@@ -115,9 +131,9 @@ def main():
         int(address), int(ident, 0), bytes.fromhex(cfg), bytes.fromhex(user_prm), int(outputs), int(inputs)
     )
     master = master_of(open_port(port), slave)
-    ended = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
-    run(master, slave, int(outputs), ended)
+    outputs = Outputs(int(outputs))
+    threading.Thread(target=outputs.read, daemon=True).start()
+    run(master, slave, outputs)
     master.destroy()
 
 

@@ -32,7 +32,7 @@ def bring_up(phy, address, ident, cfg, user_prm, outputs, inputs):
     came, exchanges = None, 0
     deadline = time.monotonic() + PATIENCE_S
     while exchanges < EXCHANGES and time.monotonic() < deadline:
-        step(master, slave, state, outputs)
+        step(master, slave, state, bytes(outputs))
         data = slave.getMasterInData()
         if data is not None:
             came, exchanges = len(data), exchanges + 1
