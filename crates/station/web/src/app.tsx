@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { Header } from './components/header.tsx'
 import { Help } from './components/help.tsx'
+import { useLanguage } from './language.ts'
 import { lostSentence } from './lib/labels.ts'
 import { type Live, useLive } from './live.ts'
 import { pageOf } from './navigation.ts'
@@ -25,6 +26,7 @@ import { Wall } from './pages/wall.tsx'
 import { gaugeIn, Link, useLocation } from './router.tsx'
 import { useSessionState } from './session.ts'
 import { useShortcutKeys } from './shortcuts.ts'
+import { t } from './texts/texts.ts'
 
 const COMPONENTS: Record<string, () => JSX.Element> = {
   '/': Overview,
@@ -48,6 +50,8 @@ const PARTS: Record<string, () => JSX.Element> = {
 export function App(): JSX.Element {
   const { path } = useLocation()
   const live = useLive()
+  // A new language draws all components again.
+  const language = useLanguage()
   const isLoggedOut = useSessionState().session?.login === 'logged-out'
   const [help, setHelp] = useState(false)
   useShortcutKeys(() => setHelp(true))
@@ -56,18 +60,16 @@ export function App(): JSX.Element {
   const gauge = gaugeIn(path)
   const isWall = path === '/wall' && !isLoggedOut
   useEffect(() => {
-    document.title = [
-      isLoggedOut ? 'Log in' : (gauge ?? (isWall ? 'Wall display' : page?.name) ?? 'Page not found'),
-      station ?? 'profivac',
-    ].join(' · ')
-  }, [page, gauge, station, isLoggedOut, isWall])
+    const shown = isWall ? t.wall.title : page ? t.pages[page.path] : t.app.notFound
+    document.title = [isLoggedOut ? t.login.title : (gauge ?? shown), station ?? 'profivac'].join(' · ')
+  }, [page, gauge, station, isLoggedOut, isWall, language])
   if (isWall) {
-    return <main id="main">{live.snapshot ? <Wall /> : <p class="waiting">Waiting for the station …</p>}</main>
+    return <main id="main">{live.snapshot ? <Wall /> : <p class="waiting">{t.app.waiting}</p>}</main>
   }
   return (
     <>
       <a class="skip" href="#main">
-        Skip to content
+        {t.app.skip}
       </a>
       <Header current={page?.path} live={live} showHelp={() => setHelp(true)} />
       <main id="main" tabIndex={-1}>
@@ -76,11 +78,7 @@ export function App(): JSX.Element {
         ) : (
           <>
             <StationProblem live={live} />
-            {live.snapshot ? (
-              <Page path={path in PARTS ? path : page?.path} />
-            ) : (
-              <p class="waiting">Waiting for the station …</p>
-            )}
+            {live.snapshot ? <Page path={path in PARTS ? path : page?.path} /> : <p class="waiting">{t.app.waiting}</p>}
           </>
         )}
       </main>
@@ -94,7 +92,7 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
   if (Component) return <Component />
   return (
     <p>
-      Page not found. <Link to="/">Go to the overview</Link>
+      {t.app.notFound}. <Link to="/">{t.app.toOverview}</Link>
     </p>
   )
 }
@@ -105,14 +103,14 @@ function StationProblem({ live }: { live: Live }): JSX.Element | null {
   if (live.snapshot && !live.connected) {
     return (
       <p class="error" role="alert">
-        The connection to the station is lost. The page shows the last data received and reconnects by itself.
+        {t.app.lost}
       </p>
     )
   }
   if (recorder?.error) {
     return (
       <p class="error" role="alert">
-        The recorder does not write: {recorder.error}
+        {t.app.recorder(recorder.error)}
       </p>
     )
   }

@@ -5,6 +5,7 @@ import './styles/tables.css'
 
 import { render } from 'preact'
 import { App } from './app.tsx'
+import { startLanguage } from './language.ts'
 import { startLive } from './live.ts'
 import { refreshSession } from './session.ts'
 import { applyTheme } from './settings.ts'
@@ -13,4 +14,4 @@ applyTheme()
 startLive()
 void refreshSession()
 const root = document.getElementById('app')
-if (root) render(<App />, root)
+void startLanguage().then(() => root && render(<App />, root))

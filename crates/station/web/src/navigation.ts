@@ -1,23 +1,25 @@
 // The pages, in the order of the navigation.
 
+import type { Texts } from './texts/texts.ts'
+
 export interface PageEntry {
-  path: string
-  name: string
+  /** Its name is `t.pages[path]`. */
+  path: keyof Texts['pages']
   /** The single-key shortcut. */
   key: string
 }
 
 export const PAGES: PageEntry[] = [
-  { path: '/', name: 'Overview', key: '1' },
-  { path: '/plant', name: 'Plant', key: 'p' },
-  { path: '/trends', name: 'Trends', key: '2' },
-  { path: '/bus', name: 'Bus map', key: '3' },
-  { path: '/gauge', name: 'Gauge', key: '4' },
-  { path: '/rise', name: 'Rate of rise', key: '5' },
-  { path: '/events', name: 'Events', key: '6' },
-  { path: '/alarms', name: 'Alarms', key: '7' },
-  { path: '/audit', name: 'Audit', key: '8' },
-  { path: '/gateways', name: 'Gateways', key: '9' },
+  { path: '/', key: '1' },
+  { path: '/plant', key: 'p' },
+  { path: '/trends', key: '2' },
+  { path: '/bus', key: '3' },
+  { path: '/gauge', key: '4' },
+  { path: '/rise', key: '5' },
+  { path: '/events', key: '6' },
+  { path: '/alarms', key: '7' },
+  { path: '/audit', key: '8' },
+  { path: '/gateways', key: '9' },
 ]
 
 /** The page of a path; a page may have further parts behind its name. */

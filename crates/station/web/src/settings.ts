@@ -1,6 +1,7 @@
 // Settings that the browser keeps: unit, theme, single-key shortcuts.
 
 import { isUnit, type Unit } from './lib/units.ts'
+import { read, write } from './storage.ts'
 import { createStore, useStore } from './store.ts'
 
 export type Theme = 'auto' | 'light' | 'dark'
@@ -13,14 +14,6 @@ interface Settings {
   shortcuts: boolean
   /** Whether the system asks for dark colours. */
   systemDark: boolean
-}
-
-function read(name: string): string | null {
-  try {
-    return localStorage.getItem(name)
-  } catch {
-    return null
-  }
 }
 
 const isTheme = (text: string | null): text is Theme => THEMES.some((theme) => theme === text)
@@ -43,11 +36,7 @@ systemTheme.addEventListener('change', ({ matches }) => store.set({ ...store.get
 
 /** If the browser refuses to store it, the setting holds until the page is closed. */
 function save(name: string, text: string, change: Partial<Settings>): void {
-  try {
-    localStorage.setItem(name, text)
-  } catch {
-    // See above.
-  }
+  write(name, text)
   store.set({ ...store.get(), ...change })
 }
 

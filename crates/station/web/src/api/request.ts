@@ -1,5 +1,6 @@
 // Requests to the API. Paths, parameters, bodies and answers are checked against the generated description.
 
+import { t } from '../texts/texts.ts'
 import type { paths } from './schema.d.ts'
 
 type Method = 'get' | 'post' | 'delete'
@@ -33,8 +34,6 @@ export class RequestError extends Error {
     super(message)
   }
 }
-
-const NO_ANSWER = 'The station does not answer.'
 
 /** What requests need of the session; session.ts sets it. */
 export const csrf = {
@@ -102,11 +101,11 @@ const LOGIN: PathOf<'post'> = '/api/login'
 
 async function send<T>(address: string, request: RequestInit): Promise<T> {
   const answer = await fetch(address, request).catch((error: unknown) => {
-    throw request.signal?.aborted ? error : new RequestError(NO_ANSWER)
+    throw request.signal?.aborted ? error : new RequestError(t.app.noAnswer)
   })
   const body: unknown = await answer.json().catch(() => null)
   if (answer.ok) return body as T
   if (answer.status === 401 && address !== LOGIN) csrf.onSessionEnd()
   const problem = (body as { detail?: string } | null)?.detail
-  throw new RequestError(problem ?? `The station answers with ${answer.status}.`, answer.status, body)
+  throw new RequestError(problem ?? t.app.answer(answer.status), answer.status, body)
 }

@@ -35,6 +35,8 @@ export type BusStationReport = Schemas['StationReport']
 export type BusDistribution = Schemas['Distribution']
 /** The state of a station in the live list. */
 export type LineState = Schemas['StationState']
+/** What a master did with a parameter. */
+export type ParameterDone = Schemas['Done']
 export type Capture = Schemas['CaptureView']
 
 /** A gauge without the time of its readings, which would change the live stream at every reading, and without the parameters of gateways. */
@@ -69,6 +71,10 @@ export type PumpDowns = Schemas['PumpDowns']
 /** A plant identified from the record of one gauge. */
 export type Spray = Schemas['SprayView']
 export type Plant = Schemas['PlantView']
+/** By hand: the generator adds an empty object to these codes, with which no table can be read. A code that is missing here does not compile. */
+export type Remedy = 'close-leak' | 'bake' | 'larger-pump' | 'better-pump'
+/** How well the record determines a number. */
+export type Certainty = 'determined' | 'upper-bound' | 'undetermined'
 export type PlantQuery = operations['identify']['parameters']['query']
 /** A value with its 95 % interval; without an upper bound it is `null`. */
 export type Bounds = Schemas['BoundsView']

@@ -9,17 +9,18 @@ import { errorText } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
 import { matchesWords } from '../lib/search.ts'
 import { hasRole, useSession } from '../session.ts'
+import { t } from '../texts/texts.ts'
 import { useArchive } from './live.ts'
 import { alarmsOf } from './plant.ts'
 import type { ActiveAlarm } from './types.ts'
 
-const COLUMNS: Column<ActiveAlarm>[] = [
-  { title: 'Priority', cell: ({ priority }) => <PriorityMark priority={priority} /> },
-  { title: 'State', cell: ({ state }) => <AlarmStateMark state={state} /> },
-  { title: 'Station', cell: ({ station }) => station },
-  { title: 'Alarm', cell: ({ alarm }) => alarm },
-  { title: 'Since', class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: 'What happened', cell: ({ text, user }) => (user ? `${text} (${user})` : text) },
+const columns = (): Column<ActiveAlarm>[] => [
+  { title: t.common.priority, cell: ({ priority }) => <PriorityMark priority={priority} /> },
+  { title: t.common.state, cell: ({ state }) => <AlarmStateMark state={state} /> },
+  { title: t.archive.station, cell: ({ station }) => station },
+  { title: t.common.alarm, cell: ({ alarm }) => alarm },
+  { title: t.archive.since, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
+  { title: t.archive.happened, cell: ({ text, user }) => (user ? `${text} (${user})` : text) },
 ]
 
 const isWaiting = ({ state }: ActiveAlarm): boolean => state === 'unacknowledged' || state === 'returned'
@@ -42,36 +43,36 @@ export function Alarms(): JSX.Element {
     }
   }
   const column: Column<ActiveAlarm> = {
-    title: 'Action',
+    title: t.archive.action,
     cell: (alarm) =>
       isWaiting(alarm) && (
         <button type="button" onClick={() => void acknowledge(alarm)}>
-          Acknowledge
+          {t.alarms.acknowledge}
         </button>
       ),
   }
   const shown = all.filter(({ plant, station, alarm, text: what }) => matchesWords([plant, station, alarm, what], text))
   return (
-    <section class="panel" aria-label="Alarms">
+    <section class="panel" aria-label={t.pages['/alarms']}>
       <div class="bar">
-        <h1>Alarms</h1>
-        <SearchField label="Search alarms" value={text} onInput={setText} />
+        <h1>{t.pages['/alarms']}</h1>
+        <SearchField label={t.alarms.search} value={text} onInput={setText} />
       </div>
-      {!mayAcknowledge && <p class="muted">An operator acknowledges alarms here, or at their station.</p>}
+      {!mayAcknowledge && <p class="muted">{t.archive.operator}</p>}
       {problem && (
         <p class="error" role="alert">
           {problem}
         </p>
       )}
       <LogTable
-        caption="Alarms, the most urgent first"
-        columns={mayAcknowledge ? [...COLUMNS, column] : COLUMNS}
+        caption={t.archive.caption}
+        columns={mayAcknowledge ? [...columns(), column] : columns()}
         log={{ entries: all, error: null, isLoaded: true, showOlder: null }}
         shown={shown}
         keyOf={({ station, alarm }) => `${station}/${alarm}`}
-        empty={{ none: 'All alarms are normal.', filtered: 'No alarm matches.', isFiltered: all.length > 0 }}
+        empty={{ none: t.archive.allNormal, filtered: t.alarms.noMatch, isFiltered: all.length > 0 }}
       />
-      {state.not_listed > 0 && <p class="muted">{state.not_listed} more alarms are not listed.</p>}
+      {state.not_listed > 0 && <p class="muted">{t.archive.notListed(state.not_listed)}</p>}
     </section>
   )
 }

@@ -6,10 +6,12 @@ import './archive.css'
 import type { JSX } from 'preact'
 import { useEffect } from 'preact/hooks'
 import { AccountMenu } from '../components/account-menu.tsx'
-import { ThemeButton, UnitChoice } from '../components/header.tsx'
+import { LanguageChoice, ThemeButton, UnitChoice } from '../components/header.tsx'
+import { useLanguage } from '../language.ts'
 import { Login } from '../pages/login.tsx'
 import { Link, useLocation } from '../router.tsx'
 import { useSessionState } from '../session.ts'
+import { t } from '../texts/texts.ts'
 import { Alarms } from './alarms.tsx'
 import { Events } from './events.tsx'
 import { type Live, useLive } from './live.ts'
@@ -17,42 +19,45 @@ import { alarmsOf, isOpen } from './plant.ts'
 import { Stations } from './stations.tsx'
 import { Trends } from './trends.tsx'
 
-const PAGES: { path: string; name: string; component: () => JSX.Element }[] = [
-  { path: '/', name: 'Stations', component: Stations },
-  { path: '/trends', name: 'Trends', component: Trends },
-  { path: '/alarms', name: 'Alarms', component: Alarms },
-  { path: '/events', name: 'Events', component: Events },
+const PAGES: { path: string; name: () => string; component: () => JSX.Element }[] = [
+  { path: '/', name: () => t.archive.stations, component: Stations },
+  { path: '/trends', name: () => t.pages['/trends'], component: Trends },
+  { path: '/alarms', name: () => t.pages['/alarms'], component: Alarms },
+  { path: '/events', name: () => t.pages['/events'], component: Events },
 ]
 
 export function App(): JSX.Element {
   const { path } = useLocation()
   const live = useLive()
+  // A new language draws all components again.
+  const language = useLanguage()
   const isLoggedOut = useSessionState().session?.login === 'logged-out'
   const page = PAGES.find((page) => page.path === path)
   useEffect(() => {
-    document.title = `${isLoggedOut ? 'Log in' : (page?.name ?? 'Page not found')} · archive`
-  }, [page, isLoggedOut])
+    document.title = `${isLoggedOut ? t.login.title : (page?.name() ?? t.app.notFound)} · ${t.archive.title}`
+  }, [page, isLoggedOut, language])
   return (
     <>
       <a class="skip" href="#main">
-        Skip to content
+        {t.app.skip}
       </a>
       <header>
         <div class="station">
-          <strong>All stations</strong>
+          <strong>{t.archive.all}</strong>
           {!isLoggedOut && <Connection live={live} />}
           {!isLoggedOut && live.state && <AlarmCount live={live} />}
         </div>
         <div class="choices">
           <AccountMenu />
           {!isLoggedOut && <UnitChoice />}
+          <LanguageChoice />
           <ThemeButton />
         </div>
         {!isLoggedOut && (
-          <nav aria-label="Pages">
+          <nav aria-label={t.app.pages}>
             {PAGES.map(({ path: to, name }) => (
               <Link to={to} key={to} aria-current={to === path ? 'page' : undefined}>
-                {name}
+                {name()}
               </Link>
             ))}
           </nav>
@@ -66,17 +71,15 @@ export function App(): JSX.Element {
 }
 
 function Page({ live, component: Component }: { live: Live; component: (() => JSX.Element) | undefined }): JSX.Element {
-  if (!live.state) return <p class="waiting">Waiting for the archive …</p>
+  if (!live.state) return <p class="waiting">{t.archive.waiting}</p>
   if (!Component) {
     return (
       <p>
-        Page not found. <Link to="/">Go to the stations</Link>
+        {t.app.notFound}. <Link to="/">{t.archive.toStations}</Link>
       </p>
     )
   }
-  const problem = live.connected
-    ? live.state.problem
-    : 'The connection to the archive is lost. The page shows the last data received and reconnects by itself.'
+  const problem = live.connected ? live.state.problem : t.archive.lost
   return (
     <>
       {problem && (
@@ -90,7 +93,7 @@ function Page({ live, component: Component }: { live: Live; component: (() => JS
 }
 
 function Connection({ live }: { live: Live }): JSX.Element {
-  const text = live.connected ? 'live' : live.state ? 'lost' : 'connecting'
+  const text = live.connected ? t.header.live : live.state ? t.header.lost : t.header.connecting
   return (
     <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
       <span class="dot" aria-hidden="true" />
@@ -106,15 +109,16 @@ function AlarmCount({ live }: { live: Live }): JSX.Element {
   if (open.length === 0) {
     return (
       <Link to="/alarms" class="badge none">
-        <span aria-hidden="true">○ </span>no alarms
+        <span aria-hidden="true">○ </span>
+        {t.alarms.badge.none}
       </Link>
     )
   }
   const worst = open[0]?.priority ?? 'low'
   return (
     <Link to="/alarms" class={`badge ${worst} ${waiting ? '' : 'acknowledged'}`}>
-      {open.length} {open.length === 1 ? 'alarm' : 'alarms'}
-      {waiting > 0 && <span class="unacknowledged">, {waiting} not acknowledged</span>}
+      {t.archive.alarms(open.length)}
+      {waiting > 0 && <span class="unacknowledged">{t.archive.notAcknowledged(waiting)}</span>}
     </Link>
   )
 }

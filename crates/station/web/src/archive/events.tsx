@@ -6,8 +6,8 @@ import { getFrom } from '../api/request.ts'
 import type { EventKind } from '../api/types.ts'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
-import { EVENT_KINDS } from '../lib/labels.ts'
 import { matchesWords } from '../lib/search.ts'
+import { t } from '../texts/texts.ts'
 import { live, useArchive } from './live.ts'
 import { stationsOf } from './plant.ts'
 import type { ArchivedEvent } from './types.ts'
@@ -15,12 +15,15 @@ import type { ArchivedEvent } from './types.ts'
 /** The clock of a station may be ahead. */
 const AHEAD_MS = 3_600_000
 
-const COLUMNS: Column<ArchivedEvent>[] = [
-  { title: 'Time', class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: 'Station', cell: ({ station }) => station },
-  { title: 'Kind', cell: ({ kind }) => <span class={`kind ${kind}`}>{EVENT_KINDS[kind as EventKind] ?? kind}</span> },
-  { title: 'Gauge', cell: ({ gauge }) => gauge },
-  { title: 'Event', cell: ({ text }) => text },
+const columns = (): Column<ArchivedEvent>[] => [
+  { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
+  { title: t.archive.station, cell: ({ station }) => station },
+  {
+    title: t.events.kind,
+    cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind as EventKind] ?? kind}</span>,
+  },
+  { title: t.common.gauge, cell: ({ gauge }) => gauge },
+  { title: t.events.event, cell: ({ text }) => text },
 ]
 
 export function Events(): JSX.Element {
@@ -34,24 +37,24 @@ export function Events(): JSX.Element {
   })
   const shown = log.entries.filter((event) => matchesWords([event.station, event.gauge ?? '', event.text], text))
   return (
-    <section class="panel events" aria-label="Events">
+    <section class="panel events" aria-label={t.pages['/events']}>
       <div class="bar">
-        <h1>Events</h1>
+        <h1>{t.pages['/events']}</h1>
         <Choice
-          label="Station"
+          label={t.archive.station}
           value={station}
-          options={[['', 'all stations'], ...sameText(names)]}
+          options={[['', t.archive.allStations], ...sameText(names)]}
           onChange={setStation}
         />
-        <SearchField label="Search events" value={text} onInput={setText} />
+        <SearchField label={t.events.search} value={text} onInput={setText} />
       </div>
       <LogTable
-        caption="Events, the latest first"
-        columns={COLUMNS}
+        caption={t.events.caption}
+        columns={columns()}
         log={log}
         shown={shown}
         keyOf={({ station, at_ms, text }) => `${station} ${at_ms} ${text}`}
-        empty={{ none: 'No events yet.', filtered: 'No event matches.', isFiltered: log.entries.length > 0 }}
+        empty={{ none: t.events.none, filtered: t.events.noMatch, isFiltered: log.entries.length > 0 }}
       />
     </section>
   )

@@ -6,6 +6,7 @@ import '../styles/controls.css'
 import '../styles/tables.css'
 
 import { render } from 'preact'
+import { startLanguage } from '../language.ts'
 import { refreshSession } from '../session.ts'
 import { applyTheme } from '../settings.ts'
 import { App } from './app.tsx'
@@ -15,4 +16,4 @@ applyTheme()
 startLive()
 void refreshSession()
 const root = document.getElementById('app')
-if (root) render(<App />, root)
+void startLanguage().then(() => root && render(<App />, root))

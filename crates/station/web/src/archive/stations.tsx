@@ -11,6 +11,7 @@ import { matchesWords } from '../lib/search.ts'
 import type { Unit } from '../lib/units.ts'
 import { Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { useArchive, useLive } from './live.ts'
 import { isOpen, isSilent, type Station, stationsOf } from './plant.ts'
 import { trendPath } from './trends.tsx'
@@ -37,23 +38,23 @@ export function Stations(): JSX.Element {
   return (
     <>
       <div class="bar">
-        <h1 class="visually-hidden">Stations</h1>
-        <SearchField label="Search stations and gauges" value={text} onInput={setText} />
+        <h1 class="visually-hidden">{t.archive.stations}</h1>
+        <SearchField label={t.archive.search} value={text} onInput={setText} />
         {plants.length > 1 && (
           <Choice
-            label="Plant"
+            label={t.pages['/plant']}
             value={plant}
-            options={[['', 'all plants'], ...plants.map((name): [string, string] => [name, name])]}
+            options={[['', t.archive.allPlants], ...plants.map((name): [string, string] => [name, name])]}
             onChange={setPlant}
           />
         )}
         <span class="muted" role="status">
-          {shown.length} of {all.length} stations
+          {t.archive.counted(shown.length, all.length)}
         </span>
       </div>
       {problems.length > 0 && (
-        <section class="segment problems" aria-label="Problems">
-          <h2>Problems</h2>
+        <section class="segment problems" aria-label={t.archive.problems}>
+          <h2>{t.archive.problems}</h2>
           <ul class="rows">
             {problems.map((station) => (
               <Problem station={station} now={now} key={station.name} />
@@ -64,8 +65,8 @@ export function Stations(): JSX.Element {
       {shown.map((station) => (
         <StationRows station={station} now={now} isOpen={isFiltered || all.length <= MOST_OPEN} key={station.name} />
       ))}
-      {all.length === 0 && <p class="waiting">No station has sent anything yet.</p>}
-      {all.length > 0 && shown.length === 0 && <p class="muted">No station and no gauge matches.</p>}
+      {all.length === 0 && <p class="waiting">{t.archive.nothingYet}</p>}
+      {all.length > 0 && shown.length === 0 && <p class="muted">{t.archive.noMatch}</p>}
     </>
   )
 }
@@ -82,13 +83,13 @@ function Problem({ station, now }: { station: Station; now: number }): JSX.Eleme
       {open.slice(0, MOST_ALARMS).map((alarm) => (
         <AlarmLine alarm={alarm} key={alarm.alarm} />
       ))}
-      {open.length > MOST_ALARMS && <Link to="/alarms">{open.length - MOST_ALARMS} more alarms</Link>}
+      {open.length > MOST_ALARMS && <Link to="/alarms">{t.archive.moreAlarms(open.length - MOST_ALARMS)}</Link>}
     </li>
   )
 }
 
 const silence = ({ stored_ms }: Station, now: number): string =>
-  stored_ms ? `has sent nothing for ${age(now - stored_ms)}` : 'has sent nothing yet, or nothing for days'
+  stored_ms ? t.archive.silentFor(age(now - stored_ms)) : t.archive.silent
 
 export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
   return (
@@ -104,13 +105,13 @@ function StationRows({ station, now, isOpen }: { station: Station; now: number; 
   const open = isOpen || opened
   const { name, plant, readings, stored_ms } = station
   return (
-    <section class="segment" aria-label={`Station ${name}`} data-station={name}>
+    <section class="segment" aria-label={t.archive.stationOf(name)} data-station={name}>
       <details open={open} onToggle={(event) => !isOpen && setOpened(event.currentTarget.open)}>
         <summary>
           <h2>{name}</h2>{' '}
           <span class="muted">
-            {plant}, {readings.length} {readings.length === 1 ? 'gauge' : 'gauges'},{' '}
-            {stored_ms ? `last batch ${age(Math.max(0, now - stored_ms))} ago` : 'no batch yet'}
+            {plant}, {t.archive.gauges(readings.length)},{' '}
+            {stored_ms ? t.archive.lastBatch(age(Math.max(0, now - stored_ms))) : t.archive.noBatch}
           </span>
         </summary>
         {open && (
@@ -141,7 +142,7 @@ function Reading({ reading, silent, unit, now }: ReadingProps): JSX.Element {
       <span class="row-readings">
         <ReadingText pa={pa ?? limit_pa ?? null} quality={quality} unit={unit} />
       </span>
-      <span class="muted">{age(Math.max(0, now - at_ms))} ago</span>
+      <span class="muted">{t.common.ago(age(Math.max(0, now - at_ms)))}</span>
     </li>
   )
 }

@@ -19,6 +19,7 @@ import { TrendChart, trendPixels } from '../pages/trends/chart.tsx'
 import { useTrendChoice } from '../pages/trends/choice.ts'
 import { CustomWindow, Toolbar } from '../pages/trends/toolbar.tsx'
 import { useDark, useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { useArchive, useLive } from './live.ts'
 import { seriesOf } from './plant.ts'
 
@@ -59,7 +60,7 @@ export function Trends(): JSX.Element {
     change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
   return (
     <div class="trends">
-      <h1 class="visually-hidden">Trends</h1>
+      <h1 class="visually-hidden">{t.pages['/trends']}</h1>
       <Toolbar choice={choice} change={change} />
       <div class="trend-chart panel">
         <div ref={box}>
@@ -79,23 +80,18 @@ export function Trends(): JSX.Element {
       <SeriesChoice names={names} chosen={chosen} colourOf={colourOf} toggle={toggle}>
         {(series) => at !== null && <SampleText sample={seriesAt(data, series, at)} unit={unit} />}
       </SeriesChoice>
-      <p class="muted">{at === null ? 'Point at the chart for the values at a time.' : moment(at)}</p>
+      <p class="muted">{at === null ? t.archive.point : moment(at)}</p>
       <p class="load-error" role="status">
         {query.error}
       </p>
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
-        <button
-          type="button"
-          aria-pressed={isFull}
-          onClick={() => setFull(!isFull)}
-          title="Ask the stations for the samples of their own databases"
-        >
-          Full resolution
+        <button type="button" aria-pressed={isFull} onClick={() => setFull(!isFull)} title={t.archive.fullTitle}>
+          {t.archive.full}
         </button>
       </div>
       <ChartTable
-        caption="Pressures"
+        caption={t.trends.pressures}
         window={window}
         columns={chosen.map((series) => ({
           name: series,
@@ -122,7 +118,7 @@ function SeriesChoice({ names, chosen, colourOf, toggle, children }: ChoiceProps
   const listed = [...names.filter((name) => chosen.includes(name)), ...others.slice(0, MOST_LISTED)]
   return (
     <div class="series-list panel">
-      {names.length > MOST_LISTED && <SearchField label="Search series" value={text} onInput={setText} />}
+      {names.length > MOST_LISTED && <SearchField label={t.trends.search} value={text} onInput={setText} />}
       <ul>
         {listed.map((series) => {
           const drawn = chosen.includes(series)
@@ -148,9 +144,7 @@ function SeriesChoice({ names, chosen, colourOf, toggle, children }: ChoiceProps
           )
         })}
       </ul>
-      {others.length > MOST_LISTED && (
-        <p class="muted">{others.length - MOST_LISTED} more series: search to see them.</p>
-      )}
+      {others.length > MOST_LISTED && <p class="muted">{t.trends.moreSeries(others.length - MOST_LISTED)}</p>}
     </div>
   )
 }

@@ -4,6 +4,7 @@ import './account-menu.css'
 import type { JSX } from 'preact'
 import { useRef, useState } from 'preact/hooks'
 import { changePassword, logout, useSessionState } from '../session.ts'
+import { t } from '../texts/texts.ts'
 import { errorText, useModal } from './hooks.ts'
 import { PasswordField } from './password-field.tsx'
 
@@ -14,18 +15,18 @@ export function AccountMenu(): JSX.Element | null {
   if (!session || session.login === 'logged-out') return null
   const user = (
     <>
-      {session.name} <span class="muted">{session.role}</span>
+      {session.name} <span class="muted">{t.roles[session.role]}</span>
     </>
   )
   if (session.login === 'not-required') return <span class="user">{user}</span>
   const leave = (): void => void logout().catch((error: unknown) => setError(errorText(error)))
   return (
     <>
-      <button type="button" class="user" onClick={() => setOpen(true)} title="Change password">
+      <button type="button" class="user" onClick={() => setOpen(true)} title={t.account.change}>
         {user}
       </button>
       <button type="button" onClick={leave}>
-        Log out
+        {t.account.logOut}
       </button>
       {error && (
         <span class="error" role="alert">
@@ -55,9 +56,9 @@ function PasswordDialog({ name, close }: { name: string; close: () => void }): J
   }
   return (
     <dialog ref={dialog} onClose={close} aria-labelledby="password-title" class="password-dialog">
-      <h2 id="password-title">Change the password of {name}</h2>
+      <h2 id="password-title">{t.account.title(name)}</h2>
       {done ? (
-        <p role="status">The password is changed. Your other windows and computers are logged out.</p>
+        <p role="status">{t.account.changed}</p>
       ) : (
         <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
           {/* For the password manager. */}
@@ -70,21 +71,21 @@ function PasswordDialog({ name, close }: { name: string; close: () => void }): J
             tabIndex={-1}
             aria-hidden="true"
           />
-          <p class="muted">At least 8 characters, better 15: a few words that do not belong together.</p>
+          <p class="muted">{t.account.advice}</p>
           {error && (
             <p class="error" role="alert">
-              The password is not changed: {error}.
+              {t.account.notChanged(error)}
             </p>
           )}
-          <PasswordField name="current" label="Current password" autocomplete="current-password" />
-          <PasswordField name="new" label="New password" autocomplete="new-password" />
+          <PasswordField name="current" label={t.account.current} autocomplete="current-password" />
+          <PasswordField name="new" label={t.account.new} autocomplete="new-password" />
           <button type="submit" class="main">
-            Change password
+            {t.account.change}
           </button>
         </form>
       )}
       <button type="button" onClick={close}>
-        Close
+        {t.common.close}
       </button>
     </dialog>
   )

@@ -3,8 +3,9 @@
 import './alarm-marks.css'
 import type { JSX } from 'preact'
 import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
-import { ALARM_STATES, isActive, NUMBERS, summary } from '../lib/alarms.ts'
+import { isActive, NUMBERS, summary } from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
+import { t } from '../texts/texts.ts'
 
 /** The number of a priority in its shape: a square, a diamond or a circle. */
 function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
@@ -18,13 +19,13 @@ function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
 export function PriorityMark({ priority }: { priority: Priority }): JSX.Element {
   return (
     <span class={`priority ${priority}`}>
-      <PriorityShape priority={priority} /> {priority}
+      <PriorityShape priority={priority} /> {t.priorities[priority]}
     </span>
   )
 }
 
 export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
-  const { label, sentence } = ALARM_STATES[state]
+  const { label, sentence } = t.alarms.states[state]
   return (
     <span class={`alarm-state ${state}`} title={sentence}>
       {label}
@@ -39,37 +40,38 @@ export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
   if (alarms.problem) {
     return (
       <Link to="/alarms" class="badge high" title={alarms.problem}>
-        <span aria-hidden="true">✖ </span>alarms not monitored
+        <span aria-hidden="true">✖ </span>
+        {t.alarms.badge.notMonitored}
       </Link>
     )
   }
   if (!counts) {
     return (
       <Link to="/alarms" class="badge none">
-        <span aria-hidden="true">○ </span>no alarms
+        <span aria-hidden="true">○ </span>
+        {t.alarms.badge.none}
       </Link>
     )
   }
   const { priority, activeOfPriority, active, unacknowledged } = counts
   if (priority === null) {
-    const text = `none active, ${unacknowledged} cleared and not acknowledged`
     return (
-      <Link to="/alarms" class="badge cleared" title={text}>
-        <span class="visually-hidden">Alarms: </span>
+      <Link to="/alarms" class="badge cleared" title={t.alarms.badge.onlyCleared(unacknowledged)}>
+        <span class="visually-hidden">{t.alarms.badge.prefix}</span>
         <span aria-hidden="true">○ </span>
-        {unacknowledged} cleared
+        {t.alarms.badge.cleared(unacknowledged)}
       </Link>
     )
   }
-  const text = `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`
+  const text = t.alarms.badge.title(active, unacknowledged, t.priorities[priority])
   return (
     <Link to="/alarms" class={`badge ${priority} ${unacknowledged ? '' : 'acknowledged'}`} title={text}>
-      <span class="visually-hidden">Alarms: </span>
-      <PriorityShape priority={priority} /> {activeOfPriority} {priority}
+      <span class="visually-hidden">{t.alarms.badge.prefix}</span>
+      <PriorityShape priority={priority} /> {activeOfPriority} {t.priorities[priority]}
       {unacknowledged > 0 && (
         <span class="unacknowledged">
-          , {unacknowledged} <span class="long">not acknowledged</span>
-          <span class="short">unack.</span>
+          , {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>
+          <span class="short">{t.alarms.badge.short}</span>
         </span>
       )}
     </Link>

@@ -3,11 +3,11 @@
 import './bus-status.css'
 import type { JSX } from 'preact'
 import type { BusStatus } from '../api/types.ts'
-import { BUS_STATUS } from '../lib/labels.ts'
+import { t } from '../texts/texts.ts'
 
 /** `stale` shows the status as old: it is the last one that is known. */
 export function BusStatusMark({ status, stale = false }: { status: BusStatus; stale?: boolean }): JSX.Element {
-  const { label, sentence } = BUS_STATUS[status]
+  const { label, sentence } = t.busStatus[status]
   return (
     <span class={`bus-status ${stale ? 'stale' : status}`} title={sentence}>
       <span class="dot" aria-hidden="true" />

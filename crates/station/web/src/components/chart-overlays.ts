@@ -1,7 +1,9 @@
 // Overlays of a chart: bands outside the range, levels, named times.
 
 import type uPlot from 'uplot'
+import type { Quality } from '../api/types.ts'
 import type { Stretch } from '../lib/series.ts'
+import { t } from '../texts/texts.ts'
 import { tokenColour } from './palette.ts'
 
 /** A curve, by its look; its values are in the data of the chart. */
@@ -32,12 +34,13 @@ const BAR_PX = 5
 const BAND_PX = 56
 const LEAST_BAND_PX = 16
 
-const LABELS = {
-  over: 'over range',
-  under: 'under range',
+/** The quality that a stretch has. */
+const QUALITIES: Record<Stretch['kind'], Quality> = {
+  over: 'overrange',
+  under: 'underrange',
   fault: 'fault',
   off: 'off',
-  missing: 'no gauge',
+  missing: 'missing',
   assumed: 'assumed',
 }
 
@@ -71,7 +74,7 @@ function drawStretches(chart: uPlot, line: Line, lane: number): void {
       ? tokenColour(stretch.kind === 'fault' ? 'muted' : 'grid')
       : faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
     ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
-    const text = `${line.name} ${LABELS[stretch.kind]}`
+    const text = `${line.name} ${t.qualities[QUALITIES[stretch.kind]]}`
     const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 14 * dpr
     label(
       chart,

@@ -5,6 +5,7 @@ import type { ComponentChildren, JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { moment } from '../lib/format.ts'
 import { tableTimes } from '../lib/range.ts'
+import { t } from '../texts/texts.ts'
 
 const MOST_ROWS = 30
 
@@ -23,7 +24,7 @@ export function ChartTable(props: Props): JSX.Element {
   const [open, setOpen] = useState(false)
   return (
     <details class="chart-table" onToggle={(event) => setOpen(event.currentTarget.open)}>
-      <summary>Data table</summary>
+      <summary>{t.chartTable.title}</summary>
       {open && <Table {...props} />}
     </details>
   )
@@ -33,10 +34,10 @@ function Table({ caption, window, columns }: Props): JSX.Element {
   return (
     <div class="scroll">
       <table>
-        <caption class="muted">{caption}, the latest first. Zoom in for shorter steps.</caption>
+        <caption class="muted">{t.chartTable.caption(caption)}</caption>
         <thead>
           <tr>
-            <th scope="col">Time</th>
+            <th scope="col">{t.common.time}</th>
             {columns.map(({ name }) => (
               <th scope="col" key={name}>
                 {name}

@@ -6,6 +6,7 @@ import type { JSX } from 'preact'
 import { useEffect, useRef } from 'preact/hooks'
 import uPlot from 'uplot'
 import 'uplot/dist/uPlot.min.css'
+import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
 import type { Curve } from '../lib/series.ts'
 import { drawAllStretches, drawMarks, drawUnit, type Level, type Line, type TimeMark } from './chart-overlays.ts'
@@ -57,10 +58,11 @@ export function Chart(props: ChartProps): JSX.Element {
   const plot = useRef<uPlot | null>(null)
   const latest = useRef(props)
   latest.current = props
-  const structure = `${props.dark} ${props.log} ${props.unit} ${props.lines.map((line) => line.colour + line.name).join()}`
+  const language = useLanguage()
+  const structure = `${language} ${props.dark} ${props.log} ${props.unit} ${props.lines.map((line) => line.colour + line.name).join()}`
   useEffect(() => {
     if (props.width === 0 || !box.current) return
-    const chart = new uPlot(options(latest), data(latest.current), box.current)
+    const chart = new uPlot(options(latest, language), data(latest.current), box.current)
     plot.current = chart
     const wheel = (event: WheelEvent): void => zoomed(event, chart, latest.current)
     chart.over.addEventListener('wheel', wheel, { passive: false })
@@ -134,7 +136,7 @@ function data(props: ChartProps): uPlot.AlignedData {
   return [props.times, ...props.curves.flatMap(({ low, high, mean }) => [low, high, mean])] as uPlot.AlignedData
 }
 
-function options(latest: { current: ChartProps }): uPlot.Options {
+function options(latest: { current: ChartProps }, language: string): uPlot.Options {
   const { width, height, log, lines } = latest.current
   const series = lines.flatMap(({ colour, dashed }): uPlot.Series[] => {
     const hidden = { stroke: 'transparent', width: 0, points: { show: false } }
@@ -147,6 +149,7 @@ function options(latest: { current: ChartProps }): uPlot.Options {
     width,
     height,
     ms: 1,
+    fmtDate: (form) => uPlot.fmtDate(form, dateNames(language)),
     legend: { show: false },
     padding: [16, EDGE_PX, 0, 0],
     scales: {
@@ -159,6 +162,13 @@ function options(latest: { current: ChartProps }): uPlot.Options {
     cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
     hooks: hooks(latest),
   }
+}
+
+/** The short names of the months; the axis has no other names. */
+function dateNames(language: string): uPlot.DateNames {
+  const month = new Intl.DateTimeFormat(language, { month: 'short' })
+  const MMM = Array.from({ length: 12 }, (_, index) => month.format(new Date(2026, index, 1)))
+  return { MMMM: MMM, MMM, WWWW: [], WWW: [] }
 }
 
 const FONT = '12px system-ui, sans-serif'

@@ -6,7 +6,7 @@ import { useEffect, useState } from 'preact/hooks'
 import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
 import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
 import { readable } from '../lib/format.ts'
-import { RISKS } from '../lib/labels.ts'
+import { t } from '../texts/texts.ts'
 import { errorText, useModal } from './hooks.ts'
 
 /** The countdown is drawn this often. */
@@ -67,7 +67,7 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       class={`command-dialog ${state.step}`}
       onClose={leave}
       onCancel={cancel}
-      aria-label={'command' in request ? 'Command' : 'Change of a parameter'}
+      aria-label={'command' in request ? t.command.label : t.command.change}
     >
       <h2>
         {'command' in request ? request.command : `${request.target} = ${request.value}`}{' '}
@@ -79,35 +79,32 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       <form method="dialog" class="buttons">
         {state.step === 'armed' && (
           <button type="button" class="main send" onClick={() => send(state.armed)}>
-            Send
+            {t.command.send}
           </button>
         )}
-        {state.step !== 'sending' && <button type="submit">{CLOSE_LABELS[state.step]}</button>}
+        {state.step !== 'sending' && <button type="submit">{closeLabel(state.step)}</button>}
         {state.step === 'armed' && <Countdown until={state.until} expired={() => setState({ step: 'expired' })} />}
       </form>
     </dialog>
   )
 }
 
-const CLOSE_LABELS: Record<Exclude<State['step'], 'sending'>, string> = {
-  checking: 'Cancel',
-  armed: 'Disarm',
-  done: 'Close',
-  refused: 'Close',
-  expired: 'Close',
+function closeLabel(step: State['step']): string {
+  if (step === 'checking') return t.common.cancel
+  return step === 'armed' ? t.command.disarm : t.common.close
 }
 
 function Body({ state }: { state: State }): JSX.Element {
   switch (state.step) {
     case 'checking':
-      return <p class="progress busy">reading the conditions from the gauge …</p>
+      return <p class="progress busy">{t.command.checking}</p>
     case 'armed':
       return <Details armed={state.armed} />
     case 'sending':
       return (
         <>
           <Details armed={state.armed} />
-          <p class="progress busy">sending …</p>
+          <p class="progress busy">{t.command.sending}</p>
         </>
       )
     case 'done':
@@ -120,7 +117,7 @@ function Body({ state }: { state: State }): JSX.Element {
         </>
       )
     case 'expired':
-      return <p class="error">The time to send is over. Nothing was sent.</p>
+      return <p class="error">{t.command.expired}</p>
   }
 }
 
@@ -129,18 +126,18 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
   return (
     <>
       <dl class="details">
-        <dt>{is_command ? 'Command' : 'Parameter'}</dt>
+        <dt>{is_command ? t.command.command : t.command.parameter}</dt>
         <dd>{manual_name}</dd>
-        <dt>{is_command ? 'Sends' : 'Value'}</dt>
+        <dt>{is_command ? t.command.sends : t.command.value}</dt>
         <dd>
           {!is_command && (
             <>
-              <span class="before">{before ?? 'unknown'}</span> →{' '}
+              <span class="before">{before ?? t.common.unknown}</span> →{' '}
             </>
           )}
           <strong>{after}</strong> <code>{octets}</code>
         </dd>
-        <dt>Risk</dt>
+        <dt>{t.command.risk}</dt>
         <dd>
           <RiskMark risk={risk} /> {risk.description}
         </dd>
@@ -151,7 +148,7 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
 }
 
 export function RiskMark({ risk }: { risk: Risk }): JSX.Element {
-  const { label, sentence } = RISKS[risk.class]
+  const { label, sentence } = t.risks[risk.class]
   return (
     <span class={`risk ${risk.class}`} title={sentence}>
       {label}
@@ -165,7 +162,7 @@ function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | 
     <ul class="conditions">
       {conditions.map(({ expected, found, is_met }) => (
         <li class={is_met ? 'met' : 'unmet'} key={expected}>
-          <span class="mark" role="img" aria-label={is_met ? 'met:' : 'not met:'}>
+          <span class="mark" role="img" aria-label={is_met ? t.command.met : t.command.notMet}>
             {is_met ? '✓' : '✗'}
           </span>{' '}
           {readable(expected)} <span class="muted">· {readable(found)}</span>
@@ -178,14 +175,9 @@ function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | 
 function Result({ armed, outcome: { before, after } }: { armed: ArmedCommand; outcome: Outcome }): JSX.Element {
   return (
     <p class="success">
-      Done: {armed.target}
-      {after !== null && (
-        <>
-          {' '}
-          was {before ?? 'unknown'} and reads <strong>{after}</strong>
-        </>
-      )}
-      . The audit trail has an entry.
+      {after === null
+        ? t.command.done(armed.target)
+        : t.command.changed(armed.target, before ?? t.common.unknown, <strong>{after}</strong>)}
     </p>
   )
 }
@@ -199,5 +191,5 @@ function Countdown({ until, expired }: { until: number; expired: () => void }): 
   useEffect(() => {
     if (left <= 0) expired()
   }, [left <= 0])
-  return <span class="muted">armed for {Math.max(0, Math.ceil(left / 1000))} s</span>
+  return <span class="muted">{t.command.armedFor(Math.max(0, Math.ceil(left / 1000)))}</span>
 }

@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import { changeControl } from '../api/calls.ts'
 import type { Control, ControlAction, Session } from '../api/types.ts'
 import { hasRole, useSession } from '../session.ts'
+import { t } from '../texts/texts.ts'
 import { errorText } from './hooks.ts'
 
 /** After this long without an answer, an operator who has requested control can take it. */
@@ -22,22 +23,12 @@ export function controlActions(control: Control, session: Session, now: number):
   return requested_by === null ? ['request', ...take] : take
 }
 
-const ACTIONS: Record<ControlAction, { label: string; title: string }> = {
-  request: { label: 'Request control', title: 'Request control: only the user in control can send commands to gauges' },
-  release: { label: 'Release control', title: 'Release control' },
-  grant: { label: 'Hand over control', title: 'Give control to the user who requests it' },
-  'take-over': {
-    label: 'Take control',
-    title: 'Take control: commands that the user in control has armed are disarmed',
-  },
-}
-
 /** `Otto has control`. */
 export function controlText({ holder, requested_by }: Control, { name }: Session): string {
-  if (holder === null) return 'No one has control'
-  const has = holder === name ? 'You have control' : `${holder} has control`
+  if (holder === null) return t.control.noOne
+  const has = holder === name ? t.control.own : t.control.other(holder)
   if (requested_by === null) return has
-  return requested_by === name ? `${has}, you have requested it` : `${has}, ${requested_by} requests it`
+  return requested_by === name ? t.control.ownRequest(has) : t.control.request(has, requested_by)
 }
 
 export function ControlStatus({ control, now }: { control: Control; now: number }): JSX.Element {
@@ -50,17 +41,17 @@ export function ControlStatus({ control, now }: { control: Control; now: number 
   const isOwn = control.holder !== null && control.holder === session.name
   return (
     // biome-ignore lint/a11y/useSemanticElements: a fieldset is for fields
-    <div class={isOwn ? 'control own' : 'control'} aria-label="Control" role="group">
+    <div class={isOwn ? 'control own' : 'control'} aria-label={t.control.title} role="group">
       <span role="status">{controlText(control, session)}</span>
       {controlActions(control, session, now).map((action) => (
         <button
           type="button"
           class={action === 'grant' ? 'main' : undefined}
           key={action}
-          title={ACTIONS[action].title}
+          title={t.control.actions[action].title}
           onClick={() => run(action)}
         >
-          {ACTIONS[action].label}
+          {t.control.actions[action].label}
         </button>
       ))}
       {error && (

@@ -2,7 +2,8 @@
 
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
-import { MOMENT_FORM, momentOf } from '../lib/format.ts'
+import { momentOf } from '../lib/format.ts'
+import { t } from '../texts/texts.ts'
 
 interface ChoiceProps {
   label: string
@@ -45,8 +46,8 @@ export function MomentField({ label, value, onInput, onChange }: MomentProps): J
     <input
       class="moment"
       type="text"
-      placeholder={MOMENT_FORM}
-      title={MOMENT_FORM}
+      placeholder={t.common.momentForm}
+      title={t.common.momentForm}
       aria-label={label}
       autocomplete="off"
       value={typed?.over === value ? typed.text : value}
@@ -59,7 +60,7 @@ export function MomentField({ label, value, onInput, onChange }: MomentProps): J
       onChange={(event) => {
         const text = event.currentTarget.value
         const isWrong = text !== '' && momentOf(text) === null
-        event.currentTarget.setCustomValidity(isWrong ? `Expected a time like ${MOMENT_FORM}, got ${text}` : '')
+        event.currentTarget.setCustomValidity(isWrong ? t.common.momentExpected(t.common.momentForm, text) : '')
         if (isWrong) event.currentTarget.reportValidity()
         else if (onChange) {
           setTyped(null)
@@ -77,7 +78,7 @@ interface SearchProps {
   onInput: (text: string) => void
 }
 
-export function SearchField({ label, value, placeholder = 'Search', onInput }: SearchProps): JSX.Element {
+export function SearchField({ label, value, placeholder = t.common.search, onInput }: SearchProps): JSX.Element {
   return (
     <input
       type="search"

@@ -13,11 +13,13 @@ import {
   NO_LABELS,
   passes,
   STATE_FILTERS,
+  stateFilter,
 } from '../lib/filter.ts'
 import { day } from '../lib/format.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { setQuery, useLocation } from '../router.tsx'
+import { t } from '../texts/texts.ts'
 import { Choice, SearchField } from './fields.tsx'
 import { useQuery } from './hooks.ts'
 
@@ -88,19 +90,19 @@ export function FilterFields({ filter, change, directory }: FieldsProps): JSX.El
   return (
     <>
       <SearchField
-        label="Search gauges"
-        placeholder="Search gauges"
+        label={t.filter.search}
+        placeholder={t.filter.search}
         value={filter.text}
         onInput={(text) => change({ text })}
       />
-      {field('group', 'Group', 'All groups', groups)}
-      {field('tag', 'Tag', 'All tags', tags)}
-      {field('location', 'Location', 'All locations', locations)}
+      {field('group', t.filter.group, t.filter.allGroups, groups)}
+      {field('tag', t.filter.tag, t.filter.allTags, tags)}
+      {field('location', t.filter.location, t.filter.allLocations, locations)}
       <Choice
-        label="State"
+        label={t.common.state}
         value={filter.state}
-        options={STATE_FILTERS}
-        onChange={(value) => change({ state: STATE_FILTERS.find(([state]) => state === value)?.[0] ?? '' })}
+        options={STATE_FILTERS.map((state) => [state, t.filter.states[state]] as const)}
+        onChange={(value) => change({ state: stateFilter(value) })}
       />
     </>
   )
@@ -110,5 +112,5 @@ export function FilterFields({ filter, change, directory }: FieldsProps): JSX.El
 export function Overdue({ labels }: { labels: GaugeLabels }): JSX.Element | null {
   const { now } = useLive()
   if (!isOverdue(labels, day(now))) return null
-  return <span class="overdue muted">calibration overdue since {labels.calibration_due}</span>
+  return <span class="overdue muted">{t.reading.overdue(labels.calibration_due ?? '')}</span>
 }

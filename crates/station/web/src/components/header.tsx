@@ -2,6 +2,7 @@
 
 import './header.css'
 import type { JSX } from 'preact'
+import { chooseLanguage, useLanguage } from '../language.ts'
 import { age } from '../lib/format.ts'
 import { isUnit, UNIT_NAMES } from '../lib/units.ts'
 import type { Live } from '../live.ts'
@@ -9,6 +10,7 @@ import { PAGES } from '../navigation.ts'
 import { Link } from '../router.tsx'
 import { useSessionState } from '../session.ts'
 import { nextTheme, setUnit, useShortcuts, useTheme, useUnit } from '../settings.ts'
+import { LANGUAGES, type Language, t } from '../texts/texts.ts'
 import { AccountMenu } from './account-menu.tsx'
 import { AlarmBadge } from './alarm-marks.tsx'
 import { ControlStatus } from './control.tsx'
@@ -35,8 +37,9 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
       <div class="choices">
         <AccountMenu />
         {!isLoggedOut && <UnitChoice />}
+        <LanguageChoice />
         <ThemeButton />
-        <button type="button" onClick={showHelp} aria-label="Help" title="Help (?)">
+        <button type="button" onClick={showHelp} aria-label={t.header.help} title={t.header.helpKey}>
           ?
         </button>
       </div>
@@ -46,7 +49,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
 }
 
 function Connection({ live }: { live: Live }): JSX.Element {
-  const text = live.connected ? 'live' : live.snapshot ? `lost for ${age(live.since)}` : 'connecting'
+  const text = live.connected ? t.header.live : live.snapshot ? t.header.lostFor(age(live.since)) : t.header.connecting
   return (
     <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
       <span class="dot" aria-hidden="true" />
@@ -58,15 +61,15 @@ function Connection({ live }: { live: Live }): JSX.Element {
 function Navigation({ current }: { current: string | undefined }): JSX.Element {
   const hasShortcuts = useShortcuts()
   return (
-    <nav aria-label="Pages">
-      {PAGES.map(({ path, name, key }) => (
+    <nav aria-label={t.app.pages}>
+      {PAGES.map(({ path, key }) => (
         <Link
           to={path}
           key={path}
           aria-current={path === current ? 'page' : undefined}
           aria-keyshortcuts={hasShortcuts ? key : undefined}
         >
-          {name}
+          {t.pages[path]}
         </Link>
       ))}
     </nav>
@@ -77,7 +80,20 @@ export function UnitChoice(): JSX.Element {
   const change = (name: string): void => {
     if (isUnit(name)) setUnit(name)
   }
-  return <Choice label="Unit of pressure" value={useUnit()} options={sameText(UNIT_NAMES)} onChange={change} />
+  return <Choice label={t.header.unit} value={useUnit()} options={sameText(UNIT_NAMES)} onChange={change} />
+}
+
+/** The languages under their own names: who does not read the present one finds the own. */
+export function LanguageChoice(): JSX.Element {
+  const codes = Object.keys(LANGUAGES) as Language[]
+  return (
+    <Choice
+      label={t.header.language}
+      value={useLanguage()}
+      options={codes.map((code) => [code, LANGUAGES[code]] as const)}
+      onChange={(chosen) => void chooseLanguage(codes.find((code) => code === chosen) ?? 'en')}
+    />
+  )
 }
 
 const THEME_SYMBOLS = { auto: '◐', light: '☀', dark: '☾' }
@@ -85,8 +101,14 @@ const THEME_SYMBOLS = { auto: '◐', light: '☀', dark: '☾' }
 export function ThemeButton(): JSX.Element {
   const theme = useTheme()
   return (
-    <button type="button" class="theme" onClick={nextTheme} aria-label={`Theme: ${theme}`} title="Theme (t)">
-      {THEME_SYMBOLS[theme]} <span class="theme-name">{theme}</span>
+    <button
+      type="button"
+      class="theme"
+      onClick={nextTheme}
+      aria-label={t.header.theme(t.header.themes[theme])}
+      title={t.header.themeKey}
+    >
+      {THEME_SYMBOLS[theme]} <span class="theme-name">{t.header.themes[theme]}</span>
     </button>
   )
 }

@@ -3,65 +3,69 @@
 import './help.css'
 import type { JSX } from 'preact'
 import type { AlarmState, BusStatus, RiskClass } from '../api/types.ts'
-import { ALARM_STATES, PRIORITIES } from '../lib/alarms.ts'
-import { BUS_STATUS, RISKS } from '../lib/labels.ts'
+import { PRIORITIES } from '../lib/alarms.ts'
 import { PAGES } from '../navigation.ts'
 import { setShortcuts, useShortcuts } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { AlarmStateMark, PriorityMark } from './alarm-marks.tsx'
 import { BusStatusMark } from './bus-status.tsx'
 import { RiskMark } from './command-dialog.tsx'
 import { useModal } from './hooks.ts'
 
 /** The single-key shortcuts, which can be switched off. */
-const SINGLE_KEYS: [string, string][] = [
-  ...PAGES.map(({ key, name }): [string, string] => [key, name]),
-  ['u', 'next unit'],
-  ['t', 'next theme: as the system, light, dark'],
-  ['?', 'this help'],
+const singleKeys = (): [string, string][] => [
+  ...PAGES.map(({ key, path }): [string, string] => [key, t.pages[path]]),
+  ['u', t.help.nextUnit],
+  ['t', t.help.nextTheme],
+  ['?', t.help.this],
 ]
 
-const OTHER_KEYS: [string, string][] = [
-  ['Tab', 'next button, link or field'],
-  ['← →', 'earlier and later, in a chart'],
-  ['+ −', 'zoom in and out, in a chart'],
-  ['Home', 'back to the present, in a chart'],
-  ['Shift ← →', 'moves the cursor, in the chart of trends'],
-  ['r', 'sets the reference, in the chart of trends'],
-  ['Esc', 'close a dialog; disarm a command'],
+const otherKeys = (): [string, string][] => [
+  [t.help.tab, t.help.next],
+  ['← →', t.help.earlierLater],
+  ['+ −', t.help.zoom],
+  [t.help.home, t.help.present],
+  [`${t.help.shift} ← →`, t.help.cursor],
+  ['r', t.help.reference],
+  [t.help.esc, t.help.escape],
 ]
 
 export function Help({ close }: { close: () => void }): JSX.Element {
   const dialog = useModal()
   return (
-    <dialog ref={dialog} onClose={close} aria-label="Help" class="help">
+    <dialog ref={dialog} onClose={close} aria-label={t.header.help} class="help">
       <div class="bar">
-        <h2>Keyboard shortcuts</h2>
+        <h2>{t.help.title}</h2>
         <button type="button" class="main" onClick={close}>
-          Close
+          {t.common.close}
         </button>
       </div>
       <ShortcutSwitch />
-      <Keys keys={SINGLE_KEYS} />
-      <Keys keys={OTHER_KEYS} />
-      <h2>Bus status</h2>
+      <Keys keys={singleKeys()} />
+      <Keys keys={otherKeys()} />
+      <h2>{t.help.bus}</h2>
       <dl class="keys marks">
-        {(Object.keys(BUS_STATUS) as BusStatus[]).map((status) => (
-          <Mark key={status} mark={<BusStatusMark status={status} />} text={BUS_STATUS[status].sentence} />
+        {(Object.keys(t.busStatus) as BusStatus[]).map((status) => (
+          <Mark key={status} mark={<BusStatusMark status={status} />} text={t.busStatus[status].sentence} />
         ))}
       </dl>
-      <h2>Alarms</h2>
+      <h2>{t.pages['/alarms']}</h2>
       <dl class="keys marks">
         {PRIORITIES.map((priority) => (
-          <Mark key={priority} mark={<PriorityMark priority={priority} />} text={`An alarm of ${priority} priority.`} />
+          <Mark
+            key={priority}
+            mark={<PriorityMark priority={priority} />}
+            text={t.alarms.ofPriority(t.priorities[priority])}
+          />
         ))}
-        {(Object.keys(ALARM_STATES) as AlarmState[]).map((state) => (
-          <Mark key={state} mark={<AlarmStateMark state={state} />} text={ALARM_STATES[state].sentence} />
+        {(Object.keys(t.alarms.states) as AlarmState[]).map((state) => (
+          <Mark key={state} mark={<AlarmStateMark state={state} />} text={t.alarms.states[state].sentence} />
         ))}
       </dl>
-      <h2>Risk of commands and parameters</h2>
+      <h2>{t.help.risks}</h2>
       <dl class="keys marks">
-        {(Object.keys(RISKS) as RiskClass[]).map((risk) => (
-          <Mark key={risk} mark={<RiskMark risk={{ class: risk, description: '' }} />} text={RISKS[risk].sentence} />
+        {(Object.keys(t.risks) as RiskClass[]).map((risk) => (
+          <Mark key={risk} mark={<RiskMark risk={{ class: risk, description: '' }} />} text={t.risks[risk].sentence} />
         ))}
       </dl>
     </dialog>
@@ -74,7 +78,7 @@ function ShortcutSwitch(): JSX.Element {
   return (
     <label class="switch">
       <input type="checkbox" checked={on} onChange={(event) => setShortcuts(event.currentTarget.checked)} />
-      Single-key shortcuts
+      {t.help.switch}
     </label>
   )
 }

@@ -4,6 +4,7 @@ import './log.css'
 import type { ComponentChildren, JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { clock, day } from '../lib/format.ts'
+import { t } from '../texts/texts.ts'
 import { useQuery } from './hooks.ts'
 
 const REFRESH_MS = 3_000
@@ -76,7 +77,7 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
       {log.isLoaded && shown.length === 0 && <p class="muted">{empty.isFiltered ? empty.filtered : empty.none}</p>}
       {log.showOlder && (
         <button type="button" onClick={log.showOlder}>
-          Show older entries
+          {t.log.older}
         </button>
       )}
     </>

@@ -4,6 +4,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { makeNote } from '../api/calls.ts'
 import { moment } from '../lib/format.ts'
+import { t } from '../texts/texts.ts'
 import { errorText, useModal } from './hooks.ts'
 
 const LONGEST_NOTE = 500
@@ -34,11 +35,11 @@ export function NoteDialog({ at, made, close }: Props): JSX.Element {
     }
   }
   return (
-    <dialog ref={dialog} onClose={close} aria-label="Make a note" class="form-dialog">
-      <h2>Note {at === null ? 'about now' : `about ${moment(at)}`}</h2>
+    <dialog ref={dialog} onClose={close} aria-label={t.note.make} class="form-dialog">
+      <h2>{at === null ? t.note.aboutNow : t.note.about(moment(at))}</h2>
       <form onSubmit={submit}>
         <label>
-          Text
+          {t.note.text}
           <input
             required
             maxLength={LONGEST_NOTE}
@@ -54,10 +55,10 @@ export function NoteDialog({ at, made, close }: Props): JSX.Element {
         )}
         <div class="buttons">
           <button type="submit" class="main" disabled={isBusy}>
-            Make the note
+            {t.note.submit}
           </button>
           <button type="button" onClick={close}>
-            Cancel
+            {t.common.cancel}
           </button>
         </div>
       </form>

@@ -3,11 +3,12 @@
 import type { JSX } from 'preact'
 import { useLayoutEffect, useRef, useState } from 'preact/hooks'
 import type { Gauge, PlantPicture, Reading } from '../api/types.ts'
-import { alarmWords, PART_KINDS, shade, stateWords, type VolumeState, volumeState, worst } from '../lib/picture.ts'
+import { alarmWords, shade, stateWords, type VolumeState, volumeState, worst } from '../lib/picture.ts'
 import { currentQuality } from '../lib/stale.ts'
 import { useLive, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import STYLE from './own-drawing.css?inline'
 import { boundOf } from './pressure.tsx'
 import { readingWords } from './reading-words.ts'
@@ -51,7 +52,7 @@ export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: s
   })
   return (
     // biome-ignore lint/a11y/useSemanticElements: a drawing with links is no fieldset
-    <div class="own-drawing" ref={host} role="group" aria-label="Drawing of the plant" />
+    <div class="own-drawing" ref={host} role="group" aria-label={t.plant.drawing} />
   )
 }
 
@@ -64,7 +65,7 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
   const stateOf = (name: string, of: string[]): VolumeState =>
     volumeState({ name, zone: null, gauges: of }, new Set(), gauges, alarms.alarms, quality)
   const pressure = (name: string, { leading, alarms }: VolumeState): Shown & { text: string } => {
-    const text = leading ? readingWords(leading, unit) : 'no data'
+    const text = leading ? readingWords(leading, unit) : t.common.noData
     const found = worst(alarms)
     const label = [`${name}: ${text}`, ...(found ? [alarmWords(found)] : [])].join(', ')
     return { label, text, quality: leading?.quality ?? 'stale', alarm: found?.priority }
@@ -82,7 +83,7 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
       if (!part) return { label: name }
       const status = now.states[name] ?? undefined
       return {
-        label: `${name}: ${PART_KINDS[part.kind]}, ${stateWords(part, status)}`,
+        label: `${name}: ${t.plant.kinds[part.kind]}, ${stateWords(part, status)}`,
         state: status?.state ?? 'not-reported',
       }
     },

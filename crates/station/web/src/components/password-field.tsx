@@ -3,6 +3,7 @@
 import './password-field.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
+import { t } from '../texts/texts.ts'
 
 interface Props {
   name: string
@@ -25,8 +26,8 @@ export function PasswordField({ name, label, autocomplete }: Props): JSX.Element
           required
         />
       </label>
-      <button type="button" aria-pressed={shown} aria-label={`Show: ${label}`} onClick={() => setShown(!shown)}>
-        Show
+      <button type="button" aria-pressed={shown} aria-label={t.account.showOf(label)} onClick={() => setShown(!shown)}>
+        {t.account.show}
       </button>
     </div>
   )

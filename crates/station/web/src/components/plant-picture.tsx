@@ -11,7 +11,6 @@ import {
   alarmWords,
   isTroubled,
   namesIn,
-  PART_KINDS,
   partNode,
   passes,
   SHADES,
@@ -28,6 +27,7 @@ import { UNITS, type Unit } from '../lib/units.ts'
 import { useLive, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { errorText, useQuery, useWidth } from './hooks.ts'
 import { OwnDrawing } from './own-drawing.tsx'
 import { boundOf } from './pressure.tsx'
@@ -101,7 +101,7 @@ function Drawing({ plant, layout }: { plant: PlantPicture; layout: Layout }): JS
       viewBox={`0 0 ${layout.width} ${layout.height}`}
       width={layout.width}
       role="group"
-      aria-label="Picture of the plant"
+      aria-label={t.plant.picture}
     >
       {layout.zones.map(({ name, box }) => (
         <Zone
@@ -178,10 +178,10 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
   const dark = leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null
   const others = readings.length + silent.length - (leading ? 1 : 0)
   const troubled = silent.length + readings.filter((one) => one !== leading && isTroubled(one)).length
-  const value = leading ? readingWords(leading, unit) : silent.length > 0 ? 'no data' : 'no gauge'
+  const value = leading ? readingWords(leading, unit) : silent.length > 0 ? t.common.noData : t.qualities.missing
   const from = leading ? leading.reading.series : ''
-  const more = (others > 0 ? ` and ${others} more` : '') + (troubled > 0 ? `, ${troubled} without a pressure` : '')
-  const label = [`${name}: ${value}`, from && `from ${from}${more}`, found && alarmWords(found)]
+  const more = (others > 0 ? t.plant.more(others) : '') + (troubled > 0 ? t.plant.without(troubled) : '')
+  const label = [`${name}: ${value}`, from && t.plant.from(from + more), found && alarmWords(found)]
     .filter(Boolean)
     .join(', ')
   const shown = (
@@ -273,7 +273,7 @@ function Part({ part, now, box: { x, y }, direction }: PartProps): JSX.Element |
       : ({ x: x + R + 12, y: y - 3, 'text-anchor': 'start' } as const)
   return (
     <g class={`part ${part.kind} ${state}`} data-part={part.name}>
-      <title>{`${PART_KINDS[part.kind]} ${part.name}: ${words}`}</title>
+      <title>{`${t.plant.kinds[part.kind]} ${part.name}: ${words}`}</title>
       <PartSymbol kind={part.kind} x={x} y={y} />
       <text class="name" {...wordsAt}>
         {part.name}
@@ -338,7 +338,7 @@ export function ShadeScale(): JSX.Element {
   const steps = [low, -5, -2, 1, high]
   return (
     <p class="shade-scale">
-      <span class="muted">Shade of a volume, in {unit}:</span>
+      <span class="muted">{t.plant.shade(unit)}</span>
       {steps.map((exponent) => (
         <span class="shade-step" key={exponent}>
           <svg viewBox="0 0 28 16" width="28" height="16" aria-hidden="true">
@@ -369,13 +369,13 @@ export function Story({ now }: { now: LivePlant }): JSX.Element | null {
   const [latest, ...before] = now.story
   if (!latest) return null
   return (
-    <section class="story" aria-label="What happens">
+    <section class="story" aria-label={t.plant.story}>
       <p class="story-latest" role="status">
         <span class="story-time">{clock(latest.at_ms)}</span> {latest.text}
       </p>
       {before.length > 0 && (
         <details>
-          <summary>Before</summary>
+          <summary>{t.plant.before}</summary>
           <ol>
             {before.map(({ at_ms, text }) => (
               <li key={at_ms}>

@@ -4,9 +4,10 @@ import './pressure.css'
 import type { JSX } from 'preact'
 import type { Gauge, Quality, Reading } from '../api/types.ts'
 import { parts, superscript } from '../lib/format.ts'
-import { gas, PRINCIPLES, QUALITIES } from '../lib/labels.ts'
+import { gas } from '../lib/labels.ts'
 import { qualityOf, type Sample } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
+import { t } from '../texts/texts.ts'
 
 /** `1.23 × 10⁻⁶ mbar`. */
 export function Pressure({ pa, unit }: { pa: number; unit: Unit }): JSX.Element {
@@ -36,10 +37,10 @@ const SIGNS: Partial<Record<Quality, string>> = { valid: '', overrange: '> ', un
 /** A valid pressure as a number, one beyond the range as `<` or `>` with the end of the range, everything else as words. */
 export function ReadingText({ pa, quality, unit }: ReadingProps): JSX.Element {
   const sign = SIGNS[quality]
-  if (pa === null || sign === undefined) return <span class={`no-pressure ${quality}`}>{QUALITIES[quality]}</span>
+  if (pa === null || sign === undefined) return <span class={`no-pressure ${quality}`}>{t.qualities[quality]}</span>
   if (sign === '') return <Pressure pa={pa} unit={unit} />
   return (
-    <span class={`no-pressure ${quality}`} title={QUALITIES[quality]}>
+    <span class={`no-pressure ${quality}`} title={t.qualities[quality]}>
       {sign}
       <Pressure pa={pa} unit={unit} />
     </span>
@@ -52,9 +53,9 @@ export const boundOf = ({ pa, limit_pa }: Reading): number | null => pa ?? limit
 /** Channel, sensor and quality of a reading, beside its pressure. */
 export function ReadingDetails(props: { gauge: Gauge; reading: Reading; quality: Quality; unit: Unit }): JSX.Element {
   const { gauge, reading, quality, unit } = props
-  const channel = gauge.readings.length > 1 ? `channel ${reading.instance}` : ''
-  const sensor = reading.principle ? PRINCIPLES[reading.principle] : ''
-  const beyond = quality === 'overrange' || quality === 'underrange' ? QUALITIES[quality] : ''
+  const channel = gauge.readings.length > 1 ? t.reading.channel(reading.instance) : ''
+  const sensor = reading.principle ? t.principles[reading.principle] : ''
+  const beyond = quality === 'overrange' || quality === 'underrange' ? t.qualities[quality] : ''
   return (
     <p class="reading-details">
       <span class="sensor">{[channel, sensor, beyond].filter(Boolean).join(' · ')}</span>
@@ -69,7 +70,7 @@ export function CorrectedPressure(props: { gauge: Gauge; reading: Reading; unit:
   const { gauge, reading, unit } = props
   if (gauge.gas.toLowerCase() === 'n2') return null
   if (reading.corrected_pa === null) {
-    return <span class="corrected">no correction factor for {gas(gauge.gas)} in this range</span>
+    return <span class="corrected">{t.reading.noFactor(gas(gauge.gas))}</span>
   }
   return (
     <span class="corrected">

@@ -3,9 +3,10 @@
 import './reading-state.css'
 import type { JSX } from 'preact'
 import type { Gauge } from '../api/types.ts'
-import { age, clock, day } from '../lib/format.ts'
+import { age, clock, day, moment } from '../lib/format.ts'
 import { ageOf, isStale } from '../lib/stale.ts'
 import type { Live } from '../live.ts'
+import { t } from '../texts/texts.ts'
 
 /** The reason why a gauge does not measure, and everything it reports. */
 export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
@@ -28,13 +29,9 @@ export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
 /** The age of the readings, or since when there are none. */
 export function Age({ gauge, live }: { gauge: Gauge; live: Live }): JSX.Element {
   const ms = ageOf(gauge, live.since)
-  if (ms === null) return <span class="age">no data yet</span>
-  if (!isStale(gauge, live.since)) return <span class="age">{ms < 1000 ? 'now' : `${age(ms)} ago`}</span>
+  if (ms === null) return <span class="age">{t.common.noDataYet}</span>
+  if (!isStale(gauge, live.since)) return <span class="age">{ms < 1000 ? t.common.now : t.common.ago(age(ms))}</span>
   const since = live.now - ms
-  return (
-    <span class="age stale">
-      no data since {day(since) === day(live.now) ? '' : `${day(since)} `}
-      {clock(since)} ({age(ms)})
-    </span>
-  )
+  const time = day(since) === day(live.now) ? clock(since) : moment(since)
+  return <span class="age stale">{t.reading.noDataSince(time, age(ms))}</span>
 }

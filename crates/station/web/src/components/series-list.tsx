@@ -12,6 +12,7 @@ import { qualityOf, type Sample } from '../lib/series.ts'
 import { currentQuality } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { useLive } from '../live.ts'
+import { t } from '../texts/texts.ts'
 import { SearchField } from './fields.tsx'
 import { boundOf, ReadingText } from './pressure.tsx'
 
@@ -46,16 +47,16 @@ export function SeriesList(props: SeriesListProps): JSX.Element {
   return (
     <div class="series-list panel">
       <p class="cursor-time">
-        <strong>{at === null ? 'now' : moment(at)}</strong>
+        <strong>{at === null ? t.common.now : moment(at)}</strong>
         <span class="muted">{events.map(({ text }) => text).join('; ')}</span>
       </p>
-      {isLong && <SearchField label="Search series" value={text} onInput={setText} />}
+      {isLong && <SearchField label={t.trends.search} value={text} onInput={setText} />}
       <ul>
         {listed.map(({ series, gauge }) => (
           <Item series={series} gauge={gauge} {...props} key={series} />
         ))}
       </ul>
-      {hidden > 0 && <p class="muted">{hidden} more series: search to see them.</p>}
+      {hidden > 0 && <p class="muted">{t.trends.moreSeries(hidden)}</p>}
     </div>
   )
 }

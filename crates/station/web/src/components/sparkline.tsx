@@ -10,6 +10,7 @@ import { decades, join, withRecent } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
 import { live, recentSamples } from '../live.ts'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { useQuery } from './hooks.ts'
 
 const WIDTH = 240
@@ -58,8 +59,8 @@ function scaleOf(trend: Trend, unit: Unit): [number, number] | null {
 /** The text for those who do not see the line. */
 function description(trend: Trend | null, series: string, unit: Unit): string {
   const [low, high] = extent(trend?.mean ?? [])
-  if (low === undefined || high === undefined) return `No data of ${series} in the last ten minutes`
-  return `${series} in the last ten minutes: ${number(inUnit(low, unit))} to ${number(inUnit(high, unit))} ${unit}`
+  if (low === undefined || high === undefined) return t.reading.noRecent(series)
+  return t.reading.recent(series, number(inUnit(low, unit)), number(inUnit(high, unit)), unit)
 }
 
 /** The points of each line between gaps. */

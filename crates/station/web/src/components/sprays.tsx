@@ -2,11 +2,12 @@
 
 import type { JSX } from 'preact'
 import type { Spray } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 
 export function Sprays({ sprays }: { sprays: Spray[] }): JSX.Element | null {
   if (sprays.length === 0) return null
   return (
-    <section class="sprays" aria-label="Like helium at a leak">
+    <section class="sprays" aria-label={t.reading.likeHelium}>
       {sprays.map(({ start_ms, text }) => (
         <p key={start_ms}>{text}.</p>
       ))}

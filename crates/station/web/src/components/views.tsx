@@ -16,31 +16,21 @@ import {
 } from '../lib/views.ts'
 import { useSnapshot } from '../live.ts'
 import { Link, useLocation } from '../router.tsx'
+import { read, write } from '../storage.ts'
 import { createStore, useStore } from '../store.ts'
+import { t } from '../texts/texts.ts'
 
 const KEY = 'views'
 
-function read(): NamedView[] {
-  try {
-    return viewsIn(localStorage.getItem(KEY))
-  } catch {
-    return []
-  }
-}
-
-const own = createStore(read())
+const own = createStore(viewsIn(read(KEY)))
 
 // Another window of the browser has changed them.
-addEventListener('storage', ({ key }) => key === KEY && own.set(read()))
+addEventListener('storage', ({ key }) => key === KEY && own.set(viewsIn(read(KEY))))
 
 /** If the browser refuses to store them, they hold until the page is closed. */
 function keep(views: NamedView[]): void {
   own.set(views)
-  try {
-    localStorage.setItem(KEY, JSON.stringify(views))
-  } catch {
-    // See above.
-  }
+  write(KEY, JSON.stringify(views))
 }
 
 /** A list of views that opens, and a form that saves what the page shows. */
@@ -56,25 +46,25 @@ export function Views({ page, directory }: { page: ViewPage; directory: Director
   )
   return (
     <details class="views">
-      <summary>Views</summary>
+      <summary>{t.views.title}</summary>
       {all.length > 0 && (
-        <ul aria-label="Views of the station">
+        <ul aria-label={t.views.ofStation}>
           {all.map((view) => (
             <li key={view.name}>{link(view)}</li>
           ))}
         </ul>
       )}
       {mine.length > 0 && (
-        <ul aria-label="Your views">
+        <ul aria-label={t.views.own}>
           {mine.map((view) => (
             <li key={view.name}>
               {link(view)}{' '}
               <button
                 type="button"
-                aria-label={`Delete the view ${view.name}`}
+                aria-label={t.views.deleteOf(view.name)}
                 onClick={() => keep(withoutView(own.get(), view))}
               >
-                Delete
+                {t.views.delete}
               </button>
             </li>
           ))}
@@ -89,8 +79,7 @@ function SaveView({ page, query }: { page: ViewPage; query: string }): JSX.Eleme
   const [name, setName] = useState('')
   const [error, setError] = useState<string | null>(null)
   if (query === '') {
-    const first = page === '/' ? 'a filter' : 'series or a time'
-    return <p class="muted">Choose {first} first; then save it here under a name.</p>
+    return <p class="muted">{page === '/' ? t.views.chooseFilter : t.views.chooseSeries}</p>
   }
   const submit = (event: Event): void => {
     event.preventDefault()
@@ -106,7 +95,7 @@ function SaveView({ page, query }: { page: ViewPage; query: string }): JSX.Eleme
   return (
     <form onSubmit={submit}>
       <label>
-        Name{' '}
+        {t.views.name}{' '}
         <input
           required
           maxLength={LONGEST_NAME}
@@ -116,8 +105,8 @@ function SaveView({ page, query }: { page: ViewPage; query: string }): JSX.Eleme
           onInput={(event) => setName(event.currentTarget.value)}
         />
       </label>
-      <button type="submit">Save this view</button>
-      <span class="muted">in this browser</span>
+      <button type="submit">{t.views.save}</button>
+      <span class="muted">{t.views.inBrowser}</span>
       {error && (
         <span class="error" role="alert">
           {error}

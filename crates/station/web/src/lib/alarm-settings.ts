@@ -1,14 +1,15 @@
 // The fields of the settings of an alarm. Texts are those of the station's file.
 
 import type { Alarm, AlarmSettings } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 
 export type SettingsForm = Record<keyof AlarmSettings, string>
 
 export interface Field {
   key: keyof AlarmSettings
-  label: string
+  label: () => string
   /** The default. */
-  placeholder?: string
+  placeholder?: () => string
   isNumber?: boolean
   /** The alarm has no default for it. */
   isLimit?: boolean
@@ -20,24 +21,41 @@ const has = (key: keyof AlarmSettings) => (settings: AlarmSettings) => (settings
 const hasPressure = (settings: AlarmSettings): boolean => has('above')(settings) || has('below')(settings)
 
 export const FIELDS: Field[] = [
-  { key: 'above', label: 'Above', isLimit: true, shown: has('above') },
-  { key: 'below', label: 'Below', isLimit: true, shown: has('below') },
-  { key: 'rise', label: 'Rise in decades per minute', isNumber: true, isLimit: true, shown: has('rise') },
-  { key: 'repetitions', label: 'Repetitions in percent', isNumber: true, isLimit: true, shown: has('repetitions') },
-  { key: 'lost', label: 'Lost cycles in percent', isNumber: true, isLimit: true, shown: has('lost') },
-  { key: 'damaged', label: 'Damaged in percent', isNumber: true, isLimit: true, shown: has('damaged') },
-  { key: 'hysteresis', label: 'Hysteresis in decades', placeholder: '0.1', isNumber: true, shown: hasPressure },
+  { key: 'above', label: () => t.alarmSettings.above, isLimit: true, shown: has('above') },
+  { key: 'below', label: () => t.alarmSettings.below, isLimit: true, shown: has('below') },
+  { key: 'rise', label: () => t.alarmSettings.rise, isNumber: true, isLimit: true, shown: has('rise') },
+  {
+    key: 'repetitions',
+    label: () => t.alarmSettings.repetitions,
+    isNumber: true,
+    isLimit: true,
+    shown: has('repetitions'),
+  },
+  { key: 'lost', label: () => t.alarmSettings.lost, isNumber: true, isLimit: true, shown: has('lost') },
+  { key: 'damaged', label: () => t.alarmSettings.damaged, isNumber: true, isLimit: true, shown: has('damaged') },
   {
     key: 'hysteresis',
-    label: 'Hysteresis in decades per minute',
-    placeholder: 'half the rise',
+    label: () => t.alarmSettings.hysteresis,
+    placeholder: () => '0.1',
+    isNumber: true,
+    shown: hasPressure,
+  },
+  {
+    key: 'hysteresis',
+    label: () => t.alarmSettings.riseHysteresis,
+    placeholder: () => t.alarmSettings.halfTheRise,
     isNumber: true,
     shown: has('rise'),
   },
-  { key: 'reset', label: 'or reset at', placeholder: 'by the hysteresis', shown: hasPressure },
-  { key: 'window', label: 'Window', placeholder: '30 s', shown: has('rise') },
-  { key: 'delay', label: 'Delay', placeholder: '1 s', shown: () => true },
-  { key: 'off_delay', label: 'Off-delay', placeholder: '5 s', shown: () => true },
+  {
+    key: 'reset',
+    label: () => t.alarmSettings.reset,
+    placeholder: () => t.alarmSettings.byTheHysteresis,
+    shown: hasPressure,
+  },
+  { key: 'window', label: () => t.alarmSettings.window, placeholder: () => '30 s', shown: has('rise') },
+  { key: 'delay', label: () => t.alarmSettings.delay, placeholder: () => '1 s', shown: () => true },
+  { key: 'off_delay', label: () => t.alarmSettings.offDelay, placeholder: () => '5 s', shown: () => true },
 ]
 
 const NUMBERS = new Set<keyof AlarmSettings>(FIELDS.filter(({ isNumber }) => isNumber).map(({ key }) => key))

@@ -1,6 +1,7 @@
-// Texts, symbols and order of alarms.
+// Conditions, symbols and order of alarms.
 
-import type { ActiveAlarms, Alarm, AlarmChange, AlarmCounts, AlarmEvent, AlarmState, Priority } from '../api/types.ts'
+import type { ActiveAlarms, Alarm, AlarmCounts, AlarmEvent, Priority } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { number } from './format.ts'
 import { inUnit, type Unit } from './units.ts'
 
@@ -8,36 +9,6 @@ export const PRIORITIES: Priority[] = ['high', 'medium', 'low']
 
 /** A number for each priority, in a shape of its own: it can be told without colours, and it is no direction of a pressure. */
 export const NUMBERS: Record<Priority, string> = { high: '1', medium: '2', low: '3' }
-
-export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string }> = {
-  normal: { label: 'normal', sentence: 'The condition does not hold.' },
-  unacknowledged: { label: 'not acknowledged', sentence: 'The condition holds; the alarm is not acknowledged.' },
-  acknowledged: { label: 'acknowledged', sentence: 'The condition holds; an operator has acknowledged the alarm.' },
-  returned: {
-    label: 'cleared, not acknowledged',
-    sentence: 'The condition no longer holds; the alarm is not acknowledged.',
-  },
-  shelved: {
-    label: 'shelved',
-    sentence: 'An operator has shelved the alarm for a while and given a reason.',
-  },
-  'out-of-service': {
-    label: 'out of service',
-    sentence: 'An engineer has taken the alarm out of service and given a reason.',
-  },
-}
-
-export const ALARM_CHANGES: Record<AlarmChange, string> = {
-  raised: 'raised',
-  returned: 'cleared',
-  acknowledged: 'acknowledged',
-  shelved: 'shelved',
-  unshelved: 'unshelved',
-  'taken-out-of-service': 'taken out of service',
-  'returned-to-service': 'returned to service',
-  removed: 'removed from the file',
-  'settings-changed': 'settings changed',
-}
 
 /** Whether the condition of the alarm holds. */
 export const isActive = ({ state }: Alarm): boolean => state === 'unacknowledged' || state === 'acknowledged'
@@ -89,49 +60,52 @@ export const limitsOf = (all: Alarm[], series: string[]): PressureLimit[] =>
 export function quantity(value: number | null, unit: string | null, shown: Unit): string {
   if (value === null) return ''
   if (unit === 'Pa') return `${number(inUnit(value, shown))} ${shown}`
-  if (unit === 'decades/min') return `${value.toFixed(2)} decades/min`
+  if (unit === 'decades/min') return `${value.toFixed(2)} ${t.common.decades}/min`
   return `${Number(value.toPrecision(3))} ${unit ?? ''}`.trim()
 }
 
 /** The condition of an alarm, in words. */
 export function conditionText(alarm: Alarm, shown: Unit): string {
-  const { condition, limit, reset, unit, series, gauge, segment } = alarm
-  const [place, at] = [series ?? gauge ?? segment ?? 'the station', quantity(limit, unit, shown)]
-  const cleared =
-    reset === null || reset === limit
-      ? ''
-      : `, until ${condition === 'below' ? 'above' : 'below'} ${quantity(reset, unit, shown)}`
+  const { condition, limit, unit, series, gauge, segment } = alarm
+  const words = t.alarms.conditions
+  const [place, at] = [series ?? gauge ?? segment ?? t.alarms.station, quantity(limit, unit, shown)]
   switch (condition) {
     case 'above':
-      return `${place} above ${at}${cleared}`
+      return words.above(place, at) + clearedText(alarm, shown)
     case 'below':
-      return `${place} below ${at}${cleared}`
+      return words.below(place, at) + clearedText(alarm, shown)
     case 'rise':
-      return `${place} rises faster than ${at}`
+      return words.rise(place, at)
     case 'several':
       return severalText(alarm, shown)
     case 'not-measurable':
-      return `${place} has a limit that its reading does not decide`
+      return words.notMeasurable(place)
     case 'fault':
-      return `${place} reports a fault`
+      return words.fault(place)
     case 'stale':
-      return `${place} delivers no new data`
+      return words.stale(place)
     case 'segment-down':
-      return `segment ${place} is not running`
+      return words.segmentDown(place)
     case 'bus-rate':
-      return `segment ${place}: a station with more than ${at} of its requests repeated, lost or damaged`
+      return words.busRate(place, at)
     case 'damaged-telegrams':
-      return `segment ${place}: more than ${at} arrive damaged`
+      return words.damagedTelegrams(place, at)
     case 'not-recording':
-      return 'the recorder does not write'
+      return words.notRecording
   }
+}
+
+/** Where the condition ends, if that is not its limit. */
+function clearedText({ condition, limit, reset, unit }: Alarm, shown: Unit): string {
+  if (reset === null || reset === limit) return ''
+  const { untilAbove, untilBelow } = t.alarms.conditions
+  return (condition === 'below' ? untilAbove : untilBelow)(quantity(reset, unit, shown))
 }
 
 function severalText({ several, limit }: Alarm, shown: Unit): string {
   if (!several) return ''
-  const side = several.condition === 'rise' ? 'rise faster than' : several.condition
-  const list = several.series.join(', ')
-  return `at least ${limit} of ${list} ${side} ${quantity(several.limit ?? null, several.unit ?? null, shown)}`
+  const at = quantity(several.limit ?? null, several.unit ?? null, shown)
+  return t.alarms.conditions.several(limit ?? 0, several.series.join(', '), several.condition, at)
 }
 
 /** Whether an entry of the history passes the filter. */

@@ -1,5 +1,6 @@
 // Two samples of a series compared: how much, how many times, how fast.
 
+import { t } from '../texts/texts.ts'
 import { number } from './format.ts'
 import { OVER, type Sample, UNDER } from './series.ts'
 import { inUnit, type Unit } from './units.ts'
@@ -49,7 +50,7 @@ export function differenceText({ ratio, difference, slope }: Difference, unit: U
 /** `−0.31 decades/min`: in the first unit in which the slope is at least a tenth of a decade, otherwise in days. */
 export function slopeText(decadesPerMs: number): string {
   const { name, ms } = SLOPE_UNITS.find(({ ms }) => Math.abs(decadesPerMs * ms) >= 0.1) ?? DAY
-  return `${signed(Number((decadesPerMs * ms).toPrecision(2)), String)} decades/${name}`
+  return `${signed(Number((decadesPerMs * ms).toPrecision(2)), String)} ${t.common.decades}/${name}`
 }
 
 /** A number with its sign in front; zero has none. */

@@ -15,15 +15,17 @@ export interface Filter {
 
 export type StateFilter = '' | 'problems' | 'alarms' | 'fault' | 'no-data' | 'calibration-overdue'
 
-/** The states and their texts, in the order of the choice. */
-export const STATE_FILTERS: readonly (readonly [StateFilter, string])[] = [
-  ['', 'Any state'],
-  ['problems', 'Problems'],
-  ['alarms', 'Active alarm'],
-  ['fault', 'Fault'],
-  ['no-data', 'No data'],
-  ['calibration-overdue', 'Calibration overdue'],
+/** The states in the order of the choice. */
+export const STATE_FILTERS: readonly StateFilter[] = [
+  '',
+  'problems',
+  'alarms',
+  'fault',
+  'no-data',
+  'calibration-overdue',
 ]
+
+export const stateFilter = (text: string): StateFilter => STATE_FILTERS.find((state) => state === text) ?? ''
 
 /** The parameters of the address. */
 const KEYS = { text: 'q', group: 'group', tag: 'tag', location: 'location', state: 'state' } as const
@@ -39,8 +41,13 @@ export const NO_LABELS: GaugeLabels = {
 /** The filter in an address. An unknown state is none. */
 export function filterOf(query: URLSearchParams): Filter {
   const of = (key: string): string => query.get(key) ?? ''
-  const state = STATE_FILTERS.find(([state]) => state === of(KEYS.state))?.[0] ?? ''
-  return { text: of(KEYS.text), group: of(KEYS.group), tag: of(KEYS.tag), location: of(KEYS.location), state }
+  return {
+    text: of(KEYS.text),
+    group: of(KEYS.group),
+    tag: of(KEYS.tag),
+    location: of(KEYS.location),
+    state: stateFilter(of(KEYS.state)),
+  }
 }
 
 /** The address of a filter. */

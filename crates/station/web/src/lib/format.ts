@@ -1,5 +1,7 @@
 // Numbers, times and ages as text.
 
+import { t } from '../texts/texts.ts'
+
 const SUPERSCRIPTS = '⁰¹²³⁴⁵⁶⁷⁸⁹'
 const MINUS = '⁻'
 
@@ -47,7 +49,7 @@ const STEPS: [number, string][] = [
 /** A duration in its two largest units: `3.1 s`, `42 s`, `3 min 5 s`, `2 d 4 h`. */
 export function age(ms: number): string {
   const seconds = ms / 1000
-  if (seconds < 1) return 'less than 1 s'
+  if (seconds < 1) return t.common.lessThan1s
   if (seconds < 9.95) return `${seconds.toFixed(1)} s`
   let rest = Math.round(seconds)
   if (rest < 60) return `${rest} s`
@@ -80,15 +82,15 @@ export function moment(ms: number): string {
   return `${day(ms)} ${clock(ms)}`
 }
 
-/** The form of a time that a user types. */
-export const MOMENT_FORM = 'YYYY-MM-DD hh:mm:ss'
-
 /** The time that `2026-01-31 14:03:22` names in the time zone of the browser; `null` if the text has another form. Seconds may be left out. */
 export function momentOf(text: string): number | null {
   const found = /^(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d)(:\d\d)?$/.exec(text.trim())
   const ms = found ? Date.parse(`${found[1]}T${found[2]}${found[3] ?? ':00'}`) : Number.NaN
   return Number.isFinite(ms) ? ms : null
 }
+
+/** A count with groups of three digits. A point and a comma are both read as a decimal mark: the mark between groups is a space (ISO 80000-1). */
+export const grouped = (value: number): string => value.toLocaleString('en-GB').replaceAll(',', '\u202f')
 
 /** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. */
 export function readable(text: string): string {

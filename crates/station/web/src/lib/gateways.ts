@@ -1,6 +1,7 @@
 // The state of a gateway in words.
 
 import type { Gateway } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 
 /** The gateways by the names of their tables in the station's file. */
 const TITLES: Record<string, string> = {
@@ -16,6 +17,6 @@ export const gatewayTitle = (name: string): string => TITLES[name] ?? name
 
 /** Whether it runs; why not, if the gateway has said so. */
 export function gatewayState({ is_running, problem }: Pick<Gateway, 'is_running' | 'problem'>): string {
-  if (is_running) return 'running'
-  return problem ? `does not run, tries again: ${problem}` : 'starting'
+  if (is_running) return t.gateways.running
+  return problem ? t.gateways.failed(problem) : t.gateways.starting
 }

@@ -11,6 +11,7 @@ import type {
   Quality,
   Reading,
 } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { isActive, PRIORITIES } from './alarms.ts'
 
 /** A reading of a volume, with its gauge and its present quality. */
@@ -84,7 +85,7 @@ export function worst(alarms: Alarm[]): { priority: Priority; count: number } | 
 
 /** `2 high alarms`. */
 export const alarmWords = ({ priority, count }: { priority: Priority; count: number }): string =>
-  `${count} ${priority} alarm${count === 1 ? '' : 's'}`
+  t.alarms.count(count, t.priorities[priority])
 
 /** The decades of the shades, as powers of ten in Pa: from ultra-high vacuum to the atmosphere. */
 export const SHADES: [number, number] = [-8, 5]
@@ -101,31 +102,20 @@ export const zonesOf = ({ volumes }: PlantPicture): string[] => [
   ...new Set(volumes.flatMap(({ zone }) => (zone === null ? [] : [zone]))),
 ]
 
-export const PART_KINDS: Record<PlantPart['kind'], string> = {
-  tube: 'tube',
-  valve: 'valve',
-  'roughing-pump': 'roughing pump',
-  'turbo-pump': 'turbo pump',
-  'capture-pump': 'capture pump',
-  leak: 'leak',
-  vent: 'vent',
-  inlet: 'gas inlet',
-}
-
 /** The state of a part in a word or two: `open`, `runs 98 %`. A tube has no state. */
 export function stateWords({ kind }: PlantPart, status: PlantPartStatus | undefined): string {
   if (kind === 'tube') return ''
-  if (!status) return 'not reported'
+  if (!status) return t.plant.notReported
   const { state, detail } = status
   switch (state) {
     case 'open':
-      return kind === 'leak' ? 'leaks' : 'open'
+      return kind === 'leak' ? t.plant.leaks : t.plant.open
     case 'closed':
-      return kind === 'leak' ? 'tight' : 'closed'
+      return kind === 'leak' ? t.plant.tight : t.plant.closed
     case 'running':
-      return detail ? `runs ${detail}` : 'runs'
+      return detail ? t.plant.runsAt(detail) : t.plant.runs
     case 'stopped':
-      return 'stands'
+      return t.plant.stands
   }
 }
 

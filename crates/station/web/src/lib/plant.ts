@@ -1,32 +1,27 @@
 // An identified plant: its numbers as text, and its chart on logarithmic axes.
 
 import type { Bounds, Plant, TargetTime } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { age, number } from './format.ts'
 import { type Axes, place } from './pump-downs.ts'
 
 /** `1.2 (1.0 to 1.5)` as its two parts, each number divided by a unit. */
 export function boundsText({ mean, low, high }: Bounds, unit: number): { value: string; interval: string } {
-  const upper = high === null || high === undefined ? 'no limit' : number(high / unit)
-  return { value: number(mean / unit), interval: `${number(low / unit)} to ${upper}` }
+  const upper = high === null || high === undefined ? t.identify.noLimit : number(high / unit)
+  return { value: number(mean / unit), interval: t.common.rangeText(number(low / unit), upper) }
 }
 
 /** `2 h 5 min (1 h 50 min to 2 h 20 min)`. */
 export function timesText({ mean, low, high }: TargetTime): string {
   const early = age(low * 1000)
-  if (mean === null || mean === undefined) return `perhaps never, not before ${early}`
-  const middle = age(mean * 1000)
-  return `${middle} (${early} to ${high === null || high === undefined ? 'perhaps never' : age(high * 1000)})`
+  if (mean === null || mean === undefined) return t.identify.neverBefore(early)
+  const late = high === null || high === undefined ? t.identify.never : age(high * 1000)
+  return `${age(mean * 1000)} (${t.common.rangeText(early, late)})`
 }
 
 /** The title of a result and what it is worth. */
 export function worth({ is_described, misfit }: Plant): { title: string; sentence: string } {
-  const size = `The residuals are ${number(misfit)} times the noise.`
-  return is_described
-    ? { title: 'The fit describes the record', sentence: `${size} Near 1 is as good as the noise permits.` }
-    : {
-        title: 'The fit does not describe the record',
-        sentence: `${size} A valve may have moved, or the times may be wrong. Do not rely on the numbers below.`,
-      }
+  return (is_described ? t.identify.described : t.identify.notDescribed)(number(misfit))
 }
 
 /** The first time that is drawn, in s: before it a logarithmic axis has decades without samples. */

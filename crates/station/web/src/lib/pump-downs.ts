@@ -1,6 +1,7 @@
 // Pump-downs over each other: their curves on logarithmic axes, and their times as text.
 
 import type { PumpDown, PumpDownLevel } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { age } from './format.ts'
 
 export interface Axes {
@@ -39,11 +40,11 @@ export function polyline(run: PumpDown, axes: Axes, width: number, height: numbe
 const seconds = (s: number): string => age(s * 1000)
 
 /** `1 h 20 min`, or why there is none. */
-export const timeText = ({ s }: PumpDownLevel): string => (s === null || s === undefined ? 'not reached' : seconds(s))
+export const timeText = ({ s }: PumpDownLevel): string =>
+  s === null || s === undefined ? t.pumpDowns.notReached : seconds(s)
 
 /** `1 h 0 min (54 min 3 s to 1 h 6 min, 10 pump-downs)`. */
 export function usualText({ usual }: PumpDownLevel): string {
   if (!usual) return '–'
-  const runs = usual.runs === 1 ? 'the reference' : `${usual.runs} pump-downs`
-  return `${seconds(usual.s)} (${seconds(usual.least_s)} to ${seconds(usual.most_s)}, ${runs})`
+  return t.pumpDowns.usualText(seconds(usual.s), seconds(usual.least_s), seconds(usual.most_s), usual.runs)
 }

@@ -5,13 +5,14 @@ export type Range = { last: number } | { from: number; to: number }
 
 const MINUTE = 60_000
 
-export const SPANS: { name: string; label: string; ms: number }[] = [
-  { name: '1m', label: '1 min', ms: MINUTE },
-  { name: '10m', label: '10 min', ms: 10 * MINUTE },
-  { name: '1h', label: '1 hour', ms: 60 * MINUTE },
-  { name: '1d', label: '1 day', ms: 1_440 * MINUTE },
-  { name: '1w', label: '1 week', ms: 10_080 * MINUTE },
-]
+/** The texts of their buttons are `t.trends.spans[name]`. */
+export const SPANS = [
+  { name: '1m', ms: MINUTE },
+  { name: '10m', ms: 10 * MINUTE },
+  { name: '1h', ms: 60 * MINUTE },
+  { name: '1d', ms: 1_440 * MINUTE },
+  { name: '1w', ms: 10_080 * MINUTE },
+] as const
 
 export const DEFAULT_RANGE = { last: 60 * MINUTE }
 

@@ -1,6 +1,7 @@
 // Saved views: a filter of the overview or a choice of trends under a name, as an address of the dashboard.
 
 import type { Gauge, SavedView } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { filterQuery } from './filter.ts'
 
 /** The pages that have views, and what a view of them is called. */
@@ -66,9 +67,9 @@ function isView(value: unknown): value is NamedView {
 
 /** The views with a new one; one of the same name and page is replaced. The reason, if the browser cannot keep it. */
 export function withView(views: readonly NamedView[], view: NamedView): NamedView[] | string {
-  if (view.query.length > LONGEST_QUERY) return 'The view has too many series to be saved. Choose fewer.'
+  if (view.query.length > LONGEST_QUERY) return t.views.tooLong
   const others = views.filter(({ name, page }) => name !== view.name || page !== view.page)
-  if (others.length >= MOST_VIEWS) return `Expected at most ${MOST_VIEWS} views of your own. Delete one first.`
+  if (others.length >= MOST_VIEWS) return t.views.tooMany(MOST_VIEWS)
   return [...others, view].sort((one, other) => one.name.localeCompare(other.name, 'en', { numeric: true }))
 }
 

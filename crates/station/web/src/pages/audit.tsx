@@ -3,38 +3,25 @@
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { type AuditFilter, auditAddress, fetchAudit } from '../api/calls.ts'
-import type { AuditAction, AuditEntry } from '../api/types.ts'
+import type { AuditEntry } from '../api/types.ts'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
+import { t } from '../texts/texts.ts'
 
 const DAY_MS = 86_400_000
 
-const ACTIONS: Record<AuditAction, string> = {
-  execute: 'sent',
-  outcome: 'outcome',
-  refused: 'refused',
-  disarmed: 'disarmed',
-  'control-authority': 'control',
-  acknowledged: 'acknowledged',
-  shelved: 'shelved',
-  unshelved: 'unshelved',
-  'taken-out-of-service': 'out of service',
-  'returned-to-service': 'back in service',
-  'alarm-settings': 'settings',
-}
-
-const PERIODS: [string, string][] = [
-  ['', 'all times'],
-  [`${DAY_MS}`, 'last day'],
-  [`${7 * DAY_MS}`, 'last week'],
-  [`${30 * DAY_MS}`, 'last month'],
+const periods = (): [string, string][] => [
+  ['', t.audit.allTimes],
+  [`${DAY_MS}`, t.audit.lastDay],
+  [`${7 * DAY_MS}`, t.audit.lastWeek],
+  [`${30 * DAY_MS}`, t.audit.lastMonth],
 ]
 
-const COLUMNS: Column<AuditEntry>[] = [
+const columns = (): Column<AuditEntry>[] => [
   {
-    title: 'Time',
+    title: t.common.time,
     class: 'time',
     cell: ({ id, at_ms }) => (
       <>
@@ -43,37 +30,38 @@ const COLUMNS: Column<AuditEntry>[] = [
     ),
   },
   {
-    title: 'User',
+    title: t.common.user,
     cell: ({ user, role, peer }) => (
       <>
-        {user} <span class="muted">{[role, peer].filter(Boolean).join(', ')}</span>
+        {user} <span class="muted">{[t.roles[role], peer].filter(Boolean).join(', ')}</span>
       </>
     ),
   },
   {
-    title: 'Action',
+    title: t.audit.action,
     cell: ({ action, refers_to }) => (
       <>
-        <span class={`kind ${action}`}>{ACTIONS[action]}</span>
-        {refers_to !== null && <span class="muted"> of #{refers_to}</span>}
+        <span class={`kind ${action}`}>{t.audit.actions[action]}</span>
+        {refers_to !== null && <span class="muted">{t.audit.of(refers_to)}</span>}
       </>
     ),
   },
   {
-    title: 'Gauge',
+    title: t.common.gauge,
     cell: ({ gauge, address }) =>
       gauge && (
         <>
-          <Link to={gaugePath(gauge)}>{gauge}</Link> {address !== null && <span class="muted">address {address}</span>}
+          <Link to={gaugePath(gauge)}>{gauge}</Link>{' '}
+          {address !== null && <span class="muted">{t.common.address(address)}</span>}
         </>
       ),
   },
-  { title: 'Target', cell: ({ target }) => target },
+  { title: t.audit.target, cell: ({ target }) => target },
   {
-    title: 'Before → after',
-    cell: ({ before, after }) => (before === null ? after : `${before} → ${after ?? 'unknown'}`),
+    title: t.audit.beforeAfter,
+    cell: ({ before, after }) => (before === null ? after : `${before} → ${after ?? t.common.unknown}`),
   },
-  { title: 'Outcome', cell: ({ outcome }) => outcome },
+  { title: t.audit.outcome, cell: ({ outcome }) => outcome },
 ]
 
 export function Audit(): JSX.Element {
@@ -85,24 +73,38 @@ export function Audit(): JSX.Element {
   const log = useLog(`${gauge} ${user} ${period}`, (limit, signal) => fetchAudit(filter, limit, signal))
   const names = sameText(gauges.map(({ name }) => name))
   return (
-    <section class="panel audit" aria-label="Audit">
+    <section class="panel audit" aria-label={t.pages['/audit']}>
       <div class="bar">
-        <h1>Audit</h1>
-        <Choice label="Gauge" value={gauge} options={[['', 'all gauges'], ...names]} onChange={setGauge} />
-        <SearchField label="User" placeholder="User" value={user} onInput={(text) => setUser(text.trim())} />
-        <Choice label="Time" value={period} options={PERIODS} onChange={setPeriod} />
+        <h1>{t.pages['/audit']}</h1>
+        <Choice
+          label={t.common.gauge}
+          value={gauge}
+          options={[['', t.audit.allGauges], ...names]}
+          onChange={setGauge}
+        />
+        <SearchField
+          label={t.common.user}
+          placeholder={t.common.user}
+          value={user}
+          onInput={(text) => setUser(text.trim())}
+        />
+        <Choice label={t.common.time} value={period} options={periods()} onChange={setPeriod} />
         <a class="button" href={auditAddress(filter)} download="audit.csv">
-          Save as CSV
+          {t.common.saveCsv}
         </a>
       </div>
       <LogTable
-        caption="Audit trail, the latest entry first"
-        columns={COLUMNS}
+        caption={t.audit.caption}
+        columns={columns()}
         log={log}
         shown={log.entries}
         keyOf={({ id }) => id}
         kindOf={({ action }) => action}
-        empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: Boolean(gauge || user || period) }}
+        empty={{
+          none: t.common.noEntries,
+          filtered: t.common.noEntryMatches,
+          isFiltered: Boolean(gauge || user || period),
+        }}
       />
     </section>
   )

@@ -3,28 +3,20 @@
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { captureAddress, fetchBus, fetchCaptures, makeCapture } from '../api/calls.ts'
-import type { BusDistribution, BusReport, BusStationReport, Capture, LineState } from '../api/types.ts'
+import type { BusDistribution, BusReport, BusStationReport, Capture } from '../api/types.ts'
 import { errorText, useQuery } from '../components/hooks.ts'
 import { age } from '../lib/format.ts'
 import { hasRole, useSession } from '../session.ts'
+import { t } from '../texts/texts.ts'
 
 /** The report changes once a second. */
 const PERIOD_MS = 2000
-
-const LINE_STATES: Record<LineState, string> = {
-  master: 'master',
-  exchanging: 'exchanging',
-  missing: 'missing',
-  'not-configured': 'not configured',
-  'no-master': 'present without a master',
-  'not-addressed': 'not addressed',
-}
 
 export function Statistics({ segment }: { segment: string }): JSX.Element {
   const [open, setOpen] = useState(false)
   return (
     <details class="statistics" onToggle={(event) => setOpen(event.currentTarget.open)}>
-      <summary>Statistics, events and captures</summary>
+      <summary>{t.bus.statistics}</summary>
       {open && <Report segment={segment} />}
     </details>
   )
@@ -32,17 +24,17 @@ export function Statistics({ segment }: { segment: string }): JSX.Element {
 
 function Report({ segment }: { segment: string }): JSX.Element {
   const { value, error } = useQuery(segment, PERIOD_MS, (signal) => fetchBus(segment, signal))
-  if (!value) return <p class="muted">{error ?? 'Loading.'}</p>
+  if (!value) return <p class="muted">{error ?? t.bus.loading}</p>
   return (
     <>
       {error && <p class="error">{error}</p>}
       <p>
-        {value.telegrams} telegrams in {age(value.observed_ms)}, {value.damaged} damaged, {value.damaged_last_minute} of
-        them in the last minute. {value.ring.length > 0 && <>Token ring: {value.ring.join(' → ')}.</>}
+        {t.bus.telegrams(value.telegrams, age(value.observed_ms), value.damaged, value.damaged_last_minute)}{' '}
+        {value.ring.length > 0 && t.bus.ring(value.ring.join(' → '))}
       </p>
       <Stations report={value} />
-      <Histogram title="Cycle time" times={value.cycle} />
-      <Histogram title="Token rotation" times={value.rotation} />
+      <Histogram title={t.bus.cycleTime} times={value.cycle} />
+      <Histogram title={t.bus.rotation} times={value.rotation} />
       <Parameters report={value} />
       <Events report={value} />
       <Captures segment={segment} />
@@ -54,17 +46,15 @@ function Stations({ report }: { report: BusReport }): JSX.Element {
   return (
     <div class="scroll">
       <table>
-        <caption>Stations, with their counts in total and of the last minute</caption>
+        <caption>{t.bus.stations}</caption>
         <thead>
           <tr>
-            {['Address', 'State', 'Device', 'Requests', 'Lost', 'Repeated', 'Longest', 'Damaged', 'Refused'].map(
-              (title) => (
-                <th scope="col" key={title}>
-                  {title}
-                </th>
-              ),
-            )}
-            <th scope="col">Diagnosis, and what is not known</th>
+            {t.bus.columns.map((title) => (
+              <th scope="col" key={title}>
+                {title}
+              </th>
+            ))}
+            <th scope="col">{t.bus.diagnosis}</th>
           </tr>
         </thead>
         <tbody>
@@ -91,7 +81,7 @@ function StationRow({ station }: { station: BusStationReport }): JSX.Element {
   return (
     <tr>
       <th scope="row">{station.address}</th>
-      <td>{LINE_STATES[station.state]}</td>
+      <td>{t.bus.lineStates[station.state]}</td>
       <td>{station.devices.join(', ')}</td>
       {pairs.map(Count)}
       <td>{station.longest_sequence}</td>
@@ -114,15 +104,14 @@ function Histogram({ title, times }: { title: string; times: BusDistribution }):
   return (
     <table class="histogram">
       <caption>
-        {title}:{' '}
-        {times.mean_us === null ? 'not known yet' : `${ms(times.mean_us)} on average, longest ${ms(times.max_us ?? 0)}`}
+        {title}: {times.mean_us === null ? t.bus.notKnown : t.bus.average(ms(times.mean_us), ms(times.max_us ?? 0))}
       </caption>
       <tbody>
         {times.buckets.map(({ end_us, count }) => (
           <tr key={end_us}>
-            <th scope="row">below {ms(end_us)}</th>
+            <th scope="row">{t.bus.below(ms(end_us))}</th>
             <td>
-              <meter min={0} max={most} value={count} aria-label={`${count} times`} />
+              <meter min={0} max={most} value={count} aria-label={t.bus.times(count)} />
             </td>
             <td>{count}</td>
           </tr>
@@ -137,13 +126,11 @@ const ms = (us: number): string => `${(us / 1000).toPrecision(3)} ms`
 function Parameters({ report }: { report: BusReport }): JSX.Element | null {
   if (report.parameters.length === 0) return null
   return (
-    <ul aria-label="Parameters that masters read and wrote">
+    <ul aria-label={t.bus.parameters}>
       {report.parameters.map(({ address, requester, name, value, done, path }) => (
         <li key={`${address} ${requester} ${name} ${path}`}>
-          station {address}: {name} {value && `= ${value}`}{' '}
-          <span class="muted">
-            {done} by master {requester}
-          </span>
+          {t.bus.parameter(address, name)} {value && `= ${value}`}{' '}
+          <span class="muted">{t.bus.byMaster(t.bus.done[done], requester)}</span>
         </li>
       ))}
     </ul>
@@ -152,10 +139,10 @@ function Parameters({ report }: { report: BusReport }): JSX.Element | null {
 
 function Events({ report }: { report: BusReport }): JSX.Element {
   return (
-    <ul aria-label="Events on the bus">
+    <ul aria-label={t.bus.events}>
       {report.events.map(({ number, age_ms, text }) => (
         <li key={number}>
-          {text} <span class="muted">{age(age_ms)} ago</span>
+          {text} <span class="muted">{t.common.ago(age(age_ms))}</span>
         </li>
       ))}
     </ul>
@@ -174,14 +161,14 @@ function Captures({ segment }: { segment: string }): JSX.Element {
   }
   return (
     <>
-      <h3>Captures</h3>
+      <h3>{t.bus.captures}</h3>
       {hasRole(session, 'operator') && (
         <button type="button" onClick={make}>
-          Make capture
+          {t.bus.makeCapture}
         </button>
       )}
       {(refusal ?? error) && <p class="error">{refusal ?? error}</p>}
-      <ul aria-label="Captures">
+      <ul aria-label={t.bus.captures}>
         {(value ?? []).map(({ name, octets }: Capture) => (
           <li key={name}>
             <a href={captureAddress(segment, name)} download={name}>

@@ -6,9 +6,10 @@ import { useState } from 'preact/hooks'
 import type { BusStation, BusStatus, Segment } from '../api/types.ts'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { number } from '../lib/format.ts'
-import { BUS_STATUS, baud, SEGMENT_STATES, segmentSentence } from '../lib/labels.ts'
+import { baud, segmentSentence } from '../lib/labels.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
+import { t } from '../texts/texts.ts'
 import { Statistics } from './bus-statistics.tsx'
 
 /** All station addresses; 126 is the address of a slave that has none yet. */
@@ -18,7 +19,7 @@ export function BusMap(): JSX.Element {
   const { segments } = useSnapshot()
   return (
     <>
-      <h1 class="visually-hidden">Bus map</h1>
+      <h1 class="visually-hidden">{t.pages['/bus']}</h1>
       <Legend segments={segments} />
       {segments.map((segment) => (
         <SegmentMap segment={segment} key={segment.name} />
@@ -31,8 +32,8 @@ function Legend({ segments }: { segments: Segment[] }): JSX.Element {
   const stations = segments.flatMap(({ stations }) => stations)
   const count = (status: BusStatus): number => stations.filter(({ state }) => state === status).length
   return (
-    <ul class="legend" aria-label="Bus status">
-      {(Object.keys(BUS_STATUS) as BusStatus[]).map((status) => (
+    <ul class="legend" aria-label={t.bus.status}>
+      {(Object.keys(t.busStatus) as BusStatus[]).map((status) => (
         <li key={status}>
           <BusStatusMark status={status} /> <span>{count(status)}</span>
         </li>
@@ -46,7 +47,7 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
   const stations = new Map(segment.stations.map((station) => [station.address, station]))
   const station = chosen === null ? null : (stations.get(chosen) ?? null)
   return (
-    <section class="panel segment-map" aria-label={`Segment ${segment.name}`} data-segment={segment.name}>
+    <section class="panel segment-map" aria-label={t.overview.segment(segment.name)} data-segment={segment.name}>
       <h2>{segment.name}</h2>
       <p class={`sentence ${segment.problem ? 'bad' : ''}`}>{segmentSentence(segment)}</p>
       <Facts segment={segment} />
@@ -69,12 +70,12 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
 
 function Facts({ segment }: { segment: Segment }): JSX.Element {
   const facts: [string, string][] = [
-    ['port', segment.port],
-    ['baud rate', baud(segment.baud)],
-    ['state', SEGMENT_STATES[segment.state]],
-    ['cycle time', segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`],
-    ['damaged telegrams', `${segment.damaged_telegrams}`],
-    segment.listen_only ? ['sends', 'nothing: the station only listens'] : ['master address', `${segment.master}`],
+    [t.bus.port, segment.port],
+    [t.bus.baud, baud(segment.baud)],
+    [t.bus.state, t.segmentStates[segment.state]],
+    [t.bus.cycle, segment.cycle_ms === null ? '–' : `${number(segment.cycle_ms)} ms`],
+    [t.bus.damaged, `${segment.damaged_telegrams}`],
+    segment.listen_only ? [t.bus.sends, t.bus.listensOnly] : [t.bus.master, `${segment.master}`],
   ]
   return (
     <dl class="facts">
@@ -97,7 +98,7 @@ interface CellProps {
 
 function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
   if (!station) return <span class="cell empty">{address}</span>
-  const text = `${address}: ${station.name ?? BUS_STATUS[station.state].label}, ${station.description}`
+  const text = `${address}: ${station.name ?? t.busStatus[station.state].label}, ${station.description}`
   return (
     <button
       type="button"
@@ -113,13 +114,13 @@ function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
 }
 
 function Details({ station }: { station: BusStation | null }): JSX.Element {
-  if (!station) return <p class="station-details muted">Press an address for details.</p>
+  if (!station) return <p class="station-details muted">{t.bus.press}</p>
   return (
     <p class="station-details" role="status">
       <strong>{station.address}</strong> <BusStatusMark status={station.state} />{' '}
       {station.name && <Link to={gaugePath(station.name)}>{station.name}</Link>}{' '}
       {[station.device, station.ident, station.description].filter(Boolean).join(' · ')}
-      <span class="muted"> {BUS_STATUS[station.state].sentence}</span>
+      <span class="muted"> {t.busStatus[station.state].sentence}</span>
     </p>
   )
 }

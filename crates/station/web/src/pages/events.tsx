@@ -7,21 +7,21 @@ import type { StationEvent } from '../api/types.ts'
 import { Choice, SearchField } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
 import { NoteDialog } from '../components/note-dialog.tsx'
-import { EVENT_KINDS } from '../lib/labels.ts'
 import { live } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { hasRole, useSession } from '../session.ts'
+import { t } from '../texts/texts.ts'
 
 /** The newest event may be ahead of the clock of the browser. */
 const AHEAD_MS = 60_000
 
-const KINDS: [string, string][] = [['', 'all kinds'], ...Object.entries(EVENT_KINDS)]
+const kinds = (): [string, string][] => [['', t.events.allKinds], ...Object.entries(t.eventKinds)]
 
-const COLUMNS: Column<StationEvent>[] = [
-  { title: 'Time', class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: 'Kind', cell: ({ kind }) => <span class={`kind ${kind}`}>{EVENT_KINDS[kind]}</span> },
-  { title: 'Gauge', cell: ({ gauge }) => gauge && <Link to={gaugePath(gauge)}>{gauge}</Link> },
-  { title: 'Event', cell: ({ text }) => text },
+const columns = (): Column<StationEvent>[] => [
+  { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
+  { title: t.events.kind, cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind]}</span> },
+  { title: t.common.gauge, cell: ({ gauge }) => gauge && <Link to={gaugePath(gauge)}>{gauge}</Link> },
+  { title: t.events.event, cell: ({ text }) => text },
 ]
 
 export function Events(): JSX.Element {
@@ -38,24 +38,24 @@ export function Events(): JSX.Element {
       (!kind || event.kind === kind) && `${event.gauge ?? ''} ${event.text}`.toLowerCase().includes(text.toLowerCase()),
   )
   return (
-    <section class="panel events" aria-label="Events">
+    <section class="panel events" aria-label={t.pages['/events']}>
       <div class="bar">
-        <h1>Events</h1>
-        <Choice label="Kind" value={kind} options={KINDS} onChange={setKind} />
-        <SearchField label="Search events" value={text} onInput={setText} />
+        <h1>{t.pages['/events']}</h1>
+        <Choice label={t.events.kind} value={kind} options={kinds()} onChange={setKind} />
+        <SearchField label={t.events.search} value={text} onInput={setText} />
         {mayNote && (
           <button type="button" onClick={() => setNoting(true)}>
-            Make a note
+            {t.note.make}
           </button>
         )}
       </div>
       <LogTable
-        caption="Events, the latest first"
-        columns={COLUMNS}
+        caption={t.events.caption}
+        columns={columns()}
         log={log}
         shown={shown}
         keyOf={({ at_ms, text }) => `${at_ms} ${text}`}
-        empty={{ none: 'No events yet.', filtered: 'No event matches.', isFiltered: log.entries.length > 0 }}
+        empty={{ none: t.events.none, filtered: t.events.noMatch, isFiltered: log.entries.length > 0 }}
       />
       {isNoting && <NoteDialog at={null} made={() => setNotes(notes + 1)} close={() => setNoting(false)} />}
     </section>

@@ -6,29 +6,31 @@ import { fetchGateways } from '../api/calls.ts'
 import type { Gateway } from '../api/types.ts'
 import { useQuery } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
+import { grouped } from '../lib/format.ts'
 import { gatewayState, gatewayTitle } from '../lib/gateways.ts'
+import { t } from '../texts/texts.ts'
 
 const REFRESH_MS = 2_000
 
 const count = (title: string, of: (gateway: Gateway) => number): Column<Gateway> => ({
   title,
   class: 'count',
-  cell: (gateway) => <span data-title={title}>{of(gateway).toLocaleString('en-GB')}</span>,
+  cell: (gateway) => <span data-title={title}>{grouped(of(gateway))}</span>,
 })
 
-const COLUMNS: Column<Gateway>[] = [
-  { title: 'Gateway', cell: ({ name }) => <strong>{gatewayTitle(name)}</strong> },
+const columns = (): Column<Gateway>[] => [
+  { title: t.gateways.gateway, cell: ({ name }) => <strong>{gatewayTitle(name)}</strong> },
   {
-    title: 'State',
+    title: t.common.state,
     cell: (gateway) => <span class={gateway.is_running ? '' : 'stopped'}>{gatewayState(gateway)}</span>,
   },
-  { title: 'Address', cell: ({ address }) => address },
-  count('Clients', ({ clients }) => clients),
-  count('Sent', ({ sent }) => sent),
-  count('Dropped', ({ dropped_updates }) => dropped_updates),
-  count('Refused', ({ refused }) => refused),
+  { title: t.gateways.address, cell: ({ address }) => address },
+  count(t.gateways.clients, ({ clients }) => clients),
+  count(t.gateways.sent, ({ sent }) => sent),
+  count(t.gateways.dropped, ({ dropped_updates }) => dropped_updates),
+  count(t.gateways.refused, ({ refused }) => refused),
   {
-    title: 'Last error',
+    title: t.gateways.lastError,
     cell: ({ last_error, last_error_ms }) =>
       last_error && (
         <>
@@ -42,19 +44,19 @@ export function Gateways(): JSX.Element {
   const { value, error } = useQuery('gateways', REFRESH_MS, (signal) => fetchGateways(signal))
   const log = { entries: value ?? [], error, isLoaded: value !== null, showOlder: null }
   return (
-    <section class="panel gateways" aria-label="Gateways">
+    <section class="panel gateways" aria-label={t.pages['/gateways']}>
       <div class="bar">
-        <h1>Gateways</h1>
+        <h1>{t.pages['/gateways']}</h1>
       </div>
       <LogTable
-        caption="Gateways to control systems, since the start of the station"
-        columns={COLUMNS}
+        caption={t.gateways.caption}
+        columns={columns()}
         log={log}
         shown={log.entries}
         keyOf={({ name }) => name}
         kindOf={({ is_running }) => (is_running ? 'running' : 'stopped')}
         empty={{
-          none: 'The file of the station has no gateway. docs/gateways.md describes the tables.',
+          none: t.gateways.none,
           filtered: '',
           isFiltered: false,
         }}

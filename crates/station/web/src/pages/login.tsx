@@ -6,6 +6,7 @@ import { useEffect, useRef, useState } from 'preact/hooks'
 import { errorText } from '../components/hooks.ts'
 import { PasswordField } from '../components/password-field.tsx'
 import { login, useSessionState } from '../session.ts'
+import { t } from '../texts/texts.ts'
 
 export function Login(): JSX.Element {
   const { expiredUser } = useSessionState()
@@ -29,20 +30,20 @@ export function Login(): JSX.Element {
   }
   return (
     <section class="panel login" aria-labelledby="login">
-      <h1 id="login">Log in</h1>
+      <h1 id="login">{t.login.title}</h1>
       {expiredUser && (
         <p class="notice" role="status">
-          Your session has ended. Log in again to return to this page.
+          {t.login.expired}
         </p>
       )}
       {error && (
         <p class="error" role="alert">
-          Login failed: {error}.
+          {t.login.failed(error)}
         </p>
       )}
       <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
         <label>
-          <span>Name</span>
+          <span>{t.login.name}</span>
           <input
             name="username"
             autocomplete="username"
@@ -52,14 +53,12 @@ export function Login(): JSX.Element {
             defaultValue={expiredUser ?? ''}
           />
         </label>
-        <PasswordField name="password" label="Password" autocomplete="current-password" />
+        <PasswordField name="password" label={t.login.password} autocomplete="current-password" />
         <button type="submit" class="main" disabled={busy}>
-          {busy ? 'Logging in …' : 'Log in'}
+          {busy ? t.login.busy : t.login.submit}
         </button>
       </form>
-      <p class="muted">
-        Users are created on the station with <code>profivac user add</code>.
-      </p>
+      <p class="muted">{t.login.users(<code>profivac user add</code>)}</p>
     </section>
   )
 }

@@ -19,6 +19,7 @@ import type { Unit } from '../lib/units.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 
 /** A plant with more gauges has rows instead of cards. */
 const MOST_CARDS = 40
@@ -52,23 +53,23 @@ export function Overview(): JSX.Element {
   return (
     <>
       <div class="bar">
-        <h1 class="visually-hidden">Overview</h1>
+        <h1 class="visually-hidden">{t.pages['/']}</h1>
         <FilterFields filter={filter} change={change} directory={directory} />
         {isFiltered && !isWaiting && (
           <span class="muted" role="status">
-            {shown.length} of {gauges.length} gauges
+            {t.overview.counted(shown.length, gauges.length)}
           </span>
         )}
         <Views page="/" directory={directory} />
-        <Link to={`/wall${location.search}`}>Wall display</Link>
+        <Link to={`/wall${location.search}`}>{t.overview.wall}</Link>
       </div>
       {error && (
         <p class="error" role="alert">
-          The labels of the gauges were not loaded: {error}
+          {t.overview.labelsFailed(error)}
         </p>
       )}
       {!isFiltered && plant && hasPicture(plant) && (
-        <section class="overview-plant" aria-label="Plant">
+        <section class="overview-plant" aria-label={t.pages['/plant']}>
           <Story now={now} />
           <Picture plant={plant} />
         </section>
@@ -78,10 +79,10 @@ export function Overview(): JSX.Element {
       ) : (
         <Cards segments={segments} shown={shown} />
       )}
-      {segments.length === 0 && <p class="waiting">The station has no segments.</p>}
-      {isWaiting && <p class="waiting">Waiting for the labels of the gauges …</p>}
+      {segments.length === 0 && <p class="waiting">{t.overview.noSegments}</p>}
+      {isWaiting && <p class="waiting">{t.overview.waiting}</p>}
       {isFiltered && !isWaiting && shown.length === 0 && (
-        <p class="muted">{filter.text === '' ? 'No gauge passes the filter.' : `No gauge matches ${filter.text}.`}</p>
+        <p class="muted">{filter.text === '' ? t.overview.noneFiltered : t.overview.noMatch(filter.text)}</p>
       )}
     </>
   )
@@ -91,7 +92,7 @@ function Cards({ segments, shown }: { segments: Segment[]; shown: GaugeProps[] }
   return (
     <>
       {segments.map((segment) => (
-        <section class="segment" key={segment.name} aria-label={`Segment ${segment.name}`}>
+        <section class="segment" key={segment.name} aria-label={t.overview.segment(segment.name)}>
           <SegmentHeading segment={segment} />
           <div class="cards">
             {shown
@@ -113,8 +114,8 @@ function Rows(props: { segments: Segment[]; shown: GaugeProps[]; isFiltered: boo
   return (
     <>
       {problems.length > 0 && (
-        <section class="segment problems" aria-label="Problems">
-          <h2>Problems</h2>
+        <section class="segment problems" aria-label={t.overview.problems}>
+          <h2>{t.overview.problems}</h2>
           <RowList rows={problems} />
         </section>
       )}
@@ -133,12 +134,13 @@ function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: numbe
   const [opened, setOpened] = useState(false)
   const open = isOpen || opened
   return (
-    <section class="segment" aria-label={`Segment ${segment.name}`}>
+    <section class="segment" aria-label={t.overview.segment(segment.name)}>
       <details open={open} onToggle={(event) => !isOpen && setOpened(event.currentTarget.open)}>
         <summary>
           <SegmentHeading segment={segment} />{' '}
           <span class="muted">
-            {total} gauges{total > rows.length && `, ${total - rows.length} with problems`}
+            {t.overview.gauges(total)}
+            {total > rows.length && t.overview.withProblems(total - rows.length)}
           </span>
         </summary>
         {open && <RowList rows={rows} />}
@@ -184,7 +186,7 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
             <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
           </span>
         ))}
-        {gauge.readings.length === 0 && <span class="no-pressure stale">no data</span>}
+        {gauge.readings.length === 0 && <span class="no-pressure stale">{t.common.noData}</span>}
       </span>
       <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
       <Overdue labels={labels} />
@@ -207,7 +209,7 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       {gauge.readings.map((reading) => (
         <CardReading gauge={gauge} reading={reading} live={live} unit={unit} key={reading.series} />
       ))}
-      {gauge.readings.length === 0 && <p class="big none">no data</p>}
+      {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       <Faults gauge={gauge} />
       <CardAlarms alarms={alarms} />
       <Overdue labels={labels} />

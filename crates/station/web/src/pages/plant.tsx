@@ -5,17 +5,18 @@ import type { PlantPicture } from '../api/types.ts'
 import { PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { readingWords } from '../components/reading-words.ts'
-import { PART_KINDS, stateWords, worst } from '../lib/picture.ts'
+import { stateWords, worst } from '../lib/picture.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 
 export function PlantPage(): JSX.Element {
   const { plant, error } = usePlant()
   const { plant: now } = useSnapshot()
   return (
     <>
-      <h1 class="visually-hidden">Plant</h1>
+      <h1 class="visually-hidden">{t.pages['/plant']}</h1>
       {error && (
         <p class="error" role="alert">
           {error}
@@ -31,12 +32,7 @@ export function PlantPage(): JSX.Element {
           <Lists plant={plant} />
         </>
       )}
-      {plant && !hasPicture(plant) && (
-        <p class="waiting">
-          The station’s file describes no plant. Add a [[volume]] with its gauges, [[valve]] and [[pump]], or a drawing
-          of your own, to see it here.
-        </p>
-      )}
+      {plant && !hasPicture(plant) && <p class="waiting">{t.plant.none}</p>}
     </>
   )
 }
@@ -48,14 +44,14 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
   const { plant: now } = useSnapshot()
   return (
     <details class="plant-lists">
-      <summary>As a list</summary>
-      <table aria-label="Volumes">
+      <summary>{t.plant.asList}</summary>
+      <table aria-label={t.plant.volumes}>
         <thead>
           <tr>
-            <th>Volume</th>
-            <th>Zone</th>
-            <th>Alarms</th>
-            <th>Gauges</th>
+            <th>{t.plant.volume}</th>
+            <th>{t.plant.zone}</th>
+            <th>{t.plant.alarms}</th>
+            <th>{t.plant.gauges}</th>
           </tr>
         </thead>
         <tbody>
@@ -71,7 +67,7 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                       {found.count} <PriorityMark priority={found.priority} />
                     </>
                   ) : (
-                    'none'
+                    t.common.none
                   )}
                 </td>
                 <td>
@@ -83,7 +79,9 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                       </li>
                     ))}
                     {state.silent.map((name) => (
-                      <li key={name}>{name} no data</li>
+                      <li key={name}>
+                        {name} {t.common.noData}
+                      </li>
                     ))}
                   </ul>
                 </td>
@@ -92,20 +90,20 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
           })}
         </tbody>
       </table>
-      <table aria-label="Valves and pumps">
+      <table aria-label={t.plant.parts}>
         <thead>
           <tr>
-            <th>Part</th>
-            <th>Kind</th>
-            <th>State</th>
-            <th>Volumes</th>
+            <th>{t.plant.part}</th>
+            <th>{t.plant.kind}</th>
+            <th>{t.common.state}</th>
+            <th>{t.plant.volumes}</th>
           </tr>
         </thead>
         <tbody>
           {plant.parts.map((part) => (
             <tr key={part.name} data-list-part={part.name}>
               <th scope="row">{part.name}</th>
-              <td>{PART_KINDS[part.kind]}</td>
+              <td>{t.plant.kinds[part.kind]}</td>
               <td>{stateWords(part, now.states[part.name] ?? undefined)}</td>
               <td>{part.volumes.join(', ')}</td>
             </tr>

@@ -10,12 +10,12 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { isActive, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock } from '../lib/format.ts'
-import { BUS_STATUS } from '../lib/labels.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import { gridOf, pageAt, pagesOf } from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { go } from '../router.tsx'
 import { applyTheme, useUnit } from '../settings.ts'
+import { t } from '../texts/texts.ts'
 import { type GaugeProps, urgency } from './overview.tsx'
 
 interface TileProps {
@@ -49,20 +49,16 @@ export function Wall(): JSX.Element {
   const page = pageAt(live.now, pages.length)
   return (
     <div class="wall">
-      <h1 class="visually-hidden">Wall display</h1>
+      <h1 class="visually-hidden">{t.wall.title}</h1>
       <p class="wall-head">
         <strong>{station.name}</strong>
         <WallAlarms />
-        {pages.length > 1 && (
-          <span class="wall-page">
-            page {page + 1} of {pages.length}
-          </span>
-        )}
+        {pages.length > 1 && <span class="wall-page">{t.wall.page(page + 1, pages.length)}</span>}
         <time>{clock(live.now)}</time>
       </p>
       <WallProblem live={live} />
-      {isWaiting && <p>Waiting for the labels of the gauges …</p>}
-      {!isWaiting && shown.length === 0 && <p>No gauge passes the filter in the address of this page.</p>}
+      {isWaiting && <p>{t.overview.waiting}</p>}
+      {!isWaiting && shown.length === 0 && <p>{t.wall.noneFiltered}</p>}
       <div
         class="wall-tiles"
         ref={box}
@@ -92,14 +88,14 @@ function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX
         {reading ? (
           <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
         ) : (
-          <span class="no-pressure stale">no data</span>
+          <span class="no-pressure stale">{t.common.noData}</span>
         )}
       </p>
       <p class="wall-state">
         {active[0] && (
           <>
             <PriorityMark priority={active[0].priority} /> {active[0].name}
-            {active.length > 1 && ` and ${active.length - 1} more`}
+            {active.length > 1 && t.wall.more(active.length - 1)}
           </>
         )}
         {!active[0] && gauge.state !== 'data-exchange' && stateText(gauge)}
@@ -108,18 +104,17 @@ function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX
   )
 }
 
-const stateText = ({ state, problem }: Gauge): string => problem ?? BUS_STATUS[state].label
+const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[state].label
 
 /** The number of alarms, as text. */
 function WallAlarms(): JSX.Element {
   const { alarms } = useSnapshot()
   const counts = summary(alarms)
-  if (alarms.problem) return <span>alarms not monitored: {alarms.problem}</span>
-  if (!counts?.priority) return <span>no active alarms</span>
+  if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
+  if (!counts?.priority) return <span>{t.wall.noAlarms}</span>
   return (
     <span>
-      <PriorityMark priority={counts.priority} /> {counts.active} active alarm{counts.active === 1 ? '' : 's'}
-      {counts.unacknowledged > 0 && `, ${counts.unacknowledged} not acknowledged`}
+      <PriorityMark priority={counts.priority} /> {t.wall.alarms(counts.active, counts.unacknowledged)}
     </span>
   )
 }
@@ -128,8 +123,8 @@ function WallAlarms(): JSX.Element {
 function WallProblem({ live }: { live: Live }): JSX.Element | null {
   const { station } = useSnapshot()
   const text = live.connected
-    ? station.recorder.error && `The recorder does not write: ${station.recorder.error}`
-    : `No connection to the station for ${age(live.since)}. The values are not current.`
+    ? station.recorder.error && t.app.recorder(station.recorder.error)
+    : t.wall.noConnection(age(live.since))
   return text ? (
     <p class="wall-problem" role="alert">
       {text}

@@ -9,6 +9,7 @@ import { useLive, useSnapshot } from '../../live.ts'
 import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
 import { SettingsButton } from './settings-dialog.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
@@ -25,7 +26,7 @@ export function ActiveAlarmList({ error, run, suppress, edit }: Props): JSX.Elem
   const { alarms } = useSnapshot()
   const list = [...alarms.alarms].sort(byUrgency)
   return (
-    <section class="panel" aria-label="Active alarms">
+    <section class="panel" aria-label={t.alarms.active}>
       <Head list={list} run={run} suppress={suppress} />
       {error && (
         <p class="error" role="alert">
@@ -34,16 +35,16 @@ export function ActiveAlarmList({ error, run, suppress, edit }: Props): JSX.Elem
       )}
       {alarms.problem && (
         <p class="error" role="alert">
-          This list may be wrong: {alarms.problem}.
+          {t.alarms.mayBeWrong(alarms.problem)}
         </p>
       )}
-      {list.length === 0 && <p class="muted no-alarms">No active alarms.</p>}
+      {list.length === 0 && <p class="muted no-alarms">{t.alarms.noneActive}</p>}
       <ul class="alarm-list">
         {list.map((alarm) => (
           <ActiveAlarm alarm={alarm} run={run} suppress={suppress} edit={edit} key={alarm.name} />
         ))}
       </ul>
-      {alarms.not_listed > 0 && <p class="muted">{alarms.not_listed} more active alarms are under All alarms.</p>}
+      {alarms.not_listed > 0 && <p class="muted">{t.alarms.notListed(alarms.not_listed)}</p>}
     </section>
   )
 }
@@ -54,18 +55,18 @@ function Head({ list, run, suppress }: Omit<Props, 'error' | 'edit'> & { list: A
   const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
   return (
     <div class="bar">
-      <h1>Alarms</h1>
+      <h1>{t.pages['/alarms']}</h1>
       {mayAcknowledge && unacknowledged.length > 1 && (
         <button type="button" onClick={() => run(() => acknowledgeAll(shown).then(refusals))}>
-          Acknowledge all {unacknowledged.length}
+          {t.alarms.acknowledgeAll(unacknowledged.length)}
         </button>
       )}
       {mayAcknowledge && list.length > 1 && (
         <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: list })}>
-          Shelve all {list.length} …
+          {t.alarms.shelveAll(list.length)}
         </button>
       )}
-      {!mayAcknowledge && unacknowledged.length > 0 && <span class="muted">An operator can acknowledge them.</span>}
+      {!mayAcknowledge && unacknowledged.length > 0 && <span class="muted">{t.alarms.operatorCan}</span>}
     </div>
   )
 }
@@ -80,17 +81,17 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
         <>
           {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
             <button type="button" class="main" onClick={() => run(() => acknowledge(name, occurrence))}>
-              Acknowledge
+              {t.alarms.acknowledge}
             </button>
           )}
           {hasRole(session, 'operator') && (
             <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}>
-              Shelve …
+              {t.alarms.shelve}
             </button>
           )}
           {hasRole(session, 'engineer') && (
             <button type="button" onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}>
-              Out of service …
+              {t.alarms.outOfService}
             </button>
           )}
           <SettingsButton alarm={alarm} open={edit} />
@@ -109,8 +110,8 @@ function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
   const { raised_value, value, limit, unit, text } = alarm
   if (raised_value === null || limit === null) return <p>{text || conditionText(alarm, shown)}</p>
-  const raised = `${conditionText(alarm, shown)}: ${quantity(raised_value, unit, shown)} when raised`
-  return <p>{value === null ? raised : `${raised}, now ${quantity(value, unit, shown)}`}</p>
+  const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
+  return <p>{value === null ? raised : t.alarms.nowAt(raised, quantity(value, unit, shown))}</p>
 }
 
 function Times({ alarm }: { alarm: Alarm }): JSX.Element {
@@ -118,10 +119,10 @@ function Times({ alarm }: { alarm: Alarm }): JSX.Element {
   const { raised_ms, acknowledged_by, acknowledged_ms, gauge } = alarm
   return (
     <p class="muted">
-      {raised_ms !== null && `raised ${shortTime(raised_ms, now)}, ${age(Math.max(0, now - raised_ms))} ago`}
+      {raised_ms !== null && t.alarms.raised(shortTime(raised_ms, now), age(Math.max(0, now - raised_ms)))}
       {acknowledged_by &&
         acknowledged_ms !== null &&
-        ` · acknowledged by ${acknowledged_by} ${shortTime(acknowledged_ms, now)}`}
+        ` · ${t.alarms.acknowledgedBy(acknowledged_by, shortTime(acknowledged_ms, now))}`}
       {gauge && (
         <>
           {' · '}

@@ -9,6 +9,7 @@ import { SearchField } from '../../components/fields.tsx'
 import { conditionText } from '../../lib/alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import { SettingsButton } from './settings-dialog.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
 
@@ -28,29 +29,29 @@ export function AllAlarms({ alarms, error, suppress, edit }: Props): JSX.Element
   const mayShelve = hasRole(useSession(), 'operator')
   const shelvable = shown.filter(mayBeShelved)
   return (
-    <section class="panel" aria-label="All alarms">
+    <section class="panel" aria-label={t.alarms.all}>
       <details>
         <summary>
-          <h2>All {alarms.length || ''} alarms</h2>
+          <h2>{t.alarms.allOf(alarms.length)}</h2>
         </summary>
         <div class="bar">
-          <SearchField label="Search alarms" value={text} onInput={setText} />
+          <SearchField label={t.alarms.search} value={text} onInput={setText} />
           {mayShelve && text !== '' && shelvable.length > 1 && (
             <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: shelvable })}>
-              Shelve these {shelvable.length} …
+              {t.alarms.shelveThese(shelvable.length)}
             </button>
           )}
         </div>
         {error && <p class="error">{error}</p>}
-        {alarms.length > 0 && shown.length === 0 && <p class="muted">No alarm matches.</p>}
+        {alarms.length > 0 && shown.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
         <table class="all-alarms">
-          <caption class="visually-hidden">All alarms</caption>
+          <caption class="visually-hidden">{t.alarms.all}</caption>
           <thead>
             <tr>
-              <th scope="col">Alarm</th>
-              <th scope="col">Priority</th>
-              <th scope="col">State</th>
-              <th scope="col">Condition</th>
+              <th scope="col">{t.common.alarm}</th>
+              <th scope="col">{t.common.priority}</th>
+              <th scope="col">{t.common.state}</th>
+              <th scope="col">{t.alarms.condition}</th>
               <td />
             </tr>
           </thead>
@@ -86,19 +87,19 @@ function Row({ alarm, suppress, edit }: Pick<Props, 'suppress' | 'edit'> & { ala
         {hasRole(session, 'operator') && mayBeShelved(alarm) && (
           <button
             type="button"
-            aria-label={`Shelve: ${name}`}
+            aria-label={t.alarms.shelveOf(name)}
             onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}
           >
-            Shelve …
+            {t.alarms.shelve}
           </button>
         )}
         {mayTakeOut && (
           <button
             type="button"
-            aria-label={`Out of service: ${name}`}
+            aria-label={t.alarms.outOfServiceOf(name)}
             onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}
           >
-            Out of service …
+            {t.alarms.outOfService}
           </button>
         )}
         <SettingsButton alarm={alarm} open={edit} />

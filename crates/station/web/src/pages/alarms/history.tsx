@@ -7,22 +7,23 @@ import type { AlarmEvent } from '../../api/types.ts'
 import { PriorityMark } from '../../components/alarm-marks.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../../components/log.tsx'
-import { ALARM_CHANGES, matchesFilter, quantity } from '../../lib/alarms.ts'
+import { matchesFilter, quantity } from '../../lib/alarms.ts'
 import type { Unit } from '../../lib/units.ts'
 import { live } from '../../live.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 
 /** The newest entry may be ahead of the clock of the browser. */
 const AHEAD_MS = 60_000
 
-const CHANGES: [string, string][] = [['', 'all changes'], ...Object.entries(ALARM_CHANGES)]
+const changes = (): [string, string][] => [['', t.alarms.allChanges], ...Object.entries(t.alarms.changes)]
 
 const columns = (unit: Unit): Column<AlarmEvent>[] => [
-  { title: 'Time', class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: 'Priority', cell: ({ priority }) => <PriorityMark priority={priority} /> },
-  { title: 'Change', cell: ({ change }) => ALARM_CHANGES[change] },
+  { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
+  { title: t.common.priority, cell: ({ priority }) => <PriorityMark priority={priority} /> },
+  { title: t.alarms.change, cell: ({ change }) => t.alarms.changes[change] },
   {
-    title: 'Alarm',
+    title: t.common.alarm,
     cell: ({ alarm, text, value }) => (
       <>
         {alarm}
@@ -30,8 +31,8 @@ const columns = (unit: Unit): Column<AlarmEvent>[] => [
       </>
     ),
   },
-  { title: 'User', class: 'short', cell: ({ user }) => user },
-  { title: 'Value', class: 'short', cell: (event) => quantity(event.value, event.unit, unit) },
+  { title: t.common.user, class: 'short', cell: ({ user }) => user },
+  { title: t.common.value, class: 'short', cell: (event) => quantity(event.value, event.unit, unit) },
 ]
 
 export function AlarmHistory(): JSX.Element {
@@ -41,19 +42,19 @@ export function AlarmHistory(): JSX.Element {
   const log = useLog('history', (most, signal) => fetchAlarmHistory(0, Math.ceil(live().now) + AHEAD_MS, most, signal))
   const shown = log.entries.filter((event) => matchesFilter(event, change, text))
   return (
-    <section class="panel alarm-history" aria-label="History">
+    <section class="panel alarm-history" aria-label={t.alarms.history}>
       <div class="bar">
-        <h2>History</h2>
-        <Choice label="Change" value={change} options={CHANGES} onChange={setChange} />
-        <SearchField label="Search the history" value={text} onInput={setText} />
+        <h2>{t.alarms.history}</h2>
+        <Choice label={t.alarms.change} value={change} options={changes()} onChange={setChange} />
+        <SearchField label={t.alarms.searchHistory} value={text} onInput={setText} />
       </div>
       <LogTable
-        caption="Alarm history, the latest entry first"
+        caption={t.alarms.historyCaption}
         columns={columns(unit)}
         log={log}
         shown={shown}
         keyOf={({ at_ms, alarm, change }) => `${at_ms} ${alarm} ${change}`}
-        empty={{ none: 'No entries yet.', filtered: 'No entry matches.', isFiltered: log.entries.length > 0 }}
+        empty={{ none: t.common.noEntries, filtered: t.common.noEntryMatches, isFiltered: log.entries.length > 0 }}
       />
     </section>
   )

@@ -8,13 +8,14 @@ import { Choice } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { moment } from '../../lib/format.ts'
 import { live } from '../../live.ts'
+import { t } from '../../texts/texts.ts'
 
 const REFRESH_MS = 60_000
 const DAY_MS = 86_400_000
-const PERIODS: [string, string][] = [
-  ['1', 'last day'],
-  ['7', 'last week'],
-  ['30', 'last 30 days'],
+const periods = (): [string, string][] => [
+  ['1', t.performance.lastDay],
+  ['7', t.performance.lastWeek],
+  ['30', t.performance.last30Days],
 ]
 
 export function Performance(): JSX.Element {
@@ -24,14 +25,14 @@ export function Performance(): JSX.Element {
     return fetchAlarmPerformance(to - Number(days) * DAY_MS, to, signal)
   })
   return (
-    <section class="panel alarm-performance" aria-label="Alarm performance">
+    <section class="panel alarm-performance" aria-label={t.performance.label}>
       <details>
         <summary>
-          <h2>Performance</h2>
+          <h2>{t.performance.title}</h2>
         </summary>
         <div class="bar">
-          <Choice label="Period" value={days} options={PERIODS} onChange={setDays} />
-          <span class="muted">Targets: ISA-18.2, for one operator.</span>
+          <Choice label={t.performance.period} value={days} options={periods()} onChange={setDays} />
+          <span class="muted">{t.performance.targets}</span>
         </div>
         {query.error && <p class="error">{query.error}</p>}
         {query.value && <Figures figures={query.value} />}
@@ -52,42 +53,47 @@ function rows(figures: AlarmPerformance): Row[] {
   const part = (count: number): string => (raised === 0 ? '–' : `${Math.round((100 * count) / raised)} %`)
   const { high, medium, low } = by_priority
   return [
-    { figure: 'alarms', value: `${raised}`, target: '' },
-    { figure: 'per hour', value: per_hour == null ? '–' : per_hour.toFixed(1), target: 'about 6, at most 12' },
+    { figure: t.performance.alarms, value: `${raised}`, target: '' },
     {
-      figure: 'most in ten minutes',
-      value: worst ? `${worst.raised}, from ${moment(worst.from_ms)}` : '0',
-      target: 'at most 10',
+      figure: t.performance.perHour,
+      value: per_hour == null ? '–' : per_hour.toFixed(1),
+      target: t.performance.perHourTarget,
     },
     {
-      figure: 'time with more than ten in ten minutes',
+      figure: t.performance.worst,
+      value: worst ? t.performance.worstAt(worst.raised, moment(worst.from_ms)) : '0',
+      target: t.performance.worstTarget,
+    },
+    {
+      figure: t.performance.flood,
       value: flood_percent == null ? '–' : `${flood_percent.toFixed(1)} %`,
-      target: 'below 1 %',
+      target: t.performance.floodTarget,
     },
     {
-      figure: 'high, medium, low',
+      figure: t.performance.byPriority,
       value: `${part(high)}, ${part(medium)}, ${part(low)}`,
-      target: 'about 5, 15, 80 %',
+      target: t.performance.byPriorityTarget,
     },
-    { figure: 'chattering', value: listed(chattering), target: 'none' },
-    { figure: 'active for more than a day', value: listed(long_active), target: 'fewer than 5' },
+    { figure: t.performance.chattering, value: listed(chattering), target: t.common.none },
+    { figure: t.performance.longActive, value: listed(long_active), target: t.performance.longActiveTarget },
   ]
 }
 
-const listed = (names: string[]): string => (names.length === 0 ? 'none' : `${names.length}: ${names.join(', ')}`)
+const listed = (names: string[]): string =>
+  names.length === 0 ? t.common.none : `${names.length}: ${names.join(', ')}`
 
 function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
   const { most_frequent, recorded_hours } = figures
   return (
     <>
-      <p class="muted">The station recorded {recorded_hours.toFixed(1)} hours of this time; rates refer to them.</p>
+      <p class="muted">{t.performance.recorded(recorded_hours.toFixed(1))}</p>
       <table>
-        <caption class="visually-hidden">Alarm performance</caption>
+        <caption class="visually-hidden">{t.performance.label}</caption>
         <thead>
           <tr>
-            <th scope="col">Figure</th>
-            <th scope="col">Value</th>
-            <th scope="col">Target</th>
+            <th scope="col">{t.performance.figure}</th>
+            <th scope="col">{t.common.value}</th>
+            <th scope="col">{t.performance.target}</th>
           </tr>
         </thead>
         <tbody>
@@ -102,12 +108,12 @@ function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
       </table>
       {most_frequent.length > 0 && (
         <table>
-          <caption>Most frequent alarms</caption>
+          <caption>{t.performance.frequent}</caption>
           <thead>
             <tr>
-              <th scope="col">Alarm</th>
-              <th scope="col">Raised</th>
-              <th scope="col">Part of all</th>
+              <th scope="col">{t.common.alarm}</th>
+              <th scope="col">{t.performance.raised}</th>
+              <th scope="col">{t.performance.part}</th>
             </tr>
           </thead>
           <tbody>

@@ -8,22 +8,18 @@ import type { Alarm, AlarmSettings } from '../../api/types.ts'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
 import { changed, FIELDS, type Field, formOf, hasSettings, type SettingsForm } from '../../lib/alarm-settings.ts'
 import { hasRole, useSession } from '../../session.ts'
+import { t } from '../../texts/texts.ts'
 
 const LONGEST_REASON = 500
 
-const PRIORITIES: [string, string][] = [
-  ['', 'medium (default)'],
-  ['high', 'high'],
-  ['medium', 'medium'],
-  ['low', 'low'],
-]
+const priorities = (): [string, string][] => [['', t.alarmSettings.defaultPriority], ...Object.entries(t.priorities)]
 
 /** The button that opens the dialog, for alarms that the file of the station lists. */
 export function SettingsButton({ alarm, open }: { alarm: Alarm; open: (alarm: Alarm) => void }): JSX.Element | null {
   if (!hasRole(useSession(), 'engineer') || !hasSettings(alarm)) return null
   return (
-    <button type="button" aria-label={`Settings: ${alarm.name}`} onClick={() => open(alarm)}>
-      Settings …
+    <button type="button" aria-label={t.alarmSettings.of(alarm.name)} onClick={() => open(alarm)}>
+      {t.alarmSettings.button}
     </button>
   )
 }
@@ -39,12 +35,9 @@ export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Ele
   const dialog = useModal()
   const { value, error } = useQuery(`settings ${name}`, null, (signal) => fetchAlarmSettings(name, signal))
   return (
-    <dialog ref={dialog} onClose={close} aria-label="Alarm settings" class="form-dialog settings-dialog">
-      <h2>Settings: {name}</h2>
-      <p class="muted">
-        The new settings apply at once and are written to the station’s file. The state of the alarm stays. An empty
-        field has its default.
-      </p>
+    <dialog ref={dialog} onClose={close} aria-label={t.alarmSettings.title} class="form-dialog settings-dialog">
+      <h2>{t.alarmSettings.of(name)}</h2>
+      <p class="muted">{t.alarmSettings.apply}</p>
       {error && (
         <p class="error" role="alert">
           {error}
@@ -54,7 +47,7 @@ export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Ele
       {!value && (
         <div class="buttons">
           <button type="button" onClick={close}>
-            Cancel
+            {t.common.cancel}
           </button>
         </div>
       )}
@@ -82,10 +75,10 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
       <div class="pair">
         {FIELDS.filter(({ shown }) => shown(seen)).map(({ key, label, placeholder, isNumber, isLimit }) => (
           <label key={key}>
-            {label}
+            {label()}
             <input
               required={isLimit}
-              placeholder={placeholder}
+              placeholder={placeholder?.()}
               inputMode={isNumber ? 'decimal' : 'text'}
               pattern={isNumber ? '[0-9.eE+\\-]*' : '.*'}
               value={form[key]}
@@ -94,9 +87,9 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
           </label>
         ))}
         <label>
-          Priority
+          {t.common.priority}
           <select value={form.priority} onChange={(event) => set('priority', event.currentTarget.value)}>
-            {PRIORITIES.map(([value, text]) => (
+            {priorities().map(([value, text]) => (
               <option value={value} key={value}>
                 {text}
               </option>
@@ -105,7 +98,7 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
         </label>
       </div>
       <label>
-        Reason
+        {t.common.reason}
         <input
           required
           maxLength={LONGEST_REASON}
@@ -121,10 +114,10 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
       )}
       <div class="buttons">
         <button type="submit" class="main">
-          Change
+          {t.alarmSettings.submit}
         </button>
         <button type="button" onClick={close}>
-          Cancel
+          {t.common.cancel}
         </button>
       </div>
     </form>

@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import { shelve, takeOutOfService } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { useModal } from '../../components/hooks.ts'
+import { t } from '../../texts/texts.ts'
 import { type RunAction, refusals } from './item.tsx'
 
 const LONGEST_REASON = 500
@@ -19,34 +20,38 @@ export interface Suppress {
 interface Words {
   label: string
   verb: string
+  /** The heading, with the name of an alarm or their number. */
+  title: (what: string) => string
   /** Durations and their minutes. */
   durations: [label: string, minutes: number | null][]
 }
 
-const WORDS: Record<Suppress['kind'], Words> = {
+const words = (): Record<Suppress['kind'], Words> => ({
   shelve: {
-    label: 'Shelve',
-    verb: 'Shelve',
+    label: t.suppress.shelve,
+    verb: t.suppress.shelve,
+    title: t.suppress.shelveTitle,
     durations: [
-      ['30 minutes', 30],
-      ['1 hour', 60],
-      ['4 hours', 240],
-      ['8 hours', 480],
-      ['12 hours', 720],
+      [t.suppress.minutes(30), 30],
+      [t.suppress.hours(1), 60],
+      [t.suppress.hours(4), 240],
+      [t.suppress.hours(8), 480],
+      [t.suppress.hours(12), 720],
     ],
   },
   'out-of-service': {
-    label: 'Out of service',
-    verb: 'Take out of service',
+    label: t.suppress.outOfService,
+    verb: t.suppress.takeOut,
+    title: t.suppress.takeOutTitle,
     durations: [
-      ['1 hour', 60],
-      ['8 hours', 480],
-      ['1 day', 1_440],
-      ['1 week', 10_080],
-      ['until returned to service', null],
+      [t.suppress.hours(1), 60],
+      [t.suppress.hours(8), 480],
+      [t.suppress.days(1), 1_440],
+      [t.suppress.weeks(1), 10_080],
+      [t.alarms.untilReturned, null],
     ],
   },
-}
+})
 
 interface Props {
   suppress: Suppress
@@ -58,9 +63,9 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
   const dialog = useModal()
   const [reason, setReason] = useState('')
   const [duration, setDuration] = useState(0)
-  const { label, verb, durations } = WORDS[kind]
+  const { label, verb, title, durations } = words()[kind]
   const names = alarms.map(({ name }) => name)
-  const title = names.length === 1 ? (names[0] ?? '') : `${names.length} alarms`
+  const what = names.length === 1 ? (names[0] ?? '') : t.suppress.alarms(names.length)
   const submit = (event: Event): void => {
     event.preventDefault()
     const minutes = durations[duration]?.[1] ?? null
@@ -69,17 +74,12 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
   }
   return (
     <dialog ref={dialog} onClose={close} aria-label={label} class="form-dialog suppress-dialog">
-      <h2>
-        {kind === 'shelve' ? 'Shelve' : 'Take out of service'}: {title}
-      </h2>
-      <p class="muted">
-        {names.length === 1 ? 'The alarm is' : 'The alarms are'} silent until then. An alarm whose condition holds at
-        the end is raised at once.
-      </p>
+      <h2>{title(what)}</h2>
+      <p class="muted">{t.suppress.silent(names.length)}</p>
       {names.length > 1 && <p class="names">{names.join(', ')}</p>}
       <form onSubmit={submit}>
         <label>
-          Reason
+          {t.common.reason}
           <input
             required
             maxLength={LONGEST_REASON}
@@ -89,7 +89,7 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
           />
         </label>
         <label>
-          Duration
+          {t.suppress.duration}
           <select value={duration} onChange={(event) => setDuration(Number(event.currentTarget.value))}>
             {durations.map(([label], index) => (
               <option value={index} key={label}>
@@ -103,7 +103,7 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
             {verb}
           </button>
           <button type="button" onClick={close}>
-            Cancel
+            {t.common.cancel}
           </button>
         </div>
       </form>

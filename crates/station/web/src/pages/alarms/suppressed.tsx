@@ -5,6 +5,7 @@ import { returnToService, unshelve } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
+import { t } from '../../texts/texts.ts'
 import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
 
 interface Props {
@@ -18,12 +19,12 @@ export function ShelvedList({ alarms, run }: Props): JSX.Element | null {
   if (shelved.length === 0) return null
   const end = (names: string[]): void => run(() => unshelve(names).then(refusals))
   return (
-    <section class="panel" aria-label="Shelved">
+    <section class="panel" aria-label={t.alarms.shelved}>
       <div class="bar">
-        <h2>Shelved</h2>
+        <h2>{t.alarms.shelved}</h2>
         {mayUnshelve && shelved.length > 1 && (
           <button type="button" onClick={() => end(shelved.map(({ name }) => name))}>
-            Unshelve all {shelved.length}
+            {t.alarms.unshelveAll(shelved.length)}
           </button>
         )}
       </div>
@@ -35,7 +36,7 @@ export function ShelvedList({ alarms, run }: Props): JSX.Element | null {
             buttons={
               mayUnshelve && (
                 <button type="button" onClick={() => end([alarm.name])}>
-                  Unshelve
+                  {t.alarms.unshelve}
                 </button>
               )
             }
@@ -53,8 +54,8 @@ export function OutOfServiceList({ alarms, run }: Props): JSX.Element | null {
   const out = alarms.filter(({ state }) => state === 'out-of-service')
   if (out.length === 0) return null
   return (
-    <section class="panel" aria-label="Out of service">
-      <h2>Out of service</h2>
+    <section class="panel" aria-label={t.alarms.outOfServiceTitle}>
+      <h2>{t.alarms.outOfServiceTitle}</h2>
       <ul class="alarm-list">
         {out.map((alarm) => (
           <AlarmItem
@@ -63,7 +64,7 @@ export function OutOfServiceList({ alarms, run }: Props): JSX.Element | null {
             buttons={
               mayReturn && (
                 <button type="button" onClick={() => run(() => returnToService(alarm.name))}>
-                  Return to service
+                  {t.alarms.returnToService}
                 </button>
               )
             }
@@ -85,7 +86,7 @@ function Reason({ suppression }: { suppression: Alarm['shelved'] }): JSX.Element
       <p>{reason}</p>
       <p class="muted">
         {user}, {shortTime(at_ms, now)},{' '}
-        {until_ms == null ? 'until returned to service' : `until ${shortTime(until_ms, now)}`}
+        {until_ms == null ? t.alarms.untilReturned : t.alarms.until(shortTime(until_ms, now))}
       </p>
     </>
   )

@@ -7,6 +7,7 @@ import type { Parameter, Request } from '../../api/types.ts'
 import { RiskMark } from '../../components/command-dialog.tsx'
 import { useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
+import { t } from '../../texts/texts.ts'
 import { obstacle } from './permission.ts'
 
 type Write = NonNullable<Parameter['write']>
@@ -26,7 +27,7 @@ export function ChangeParameter({ parameter, open }: Props): JSX.Element | null 
   if (write.blocked_reason !== null) {
     return (
       <details class="blocked">
-        <summary>cannot be changed here</summary>
+        <summary>{t.gauge.blocked}</summary>
         {write.blocked_reason}
       </details>
     )
@@ -41,10 +42,10 @@ export function ChangeParameter({ parameter, open }: Props): JSX.Element | null 
       class="change"
       disabled={reason !== null}
       title={reason ?? undefined}
-      aria-label={`Change ${name}`}
+      aria-label={t.gauge.changeOf(name)}
       onClick={() => setEditing(true)}
     >
-      Change
+      {t.gauge.change}
     </button>
   )
 }
@@ -56,7 +57,7 @@ function Form({ parameter, write, open, close }: Props & { write: Write; close: 
     open({ target, value: String(new FormData(event.currentTarget).get('value') ?? '') })
     close()
   }
-  const label = `New value of ${name}`
+  const label = t.gauge.newValue(name)
   return (
     <form class="change" onSubmit={submit}>
       {write.allowed_values.length > 0 ? (
@@ -71,10 +72,10 @@ function Form({ parameter, write, open, close }: Props & { write: Write; close: 
         <input name="value" aria-label={label} defaultValue={value ?? ''} autocomplete="off" required autofocus />
       )}
       <button type="submit" class="main">
-        Arm
+        {t.gauge.arm}
       </button>
       <button type="button" onClick={close}>
-        Cancel
+        {t.common.cancel}
       </button>
       <span class="muted takes">
         <RiskMark risk={write.risk} /> {write.allowed_values.length === 0 && write.expects}

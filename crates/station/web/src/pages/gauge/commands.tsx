@@ -9,20 +9,21 @@ import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
-import { NEEDS_CONTROL, obstacle } from './permission.ts'
+import { t } from '../../texts/texts.ts'
+import { obstacle } from './permission.ts'
 
 export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Request) => void }): JSX.Element {
   const query = useQuery(gauge.name, null, (signal) => fetchCommands(gauge.name, signal))
   // The manuals have commands that do nothing: `inactive` in every block, `ready-to-store` of a controller.
   const commands = (query.value ?? []).filter(({ command }) => !/[./](inactive|ready-to-store)$/.test(command))
   return (
-    <section class="panel commands" aria-label="Commands">
+    <section class="panel commands" aria-label={t.gauge.commands}>
       <div class="bar">
-        <h2>Commands</h2>
+        <h2>{t.gauge.commands}</h2>
       </div>
       <Permission />
       {query.error && <p class="error">{query.error}</p>}
-      {query.value && commands.length === 0 && <p class="muted">The manual has no commands for this gauge.</p>}
+      {query.value && commands.length === 0 && <p class="muted">{t.gauge.noCommands}</p>}
       {commands.length > 0 && (
         <ul>
           {commands.map((command) => (
@@ -40,16 +41,16 @@ function Permission(): JSX.Element | null {
   const { now } = useLive()
   const control = useSnapshot().control_authority
   if (!hasRole(session, 'operator')) {
-    return <p class="muted permission">Commands need the role operator, changes of parameters the role engineer.</p>
+    return <p class="muted permission">{t.gauge.rolesNeeded}</p>
   }
   if (control.holder === session.name) return null
   const canRequest = controlActions(control, session, now).includes('request')
   return (
     <p class="muted permission">
-      {controlText(control, session)}. Commands need control.{' '}
+      {t.gauge.controlNeeded(controlText(control, session))}{' '}
       {canRequest && (
         <button type="button" onClick={() => void changeControl('request').catch(() => {})}>
-          Request control
+          {t.control.actions.request.label}
         </button>
       )}
     </p>
@@ -74,8 +75,10 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
       </button>
       <span class="command-facts" id={id}>
         <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.description}
-        {command.conditions.length > 0 && <span class="muted"> Conditions: {command.conditions.join('; ')}.</span>}
-        {reason && reason !== NEEDS_CONTROL && <em class="muted"> {reason}</em>}
+        {command.conditions.length > 0 && (
+          <span class="muted"> {t.gauge.conditions(command.conditions.join('; '))}</span>
+        )}
+        {reason && reason !== t.control.needsControl && <em class="muted"> {reason}</em>}
       </span>
     </li>
   )

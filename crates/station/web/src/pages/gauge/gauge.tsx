@@ -7,6 +7,7 @@ import { CommandDialog } from '../../components/command-dialog.tsx'
 import { Choice, sameText } from '../../components/fields.tsx'
 import { useSnapshot } from '../../live.ts'
 import { gaugeIn, gaugePath, go, Link, useLocation } from '../../router.tsx'
+import { t } from '../../texts/texts.ts'
 import { Commands } from './commands.tsx'
 import { Parameters } from './parameters.tsx'
 import { Readings } from './readings.tsx'
@@ -19,12 +20,12 @@ export function GaugePage(): JSX.Element {
   return (
     <>
       <div class="bar">
-        <h1 class="visually-hidden">Gauge</h1>
+        <h1 class="visually-hidden">{t.pages['/gauge']}</h1>
         <span>
-          <span aria-hidden="true">Gauge </span>
-          <Choice label="Gauge" value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
+          <span aria-hidden="true">{t.common.gauge} </span>
+          <Choice label={t.common.gauge} value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
         </span>
-        {gauge && <Link to={trendPath(gauge)}>Show trend</Link>}
+        {gauge && <Link to={trendPath(gauge)}>{t.gauge.showTrend}</Link>}
       </div>
       {gauge ? (
         <>
@@ -32,9 +33,7 @@ export function GaugePage(): JSX.Element {
           {gauge.listen_only ? <Listening gauge={gauge} /> : <Operation gauge={gauge} key={gauge.name} />}
         </>
       ) : (
-        <p class="error">
-          {name ? `There is no gauge called ${name}. Choose a gauge above.` : 'The station has no gauges.'}
-        </p>
+        <p class="error">{name ? t.gauge.unknown(name) : t.gauge.none}</p>
       )}
     </>
   )
@@ -46,12 +45,9 @@ const trendPath = ({ readings }: Gauge): string =>
 /** A gauge of another master: the station sends nothing, and says what it does not know. */
 function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
   return (
-    <section class="panel" aria-label="Listen only">
-      <h2>Listen only</h2>
-      <p>
-        Another master owns this gauge. The station listens on its bus and sends nothing, so it can neither read nor
-        change its parameters, nor send commands.
-      </p>
+    <section class="panel" aria-label={t.gauge.listenOnly}>
+      <h2>{t.gauge.listenOnly}</h2>
+      <p>{t.gauge.listening}</p>
       {gauge.assumptions.map((text) => (
         <p class="error" key={text}>
           {text}.

@@ -11,6 +11,7 @@ import { age, clock } from '../../lib/format.ts'
 import { matchingBlocks } from '../../lib/search.ts'
 import { useLive } from '../../live.ts'
 import { canView, onSessionChange } from '../../session.ts'
+import { t } from '../../texts/texts.ts'
 import { ChangeParameter } from './change-parameter.tsx'
 
 interface Read {
@@ -39,12 +40,12 @@ export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
   const [text, setText] = useState('')
   const found = matchingBlocks(read.blocks ?? [], text)
   return (
-    <section class="panel parameter-blocks" aria-label="Parameters" aria-busy={startedAt !== null}>
+    <section class="panel parameter-blocks" aria-label={t.gauge.parameters} aria-busy={startedAt !== null}>
       <div class="bar">
-        <h2>Parameters</h2>
-        <SearchField label="Search parameters" value={text} onInput={setText} />
+        <h2>{t.gauge.parameters}</h2>
+        <SearchField label={t.gauge.searchParameters} value={text} onInput={setText} />
         <button type="button" class="main" onClick={readAgain} disabled={startedAt !== null}>
-          Read again
+          {t.gauge.readAgain}
         </button>
         <Progress gauge={gauge} startedAt={startedAt} read={read} />
       </div>
@@ -57,7 +58,7 @@ export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
           <Table block={name} parameters={parameters} open={open} />
         </details>
       ))}
-      {read.blocks && found.length === 0 && <p class="muted">No parameter matches {text}.</p>}
+      {read.blocks && found.length === 0 && <p class="muted">{t.gauge.noMatch(text)}</p>}
     </section>
   )
 }
@@ -109,13 +110,14 @@ function Progress({ gauge, startedAt, read }: { gauge: Gauge; startedAt: number 
   if (startedAt === null) {
     return (
       <span class="progress muted" role="status">
-        {read.at === null ? 'not read yet' : `read at ${clock(read.at)}`}
+        {read.at === null ? t.gauge.notRead : t.gauge.readAt(clock(read.at))}
       </span>
     )
   }
   return (
     <span class="progress busy" role="status">
-      reading … {progress && `${progress.done} of ${progress.total}, `}
+      {t.gauge.reading}
+      {progress && t.gauge.progress(progress.done, progress.total)}
       {age(performance.now() - startedAt)}
     </span>
   )
@@ -130,13 +132,13 @@ interface TableProps {
 function Table({ block, parameters, open }: TableProps): JSX.Element {
   return (
     <table class="parameters">
-      <caption class="visually-hidden">Parameters of {block}</caption>
+      <caption class="visually-hidden">{t.gauge.caption(block)}</caption>
       <thead>
         <tr>
-          <th scope="col">Parameter</th>
-          <th scope="col">Value</th>
-          <th scope="col">Access</th>
-          <th scope="col">Location</th>
+          <th scope="col">{t.gauge.parameter}</th>
+          <th scope="col">{t.common.value}</th>
+          <th scope="col">{t.gauge.access}</th>
+          <th scope="col">{t.gauge.location}</th>
         </tr>
       </thead>
       <tbody>
@@ -147,7 +149,7 @@ function Table({ block, parameters, open }: TableProps): JSX.Element {
               <code>{parameter.target}</code>
             </th>
             <td class={parameter.read_error ? 'refusal' : 'value'}>
-              {parameter.value ?? parameter.read_error ?? 'write only'}
+              {parameter.value ?? parameter.read_error ?? t.gauge.writeOnly}
               <ChangeParameter parameter={parameter} open={open} />
             </td>
             <td>{parameter.access}</td>

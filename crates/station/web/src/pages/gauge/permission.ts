@@ -2,13 +2,11 @@
 
 import type { Control, Role, Session } from '../../api/types.ts'
 import { hasRole } from '../../session.ts'
-
-/** The commands panel says this once for all commands. */
-export const NEEDS_CONTROL = 'needs control'
+import { t } from '../../texts/texts.ts'
 
 /** Why the user may not control the gauge; `null` if they may. `blocked` is the reason why no user may. */
 export function obstacle(session: Session, control: Control, needed: Role, blocked: string | null): string | null {
   if (blocked) return blocked
-  if (!hasRole(session, needed)) return `needs the role ${needed}`
-  return control.holder === session.name ? null : NEEDS_CONTROL
+  if (!hasRole(session, needed)) return t.control.needsRole(t.roles[needed])
+  return control.holder === session.name ? null : t.control.needsControl
 }

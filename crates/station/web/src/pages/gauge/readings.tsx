@@ -12,17 +12,18 @@ import { currentQuality, isStale } from '../../lib/stale.ts'
 import { useLive } from '../../live.ts'
 import { Link } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 
 export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
   const live = useLive()
   const stale = isStale(gauge, live.since)
   return (
-    <section class={`panel readings ${stale ? 'stale' : ''}`} aria-label="Readings">
+    <section class={`panel readings ${stale ? 'stale' : ''}`} aria-label={t.gauge.readings}>
       <div class="readings-head">
         <h2>{gauge.name}</h2>
         <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
         <span class="muted">
-          {gauge.device} · {gauge.segment} · address {gauge.address}
+          {gauge.device} · {gauge.segment} · {t.common.address(gauge.address)}
         </span>
         <Age gauge={gauge} live={live} />
       </div>
@@ -30,7 +31,7 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
         {gauge.readings.map((reading) => (
           <LargeReading gauge={gauge} reading={reading} stale={stale} key={reading.series} />
         ))}
-        {gauge.readings.length === 0 && <p class="big none">no data</p>}
+        {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       </div>
       <Faults gauge={gauge} />
       <Labels labels={labelsOf(useDirectory().directory, gauge.name)} />
@@ -51,28 +52,28 @@ function Labels({ labels }: { labels: GaugeLabels }): JSX.Element | null {
     <dl class="gauge-labels">
       {group && (
         <>
-          <dt>Group</dt>
+          <dt>{t.filter.group}</dt>
           <dd>{link('group', group)}</dd>
         </>
       )}
       {tags.length > 0 && (
         <>
-          <dt>Tags</dt>
+          <dt>{t.gauge.tags}</dt>
           <dd class="tags">{tags.map((tag) => link('tag', tag))}</dd>
         </>
       )}
       {location && (
         <>
-          <dt>Location</dt>
+          <dt>{t.filter.location}</dt>
           <dd>{link('location', location)}</dd>
         </>
       )}
       {calibrated && (
         <>
-          <dt>Calibrated</dt>
+          <dt>{t.gauge.calibrated}</dt>
           <dd>
             {calibrated}
-            {due && `, valid until ${due}`} <Overdue labels={labels} />
+            {due && t.gauge.validUntil(due)} <Overdue labels={labels} />
           </dd>
         </>
       )}

@@ -7,6 +7,7 @@ import { axesOf, EARLIEST, line } from '../../lib/plant.ts'
 import { type Axes, decadesOf, place } from '../../lib/pump-downs.ts'
 import { inUnit, UNITS } from '../../lib/units.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 
 /** The size of the charts, and of their margins. */
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [760, 392, 56, 24, 12, 40]
@@ -26,14 +27,13 @@ export function PlantChart({ plant }: { plant: Plant }): JSX.Element | null {
   const edge = (of: 'low' | 'high') => prediction.map(({ s, pa }) => ({ s, pa: pa[of] ?? 10 ** axes.pa[1] }))
   const band = [...edge('high'), ...edge('low').reverse()]
   const fit = residuals.map(({ s, fitted_pa }) => ({ s, pa: fitted_pa }))
-  const label = `Measured, fitted and predicted pressure of ${plant.series} in ${unit} over seconds`
   return (
     <figure class="panel">
       <figcaption>
-        <span class="measured">● measured</span> <span class="fit">━ fit</span>{' '}
-        <span class="predicted">╌ predicted with the valve open, with its 95 % band</span>
+        <span class="measured">● {t.identify.measured}</span> <span class="fit">━ {t.identify.fit}</span>{' '}
+        <span class="predicted">╌ {t.identify.predicted}</span>
       </figcaption>
-      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={label}>
+      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={t.identify.chart(plant.series, unit)}>
         <g transform={`translate(${LEFT} ${TOP})`}>
           <TimeGrid axes={axes} width={width} height={height} />
           {marks.map((exponent) => {
@@ -82,11 +82,11 @@ export function Residuals({ plant }: { plant: Plant }): JSX.Element | null {
   const y = (deviations: number): number => (0.5 - Math.max(-FAR, Math.min(FAR, deviations)) / FAR / 2) * height
   return (
     <figure class="panel">
-      <figcaption>Residuals in standard deviations: a good fit has no pattern, and one of twenty beyond 2</figcaption>
+      <figcaption>{t.identify.residuals}</figcaption>
       <svg
         viewBox={`0 0 ${WIDTH} ${RESIDUAL_HEIGHT}`}
         role="img"
-        aria-label={`${plant.residuals.length} residuals in standard deviations over seconds`}
+        aria-label={t.identify.residualsOf(plant.residuals.length)}
       >
         <g transform={`translate(${LEFT} ${TOP})`}>
           <TimeGrid axes={axes} width={width} height={height} />
@@ -130,7 +130,7 @@ function TimeGrid({ axes, width, height }: { axes: Axes; width: number; height: 
         )
       })}
       <text x={width / 2} y={height + 32} text-anchor="middle">
-        seconds since the start of the pump-down
+        {t.identify.seconds}
       </text>
     </>
   )

@@ -5,7 +5,8 @@ import type { PumpDown } from '../../api/types.ts'
 import { Choice, MomentField, sameText } from '../../components/fields.tsx'
 import { moment } from '../../lib/format.ts'
 import { useUnit } from '../../settings.ts'
-import { GAS_DEPENDENCES, type GasDependence } from '../rise/measurement.ts'
+import { t } from '../../texts/texts.ts'
+import { gasDependence, gasDependences } from '../rise/measurement.ts'
 import type { PlantChoice } from './request.ts'
 
 interface Props {
@@ -34,55 +35,50 @@ export function Form({ names, choice, runs, run, problem, change, submit }: Prop
     >
       <div class="known">
         <div class="field">
-          <span>Gauge</span>
+          <span>{t.common.gauge}</span>
           <Choice
-            label="Gauge"
+            label={t.common.gauge}
             value={choice.series}
             options={sameText(names)}
             onChange={(series) => change({ ...choice, series, run: '', from: '', to: '', closed: '', opened: '' })}
           />
         </div>
         <div class="field">
-          <span>Pump-down</span>
+          <span>{t.identify.pumpDown}</span>
           <Choice
-            label="Pump-down"
+            label={t.identify.pumpDown}
             value={run ? String(run.start_ms) : ''}
-            options={starts.length > 0 ? starts : [['', 'none in the last 90 days']]}
+            options={starts.length > 0 ? starts : [['', t.identify.noPumpDown]]}
             onChange={set('run')}
           />
         </div>
-        <Amount label="Volume" unit="L" value={choice.litres} change={set('litres')} />
-        <Amount
-          label="Accuracy of the gauge from its manual, ±"
-          unit="%"
-          value={choice.accuracy}
-          change={set('accuracy')}
-        />
-        <Amount label="Target pressure" unit={unit} value={choice.target} change={set('target')} />
+        <Amount label={t.identify.volume} unit="L" value={choice.litres} change={set('litres')} />
+        <Amount label={t.identify.accuracy} unit="%" value={choice.accuracy} change={set('accuracy')} />
+        <Amount label={t.identify.target} unit={unit} value={choice.target} change={set('target')} />
         <div class="field">
-          <span>Gas correction</span>
+          <span>{t.identify.gas}</span>
           <Choice
-            label="Gas correction"
+            label={t.identify.gas}
             value={choice.gauge}
-            options={GAS_DEPENDENCES}
-            onChange={(gauge) => change({ ...choice, gauge: gauge as GasDependence })}
+            options={gasDependences()}
+            onChange={(gauge) => change({ ...choice, gauge: gasDependence(gauge) })}
           />
         </div>
       </div>
       <details open={[choice.from, choice.to, choice.closed, choice.opened, choice.dose, choice.doseAt].some(Boolean)}>
-        <summary>Times of the record, volume from a dose</summary>
+        <summary>{t.identify.times}</summary>
         <div class="known">
-          <Time label="Start of the pump-down" value={choice.from} change={set('from')} />
-          <Time label="End of the record" value={choice.to} change={set('to')} />
-          <Time label="Valve closed (found if empty)" value={choice.closed} change={set('closed')} />
-          <Time label="Valve opened (found if empty)" value={choice.opened} change={set('opened')} />
-          <Amount label="Dose in place of the volume" unit="mbar L" value={choice.dose} change={set('dose')} />
-          <Time label="Dose let in" value={choice.doseAt} change={set('doseAt')} />
+          <Time label={t.identify.from} value={choice.from} change={set('from')} />
+          <Time label={t.identify.to} value={choice.to} change={set('to')} />
+          <Time label={t.identify.closed} value={choice.closed} change={set('closed')} />
+          <Time label={t.identify.opened} value={choice.opened} change={set('opened')} />
+          <Amount label={t.identify.dose} unit="mbar L" value={choice.dose} change={set('dose')} />
+          <Time label={t.identify.doseAt} value={choice.doseAt} change={set('doseAt')} />
         </div>
       </details>
       <p>
         <button type="submit" class="main" disabled={problem !== null}>
-          Identify
+          {t.identify.submit}
         </button>{' '}
         <span class="muted">{problem}</span>
       </p>

@@ -10,6 +10,7 @@ import { allSeries } from '../../components/use-trends.ts'
 import { live, useSnapshot } from '../../live.ts'
 import { Link, setQuery, useLocation } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import { PlantChart, Residuals } from './chart.tsx'
 import { Form } from './form.tsx'
 import { choiceIn, queryOf, reported, textOf } from './request.ts'
@@ -40,10 +41,9 @@ export function Identify(): JSX.Element {
   const plant = isCurrent && fitted.value?.series === series ? fitted.value : null
   return (
     <div class="identify">
-      <h1>Plant from its record</h1>
+      <h1>{t.identify.title}</h1>
       <p class="muted">
-        One record of pump-down, base pressure and rise with the valve to the pump closed gives effective pumping speed,
-        leak, outgassing and ultimate pressure. <Link to={`/rise?s=${encodeURIComponent(series)}`}>Rate of rise</Link>
+        {t.identify.intro} <Link to={`/rise?s=${encodeURIComponent(series)}`}>{t.pages['/rise']}</Link>
       </p>
       <Form
         names={names.includes(series) ? names : [series, ...names]}
@@ -57,9 +57,7 @@ export function Identify(): JSX.Element {
       {listed.error && <p class="error">{listed.error}</p>}
       <div role="status">
         {isCurrent && fitted.error && <p class="error">{fitted.error}</p>}
-        {isCurrent && !fitted.error && !plant && (
-          <p class="waiting">The station fits the plant; this takes some seconds …</p>
-        )}
+        {isCurrent && !fitted.error && !plant && <p class="waiting">{t.identify.busy}</p>}
         {plant && (
           <>
             <PlantChart plant={plant} />
@@ -68,7 +66,7 @@ export function Identify(): JSX.Element {
             {asked?.volume_m3 && (
               <p>
                 <a href={reportAddress({ ...reported(asked), unit })} download>
-                  Report about this pump-down
+                  {t.pumpDowns.report}
                 </a>
               </p>
             )}

@@ -3,6 +3,7 @@
 import type { PlantQuery, PumpDown, ReportQuery } from '../../api/types.ts'
 import { momentOf } from '../../lib/format.ts'
 import { UNITS, type Unit } from '../../lib/units.ts'
+import { t } from '../../texts/texts.ts'
 import { type GasDependence, gasDependence } from '../rise/measurement.ts'
 
 /** All fields as typed. */
@@ -52,9 +53,9 @@ export function queryOf(
   const from = momentOf(choice.from) ?? run?.start_ms
   const to = momentOf(choice.to) ?? run?.end_ms
   const missing = (problem: string): { query: null; problem: string } => ({ query: null, problem })
-  if (from === undefined || to === undefined) return missing('Choose a pump-down, or enter the times of the record.')
+  if (from === undefined || to === undefined) return missing(t.identify.choosePumpDown)
   const volume = volumeOf(choice)
-  if (!volume) return missing('Enter the volume, or a dose and its time.')
+  if (!volume) return missing(t.identify.enterVolume)
   const time = (name: 'closed' | 'opened') => {
     const at = momentOf(choice[name])
     return at === null ? {} : { [name]: at }

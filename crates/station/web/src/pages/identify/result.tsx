@@ -1,12 +1,13 @@
 // The numbers of a plant with their intervals, what is not determined in words, the pressure to come, and what would help.
 
 import type { ComponentChildren, JSX } from 'preact'
-import type { Bounds, Plant } from '../../api/types.ts'
+import type { Bounds, Certainty, Plant, Remedy } from '../../api/types.ts'
 import { Pressure } from '../../components/pressure.tsx'
 import { Sprays } from '../../components/sprays.tsx'
 import { age, number } from '../../lib/format.ts'
 import { boundsText, timesText, worth } from '../../lib/plant.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 
 interface Props {
   plant: Plant
@@ -17,35 +18,38 @@ interface Props {
 export function Result({ plant, target }: Props): JSX.Element {
   const { title, sentence } = worth(plant)
   return (
-    <section class="panel result" aria-label="Result">
+    <section class="panel result" aria-label={t.identify.result}>
       <h2>{title}</h2>
       <p>{sentence}</p>
       <Numbers plant={plant} />
       <p class="muted">
-        {plant.samples} samples.{' '}
+        {t.identify.samples(plant.samples)}{' '}
         {plant.rise
-          ? `The valve was closed from ${age(plant.rise.closed_s * 1000)} to ${age(plant.rise.opened_s * 1000)} after the start.`
-          : 'No rise with a closed valve: leak and speed follow from the curve alone.'}{' '}
-        95 % intervals,{' '}
-        {plant.accuracy === null
-          ? 'without the uncertainty of the gauge'
-          : `with an accuracy of the gauge of ±${number((plant.accuracy ?? 0) * 100)} %`}
-        .
+          ? t.identify.valve(age(plant.rise.closed_s * 1000), age(plant.rise.opened_s * 1000))
+          : t.identify.noRise}{' '}
+        {t.identify.intervals(
+          plant.accuracy === null
+            ? t.common.withoutAccuracy
+            : t.common.withAccuracy(number((plant.accuracy ?? 0) * 100)),
+        )}
       </p>
       <Sprays sprays={plant.sprays} />
       <Outlook plant={plant} target={target} />
-      <h3>What would help most</h3>
-      <p class="muted">The pressure after another day of pumping, divided by that with one change.</p>
+      <h3>{t.identify.helps}</h3>
+      <p class="muted">{t.identify.helpsHow}</p>
       <ol class="remedies">
-        {plant.remedies.map(({ remedy, text, divided_by }) => (
+        {plant.remedies.map(({ remedy, divided_by }) => (
           <li key={remedy}>
-            {text}: <strong>{boundsText(divided_by, 1).value}</strong> ({boundsText(divided_by, 1).interval})
+            {remedyText(remedy)}: <strong>{boundsText(divided_by, 1).value}</strong> (
+            {boundsText(divided_by, 1).interval})
           </li>
         ))}
       </ol>
     </section>
   )
 }
+
+const remedyText = (remedy: Remedy): string => t.identify.remedies[remedy]
 
 interface Row {
   name: ComponentChildren
@@ -56,48 +60,57 @@ interface Row {
   note: string | null
 }
 
+/** Why a number is not determined; `bound` if the samples have its upper bound. */
+function noteOf(certainty: Certainty, undetermined: string, bound = undetermined): string | null {
+  if (certainty === 'determined') return null
+  return certainty === 'upper-bound' ? bound : undetermined
+}
+
 function Numbers({ plant }: { plant: Plant }): JSX.Element {
   const unit = useUnit()
-  const flow = (name: string, { flow, note }: Plant['leak']): Row => ({
+  const { notes } = t.identify
+  const flow = (name: string, { flow }: Plant['leak'], note: string | null): Row => ({
     name,
     value: flow.mbar_l_per_s,
     unit: 'mbar L/s',
     size: 1,
-    note: note ?? null,
+    note,
   })
-  const number = (name: ComponentChildren, { value, note }: Plant['exponent'], unit: string, size: number): Row => ({
-    name,
-    value,
-    unit,
-    size,
-    note: note ?? null,
-  })
-  const volume = number('volume', plant.volume_m3, 'L', 1e-3)
   const rows: Row[] = [
-    plant.is_volume_given ? { ...volume, note: 'as given' } : volume,
-    ...plant.speeds.map(({ pa, m3_per_s }) =>
-      number(
-        <>
-          speed at <Pressure pa={pa} unit={unit} />
-        </>,
-        m3_per_s,
-        'L/s',
-        1e-3,
-      ),
-    ),
-    flow('leak', plant.leak),
-    flow('outgassing after 1 h', plant.outgassing_1h),
-    number('exponent of outgassing', plant.exponent, '', 1),
+    {
+      name: t.identify.volumeName,
+      value: plant.volume_m3.value,
+      unit: 'L',
+      size: 1e-3,
+      note: plant.is_volume_given ? t.identify.asGiven : noteOf(plant.volume_m3.certainty, notes.volume),
+    },
+    ...plant.speeds.map(({ pa, m3_per_s: { value, certainty } }) => ({
+      name: t.identify.speedAt(<Pressure pa={pa} unit={unit} />),
+      value,
+      unit: 'L/s',
+      size: 1e-3,
+      note: noteOf(certainty, notes.speed),
+    })),
+    flow(t.identify.leak, plant.leak, noteOf(plant.leak.certainty, notes.leak, notes.leakBound)),
+    flow(t.identify.outgassing, plant.outgassing_1h, noteOf(plant.outgassing_1h.certainty, notes.outgassing)),
+    {
+      name: t.identify.exponent,
+      value: plant.exponent.value,
+      unit: '',
+      size: 1,
+      note: noteOf(plant.exponent.certainty, notes.exponent),
+    },
   ]
-  const { value, note } = plant.ultimate_pa
+  const { value, certainty } = plant.ultimate_pa
+  const note = noteOf(certainty, notes.ultimate, notes.ultimateBound)
   return (
     <table>
-      <caption class="visually-hidden">Numbers of the plant</caption>
+      <caption class="visually-hidden">{t.identify.numbers}</caption>
       <thead>
         <tr>
-          <th scope="col">Quantity</th>
-          <th scope="col">Value</th>
-          <th scope="col">95 % interval</th>
+          <th scope="col">{t.identify.quantity}</th>
+          <th scope="col">{t.common.value}</th>
+          <th scope="col">{t.identify.interval}</th>
         </tr>
       </thead>
       <tbody>
@@ -115,7 +128,7 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
         ))}
         <tr>
           <th scope="row">
-            ultimate pressure of the pump
+            {t.identify.ultimate}
             {note && <small>{note}</small>}
           </th>
           <td>
@@ -134,8 +147,10 @@ function PressureInterval({ bounds: { low, high } }: { bounds: Bounds }): JSX.El
   const unit = useUnit()
   return (
     <>
-      <Pressure pa={low} unit={unit} /> to{' '}
-      {high === null || high === undefined ? 'no limit' : <Pressure pa={high} unit={unit} />}
+      {t.common.range(
+        <Pressure pa={low} unit={unit} />,
+        high === null || high === undefined ? t.identify.noLimit : <Pressure pa={high} unit={unit} />,
+      )}
     </>
   )
 }
@@ -144,10 +159,10 @@ function Outlook({ plant, target }: Props): JSX.Element {
   const unit = useUnit()
   const { by_leak, by_outgassing, by_pump } = plant.at_end_pa
   const facts: [string, Bounds][] = [
-    ['pressure at the end of the record by the leak', by_leak],
-    ['by outgassing', by_outgassing],
-    ['by the pump', by_pump],
-    ['after another day of pumping', plant.after_another_day_pa],
+    [t.identify.byLeak, by_leak],
+    [t.identify.byOutgassing, by_outgassing],
+    [t.identify.byPump, by_pump],
+    [t.identify.anotherDay, plant.after_another_day_pa],
   ]
   return (
     <dl class="facts">
@@ -161,10 +176,8 @@ function Outlook({ plant, target }: Props): JSX.Element {
       ))}
       {target !== '' && (
         <div>
-          <dt>
-            {target} {unit} is reached after
-          </dt>
-          <dd>{plant.target_s ? timesText(plant.target_s) : 'not within a year'}</dd>
+          <dt>{t.identify.reached(target, unit)}</dt>
+          <dd>{plant.target_s ? timesText(plant.target_s) : t.identify.notWithinAYear}</dd>
         </div>
       )}
     </dl>

@@ -23,6 +23,7 @@ import type { Curve } from '../../lib/series.ts'
 import { inUnit, type Unit } from '../../lib/units.ts'
 import { useLive } from '../../live.ts'
 import { useDark, useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import { HOME, type Measurement, windowAround } from './measurement.ts'
 
 interface Props {
@@ -46,15 +47,15 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
   return (
     <div class="panel" ref={box}>
       <p class="muted hint">
-        Or drag over the rise in the chart. The wheel and + − zoom; the arrow keys move.
+        {t.rise.drag}
         {fit && (
           <span class="fit" style={{ color: curveColour(1, dark) }}>
-            ╌╌ fit
+            ╌╌ {t.rise.fit}
           </span>
         )}
       </p>
       <Chart
-        label={`Pressure of ${measurement.series} in ${unit} over time. Dragging sets start and end.`}
+        label={t.rise.chart(measurement.series, unit)}
         times={data.times}
         curves={curves}
         lines={lines}
@@ -75,14 +76,14 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
         }}
       />
       <ChartTable
-        caption={`Pressure of ${measurement.series}`}
+        caption={t.rise.pressureOf(measurement.series)}
         window={window}
         columns={[
           {
             name: measurement.series,
             cell: (at) => <SampleText sample={seriesAt(data, measurement.series, at)} unit={unit} />,
           },
-          { name: 'fit', cell: (at) => <FitText pa={fitAt(at)} unit={unit} /> },
+          { name: t.rise.fit, cell: (at) => <FitText pa={fitAt(at)} unit={unit} /> },
         ]}
       />
       <p class="load-error" role="status">
@@ -120,14 +121,14 @@ function withFit(
   const fit: Curve = { low: none, high: none, mean: means.map((pa) => pa && inUnit(pa, unit)) }
   return {
     curves: [...data.curves, fit],
-    lines: [...measured, { name: 'fit', colour: curveColour(1, dark), dashed: true, stretches: [] }],
+    lines: [...measured, { name: t.rise.fit, colour: curveColour(1, dark), dashed: true, stretches: [] }],
   }
 }
 
 function marksOf({ begin, end }: Measurement): TimeMark[] {
   return [
-    ...(begin === null ? [] : [{ at: begin, name: 'valve closed' }]),
-    ...(end === null ? [] : [{ at: end, name: 'end' }]),
+    ...(begin === null ? [] : [{ at: begin, name: t.rise.valveClosed }]),
+    ...(end === null ? [] : [{ at: end, name: t.rise.end }]),
   ]
 }
 

@@ -2,6 +2,7 @@
 
 import { type Range, rangeOf, rangeText } from '../../lib/range.ts'
 import { setQuery, useLocation } from '../../router.tsx'
+import { t } from '../../texts/texts.ts'
 
 export interface Measurement {
   series: string
@@ -19,14 +20,14 @@ export interface Measurement {
 /** How the indication of a gauge depends on the gas, in the words of the API. */
 export type GasDependence = 'none' | 'ionisation' | 'conduction'
 
-export const GAS_DEPENDENCES: [GasDependence, string][] = [
-  ['none', 'does not depend on the gas, or as indicated'],
-  ['ionisation', 'hot or cold cathode: a leak of air, outgassing of water'],
-  ['conduction', 'Pirani: a leak of air, outgassing of water'],
-]
+const GAS_DEPENDENCES: GasDependence[] = ['none', 'ionisation', 'conduction']
+
+/** The choices with their texts. */
+export const gasDependences = (): [GasDependence, string][] =>
+  GAS_DEPENDENCES.map((name) => [name, t.rise.gasDependences[name]])
 
 export const gasDependence = (text: string | null): GasDependence =>
-  GAS_DEPENDENCES.find(([name]) => name === text)?.[0] ?? 'none'
+  GAS_DEPENDENCES.find((name) => name === text) ?? 'none'
 
 /** The window before start and end are set. */
 export const HOME: Range = { last: 30 * 60_000 }

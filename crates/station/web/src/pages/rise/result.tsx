@@ -7,6 +7,7 @@ import { Pressure } from '../../components/pressure.tsx'
 import { age, number } from '../../lib/format.ts'
 import { verdict } from '../../lib/rise.ts'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import type { GasDependence } from './measurement.ts'
 
 interface Props {
@@ -17,35 +18,30 @@ interface Props {
 
 export function Result({ fit, gauge, error }: Props): JSX.Element {
   if (error) return <p class="error">{error}</p>
-  if (!fit) return <p class="panel muted">The result appears here when start and end are set.</p>
+  if (!fit) return <p class="panel muted">{t.rise.waiting}</p>
   const { title, sentence } = verdict(fit)
   return (
-    <section class="panel result" aria-label="Result" role="status">
+    <section class="panel result" aria-label={t.rise.result} role="status">
       <h2>{title}</h2>
       <p>{sentence}</p>
       <dl class="facts">
-        <Fact name="leak">
+        <Fact name={t.rise.leak}>
           <Rate rate={fit.leak_pa_per_s} />
         </Fact>
-        <Fact name="outgassing, at the start">
+        <Fact name={t.rise.outgassing}>
           <Rate rate={fit.outgassing_pa_per_s} />
         </Fact>
-        {fit.tau_s !== null && <Fact name="time constant of saturation">{age(fit.tau_s * 1000)}</Fact>}
-        <Fact name="pumped before">{fit.pumped_s === null ? 'not recorded' : age(fit.pumped_s * 1000)}</Fact>
-        <Fact name="samples">{fit.samples}</Fact>
+        {fit.tau_s !== null && <Fact name={t.rise.tau}>{age(fit.tau_s * 1000)}</Fact>}
+        <Fact name={t.rise.pumped}>{fit.pumped_s === null ? t.rise.notRecorded : age(fit.pumped_s * 1000)}</Fact>
+        <Fact name={t.rise.samples}>{fit.samples}</Fact>
       </dl>
       <p class="muted">
-        Intervals contain the true value with a probability of 95 %,{' '}
-        {fit.accuracy === null
-          ? 'without the uncertainty of the gauge'
-          : `with an accuracy of the gauge of ±${percent(fit.accuracy)} %`}
-        .{' '}
-        {gauge === 'none'
-          ? 'The rates are as indicated, not corrected for the gas'
-          : 'The rates are corrected for the gas: a leak of air, outgassing of water'}
-        ; sccm are for gas at 20 °C.
+        {t.rise.intervals(
+          fit.accuracy === null ? t.common.withoutAccuracy : t.common.withAccuracy(`${percent(fit.accuracy)}`),
+        )}{' '}
+        {gauge === 'none' ? t.rise.asIndicated : t.rise.corrected}
       </p>
-      {fit.flows ? <Flows flows={fit.flows} /> : <p class="muted">Enter the volume to see flows.</p>}
+      {fit.flows ? <Flows flows={fit.flows} /> : <p class="muted">{t.rise.enterVolume}</p>}
     </section>
   )
 }
@@ -67,7 +63,7 @@ function Rate({ rate }: { rate: Interval }): JSX.Element {
   return (
     <>
       <Pressure pa={rate.mean} unit={unit} />
-      /s (<Pressure pa={rate.low} unit={unit} /> to <Pressure pa={rate.high} unit={unit} />)
+      /s ({t.common.range(<Pressure pa={rate.low} unit={unit} />, <Pressure pa={rate.high} unit={unit} />)})
     </>
   )
 }
@@ -80,15 +76,15 @@ const UNITS: [string, keyof FlowUnits][] = [
 
 function Flows({ flows }: { flows: NonNullable<Rise['flows']> }): JSX.Element {
   const rows: [string, FlowUnits][] = [
-    ['leak', flows.leak],
-    ['outgassing, at the start', flows.outgassing],
+    [t.rise.leak, flows.leak],
+    [t.rise.outgassing, flows.outgassing],
   ]
   return (
     <table class="flows">
-      <caption class="visually-hidden">Flows of leak and outgassing</caption>
+      <caption class="visually-hidden">{t.rise.flows}</caption>
       <thead>
         <tr>
-          <th scope="col">Flow</th>
+          <th scope="col">{t.rise.flow}</th>
           {UNITS.map(([name]) => (
             <th scope="col" key={name}>
               {name}
@@ -103,9 +99,7 @@ function Flows({ flows }: { flows: NonNullable<Rise['flows']> }): JSX.Element {
             {UNITS.map(([unit, key]) => (
               <td key={unit}>
                 {number(flow[key].mean)}
-                <small>
-                  {number(flow[key].low)} to {number(flow[key].high)}
-                </small>
+                <small>{t.common.rangeText(number(flow[key].low), number(flow[key].high))}</small>
               </td>
             ))}
           </tr>

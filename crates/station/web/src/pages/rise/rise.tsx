@@ -7,6 +7,7 @@ import { useQuery } from '../../components/hooks.ts'
 import { allSeries } from '../../components/use-trends.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { Link } from '../../router.tsx'
+import { t } from '../../texts/texts.ts'
 import { RiseChart } from './chart.tsx'
 import { useMeasurement } from './measurement.ts'
 import { Result } from './result.tsx'
@@ -39,10 +40,11 @@ export function RateOfRise(): JSX.Element {
   const fit = isReady ? query.value : null
   return (
     <div class="rise">
-      <h1>Rate of rise</h1>
+      <h1>{t.pages['/rise']}</h1>
       <p>
-        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>Identify the plant</Link> from a whole record
-        of pump-down and rise.
+        {t.rise.identify((text) => (
+          <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>{text}</Link>
+        ))}
       </p>
       <Steps names={names} measurement={measurement} change={change} />
       <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />

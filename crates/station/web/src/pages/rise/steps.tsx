@@ -5,7 +5,8 @@ import type { JSX } from 'preact'
 import { Choice, MomentField, sameText } from '../../components/fields.tsx'
 import { moment, momentOf } from '../../lib/format.ts'
 import { useLive } from '../../live.ts'
-import { GAS_DEPENDENCES, type GasDependence, type Measurement } from './measurement.ts'
+import { t } from '../../texts/texts.ts'
+import { gasDependence, gasDependences, type Measurement } from './measurement.ts'
 
 interface Props {
   /** All series. */
@@ -19,9 +20,9 @@ export function Steps({ names, measurement, change }: Props): JSX.Element {
   return (
     <ol class="steps panel">
       <li>
-        <span class="step">Choose the gauge</span>
+        <span class="step">{t.rise.chooseGauge}</span>
         <Choice
-          label="Choose the gauge"
+          label={t.rise.chooseGauge}
           value={series}
           options={sameText(names)}
           onChange={(series) => change({ ...measurement, series, begin: null, end: null })}
@@ -29,23 +30,18 @@ export function Steps({ names, measurement, change }: Props): JSX.Element {
       </li>
       <li>
         <TimeStep
-          text="Close the valve to the pump and set the start"
-          button="Start now"
+          text={t.rise.setStart}
+          button={t.rise.startNow}
           at={begin}
           set={(begin) => change({ ...measurement, begin, end: null })}
         />
       </li>
       <li>
-        <TimeStep
-          text="Wait, then set the end"
-          button="End now"
-          at={end}
-          set={(end) => change({ ...measurement, end })}
-        />
+        <TimeStep text={t.rise.setEnd} button={t.rise.endNow} at={end} set={(end) => change({ ...measurement, end })} />
       </li>
       <li>
         <label>
-          <span class="step">Enter the volume to see flows</span>
+          <span class="step">{t.rise.volume}</span>
           <input
             class="short"
             type="number"
@@ -59,17 +55,17 @@ export function Steps({ names, measurement, change }: Props): JSX.Element {
         </label>
       </li>
       <li>
-        <span class="step">Choose how the gauge depends on the gas</span>
+        <span class="step">{t.rise.chooseGas}</span>
         <Choice
-          label="Choose how the gauge depends on the gas"
+          label={t.rise.chooseGas}
           value={gauge}
-          options={GAS_DEPENDENCES}
-          onChange={(gauge) => change({ ...measurement, gauge: gauge as GasDependence })}
+          options={gasDependences()}
+          onChange={(gauge) => change({ ...measurement, gauge: gasDependence(gauge) })}
         />
       </li>
       <li>
         <label>
-          <span class="step">Enter the accuracy of the gauge from its manual</span>±
+          <span class="step">{t.rise.accuracy}</span>±
           <input
             class="short"
             type="number"

@@ -12,6 +12,7 @@ import { decades } from '../../lib/series.ts'
 import { inUnit, UNITS, type Unit } from '../../lib/units.ts'
 import { useLive } from '../../live.ts'
 import { useDark, useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import type { TrendChoice } from './choice.ts'
 
 interface Props {
@@ -27,9 +28,6 @@ interface Props {
   /** Sets the reference; `null` sets it at the cursor. */
   setReference: (at: number | null) => void
 }
-
-const KEYS =
-  'The arrow keys move the window, with Shift the cursor; plus and minus zoom, Home shows the present, R sets the reference.'
 
 export const trendPixels = (width: number): number => timePixels(width, true)
 
@@ -51,7 +49,7 @@ export function TrendChart(props: Props): JSX.Element {
   }
   return (
     <Chart
-      label={`Pressures in ${unit} over time. ${KEYS}`}
+      label={t.trends.chart(unit)}
       times={data.times}
       curves={data.curves}
       lines={data.trends.map(({ series }, index) => ({
@@ -64,7 +62,7 @@ export function TrendChart(props: Props): JSX.Element {
       log={true}
       unit={unit}
       levels={levels}
-      marks={choice.reference === null ? [] : [{ at: choice.reference, name: 'reference' }]}
+      marks={choice.reference === null ? [] : [{ at: choice.reference, name: t.trends.reference }]}
       width={width}
       height={heightOf(width)}
       dark={dark}

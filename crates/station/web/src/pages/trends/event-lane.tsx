@@ -8,6 +8,7 @@ import type { StationEvent } from '../../api/types.ts'
 import { PLOT_EDGES, timePixels } from '../../components/chart.tsx'
 import { type EventGroup, eventGroups } from '../../lib/event-lane.ts'
 import { moment, readable } from '../../lib/format.ts'
+import { t } from '../../texts/texts.ts'
 
 /** The width of a mark, which a finger can press. */
 const MARK_PX = 24
@@ -28,9 +29,9 @@ export function EventLane({ events, window, width }: Props): JSX.Element {
   const groups = eventGroups(events, window, lane, MARK_PX)
   const opened = groups.find(({ at_ms }) => at_ms === open)
   return (
-    <section class="event-lane" aria-label="Events in this window">
+    <section class="event-lane" aria-label={t.trends.events}>
       <span class="lane-name" aria-hidden="true">
-        events
+        {t.trends.lane}
       </span>
       <div class="lane" style={{ marginLeft: `${PLOT_EDGES.left}px`, width: `${lane}px` }}>
         {groups.map((group) => (
@@ -63,5 +64,5 @@ export function EventLane({ events, window, width }: Props): JSX.Element {
 function nameOf({ events }: EventGroup): string {
   const named = events.slice(0, MOST_NAMED).map(({ at_ms, text }) => `${moment(at_ms)} ${readable(text)}`)
   const rest = events.length - named.length
-  return [...named, ...(rest > 0 ? [`${rest} more`] : [])].join('; ')
+  return [...named, ...(rest > 0 ? [t.trends.moreEvents(rest)] : [])].join('; ')
 }

@@ -1,6 +1,7 @@
 // The chart as a picture in PNG: what is drawn, with the names of the curves, the window and the reference.
 
 import { tokenColour } from '../../components/palette.ts'
+import { t } from '../../texts/texts.ts'
 
 export interface PictureText {
   /** The station and the window. */
@@ -23,7 +24,7 @@ function composed(chart: HTMLCanvasElement, text: PictureText): HTMLCanvasElemen
   canvas.width = chart.width + 2 * margin
   canvas.height = chart.height + (lines + 2) * LINE_PX * dpr + 2 * margin
   const context = canvas.getContext('2d')
-  if (!context) throw new Error('this browser draws no picture')
+  if (!context) throw new Error(t.trends.noPicture)
   context.fillStyle = tokenColour('panel')
   context.fillRect(0, 0, canvas.width, canvas.height)
   context.textBaseline = 'middle'
@@ -54,7 +55,7 @@ export async function savePng(box: HTMLElement | null, name: string, text: Pictu
   if (!chart) return
   const picture = composed(chart, text)
   const octets = await new Promise<Blob | null>((done) => picture.toBlob(done, 'image/png'))
-  if (!octets) throw new Error('this browser cannot write PNG')
+  if (!octets) throw new Error(t.trends.noPng)
   const link = document.createElement('a')
   link.href = URL.createObjectURL(octets)
   link.download = name

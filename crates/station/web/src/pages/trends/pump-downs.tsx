@@ -15,16 +15,13 @@ import { inUnit, UNITS } from '../../lib/units.ts'
 import { live, useSnapshot } from '../../live.ts'
 import { Link, setQuery, useLocation } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 
 /** A running pump-down is fetched again this often. */
 const REFRESH_MS = 30_000
 
-const DAYS = [
-  ['7', 'last 7 days'],
-  ['30', 'last 30 days'],
-  ['90', 'last 90 days'],
-  ['730', 'last two years'],
-] as const
+/** The days that can be chosen; their texts are `t.pumpDowns.days[days]`. */
+const DAYS = [7, 30, 90, 730] as const
 
 const DAY_MS = 86_400_000
 
@@ -54,23 +51,31 @@ export function PumpDowns(): JSX.Element {
   const starts = runs.map(({ start_ms }): [string, string] => [String(start_ms), moment(start_ms)])
   return (
     <div class="pump-downs">
-      <h1>Pump-downs</h1>
+      <h1>{t.pumpDowns.title}</h1>
       <div class="bar">
         <Choice
-          label="Series"
+          label={t.pumpDowns.series}
           value={series}
           options={sameText(names.includes(series) ? names : [series, ...names])}
           onChange={(value) => change('series', value)}
         />
-        <Choice label="Time range" value={days} options={DAYS} onChange={(value) => change('days', value)} />
         <Choice
-          label="Compare with"
+          label={t.pumpDowns.timeRange}
+          value={days}
+          options={DAYS.map((days) => [`${days}`, t.pumpDowns.days[days]] as const)}
+          onChange={(value) => change('days', value)}
+        />
+        <Choice
+          label={t.pumpDowns.compareWith}
           value={reference ?? ''}
-          options={[['', 'the last ten'], ...starts.map(([start, text]) => [start, `that of ${text}`] as const)]}
+          options={[
+            ['', t.pumpDowns.lastTen],
+            ...starts.map(([start, text]) => [start, t.pumpDowns.thatOf(text)] as const),
+          ]}
           onChange={(value) => change('reference', value)}
         />
-        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>Identify the plant</Link>
-        <Link to={`/trends?series=${encodeURIComponent(series)}`}>Trends</Link>
+        <Link to={`/rise/identify?series=${encodeURIComponent(series)}`}>{t.identify.link}</Link>
+        <Link to={`/trends?series=${encodeURIComponent(series)}`}>{t.pages['/trends']}</Link>
       </div>
       {shown ? (
         <>
@@ -82,13 +87,13 @@ export function PumpDowns(): JSX.Element {
           <Levels run={shown} />
           <p>
             <a href={reportAddress({ series, from: shown.start_ms, to: shown.end_ms, unit })} download>
-              Report about this pump-down
+              {t.pumpDowns.report}
             </a>
           </p>
           <Runs runs={runs} shown={shown} show={(run) => change('run', String(run.start_ms))} />
         </>
       ) : (
-        <p class="muted">{fetched.value ? 'No pump-down in this time: a fall of the pressure by two decades.' : '…'}</p>
+        <p class="muted">{fetched.value ? t.pumpDowns.none : '…'}</p>
       )}
       <p class="load-error" role="status">
         {fetched.error}
@@ -108,9 +113,7 @@ function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element
   const compared = levels.filter(({ usual }) => usual).length
   return (
     <p class="verdict" role="status">
-      {compared > 0
-        ? 'As usual.'
-        : 'Too few pump-downs before it to compare with: five from a similar pressure are needed.'}
+      {compared > 0 ? t.pumpDowns.asUsual : t.pumpDowns.tooFew}
     </p>
   )
 }
@@ -126,7 +129,7 @@ function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.El
   const [from, to] = axes.pa.map((decade) => Math.log10(inUnit(10 ** decade, unit))) as [number, number]
   const marks = decadesOf([Math.ceil(from - 1e-9), Math.floor(to + 1e-9)])
   return (
-    <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={`${runs.length} pump-downs in ${unit} over seconds`}>
+    <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={t.pumpDowns.chart(runs.length, unit)}>
       <g transform={`translate(${LEFT} ${TOP})`}>
         {decadesOf(axes.s).map((exponent) => {
           const x = place(10 ** exponent, axes.s) * width
@@ -151,7 +154,7 @@ function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.El
           )
         })}
         <text x={width / 2} y={height + 32} text-anchor="middle">
-          seconds
+          {t.pumpDowns.seconds}
         </text>
         {runs
           .filter((run) => run !== shown)
@@ -171,15 +174,15 @@ function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.El
 function Levels({ run }: { run: PumpDown }): JSX.Element {
   const unit = useUnit()
   return (
-    <section class="panel" aria-label="Times">
+    <section class="panel" aria-label={t.pumpDowns.times}>
       <table>
-        <caption>Time to each decade, pump-down of {moment(run.start_ms)}</caption>
+        <caption>{t.pumpDowns.caption(moment(run.start_ms))}</caption>
         <thead>
           <tr>
-            <th scope="col">Pressure</th>
-            <th scope="col">Time</th>
-            <th scope="col">Usual (limits)</th>
-            <th scope="col">Deviation</th>
+            <th scope="col">{t.pumpDowns.pressure}</th>
+            <th scope="col">{t.common.time}</th>
+            <th scope="col">{t.pumpDowns.usual}</th>
+            <th scope="col">{t.pumpDowns.deviation}</th>
           </tr>
         </thead>
         <tbody>
@@ -190,7 +193,7 @@ function Levels({ run }: { run: PumpDown }): JSX.Element {
               </th>
               <td>{timeText(level)}</td>
               <td>{usualText(level)}</td>
-              <td>{level.deviation ?? ''}</td>
+              <td>{level.deviation && t.pumpDowns.deviations[level.deviation]}</td>
             </tr>
           ))}
         </tbody>
@@ -207,14 +210,14 @@ interface RunsProps {
 
 function Runs({ runs, shown, show }: RunsProps): JSX.Element {
   return (
-    <section class="panel" aria-label="All pump-downs">
+    <section class="panel" aria-label={t.pumpDowns.all}>
       <ul class="runs">
         {runs.map((run) => (
           <li key={run.start_ms}>
             <button type="button" aria-pressed={run === shown} onClick={() => show(run)}>
               {moment(run.start_ms)}
             </button>
-            <span>{run.deviation ? run.deviation.text : 'as usual'}</span>
+            <span>{run.deviation ? run.deviation.text : t.pumpDowns.notDeviating}</span>
           </li>
         ))}
       </ul>

@@ -10,6 +10,7 @@ import { NoteDialog } from '../../components/note-dialog.tsx'
 import { age, moment } from '../../lib/format.ts'
 import { BEFORE_MS, type Sample, sampleAt } from '../../lib/series.ts'
 import { hasRole, useSession } from '../../session.ts'
+import { t } from '../../texts/texts.ts'
 
 interface Props {
   reference: number | null
@@ -24,22 +25,18 @@ export function Reference({ reference, at, set, noted }: Props): JSX.Element {
   const [isNoting, setNoting] = useState(false)
   const mayNote = hasRole(useSession(), 'operator')
   if (reference === null) {
-    return (
-      <p class="reference muted">
-        Press in the chart to set a reference: the list then shows differences and slopes from there to the cursor.
-      </p>
-    )
+    return <p class="reference muted">{t.trends.noReference}</p>
   }
   return (
     <div class="reference">
-      <strong>Reference {moment(reference)}</strong>
+      <strong>{t.trends.referenceAt(moment(reference))}</strong>
       <span class="muted">{at === null ? '' : distance(at - reference)}</span>
       <button type="button" onClick={() => set(null)}>
-        Remove reference
+        {t.trends.removeReference}
       </button>
       {mayNote && (
         <button type="button" onClick={() => setNoting(true)}>
-          Make a note
+          {t.note.make}
         </button>
       )}
       {isNoting && <NoteDialog at={reference} made={noted} close={() => setNoting(false)} />}
@@ -47,8 +44,7 @@ export function Reference({ reference, at, set, noted }: Props): JSX.Element {
   )
 }
 
-const distance = (ms: number): string =>
-  ms < 0 ? `the values are ${age(-ms)} before it` : `the values are ${age(ms)} after it`
+const distance = (ms: number): string => (ms < 0 ? t.trends.before(age(-ms)) : t.trends.after(age(ms)))
 
 /** The samples that held at the reference, also when it is outside the window. */
 export function useReferenceSamples(names: string[], reference: number | null): (series: string) => Sample | null {

@@ -7,6 +7,7 @@ import { MomentField } from '../../components/fields.tsx'
 import { moment, momentOf } from '../../lib/format.ts'
 import { isLive, moved, type Range, SHORTEST_MS, SPANS, windowOf, zoomed } from '../../lib/range.ts'
 import { useLive } from '../../live.ts'
+import { t } from '../../texts/texts.ts'
 import type { TrendChoice } from './choice.ts'
 
 interface ToolbarProps {
@@ -18,22 +19,22 @@ export function Toolbar({ choice: { range, isAllDecades }, change }: ToolbarProp
   const window = windowOf(range, useLive().now)
   const middle = (window[0] + window[1]) / 2
   const steps: [symbol: string, label: string, range: () => Range][] = [
-    ['‹', 'Earlier', () => moved(window, -0.5)],
-    ['+', 'Zoom in', () => zoomed(window, middle, 0.5)],
-    ['−', 'Zoom out', () => zoomed(window, middle, 2)],
-    ['›', 'Later', () => moved(window, 0.5)],
+    ['‹', t.trends.earlier, () => moved(window, -0.5)],
+    ['+', t.trends.zoomIn, () => zoomed(window, middle, 0.5)],
+    ['−', t.trends.zoomOut, () => zoomed(window, middle, 2)],
+    ['›', t.trends.later, () => moved(window, 0.5)],
   ]
   return (
-    <div class="bar" role="toolbar" aria-label="Time">
+    <div class="bar" role="toolbar" aria-label={t.trends.time}>
       <div class="buttons">
-        {SPANS.map(({ name, label, ms }) => (
+        {SPANS.map(({ name, ms }) => (
           <button
             type="button"
             key={name}
             aria-pressed={isLive(range) && range.last === ms}
             onClick={() => change({ range: { last: ms } })}
           >
-            {label}
+            {t.trends.spans[name]}
           </button>
         ))}
       </div>
@@ -48,9 +49,9 @@ export function Toolbar({ choice: { range, isAllDecades }, change }: ToolbarProp
         type="button"
         aria-pressed={isAllDecades}
         onClick={() => change({ isAllDecades: !isAllDecades })}
-        title="Show all decades, or only those of the values"
+        title={t.trends.allDecadesTitle}
       >
-        All decades
+        {t.trends.allDecades}
       </button>
     </div>
   )
@@ -75,12 +76,12 @@ export function CustomWindow({ window, live, setRange }: CustomWindowProps): JSX
     if (start !== null && end !== null && end - start >= SHORTEST_MS) setRange({ from: start, to: end })
   }
   return (
-    <form class="custom-window" onSubmit={apply} aria-label={`From ${moment(window[0])} to ${moment(window[1])}`}>
-      <MomentField label="From" value={shownFrom} onInput={(text) => setEdited([text, shownTo])} />
+    <form class="custom-window" onSubmit={apply} aria-label={t.trends.window(moment(window[0]), moment(window[1]))}>
+      <MomentField label={t.trends.from} value={shownFrom} onInput={(text) => setEdited([text, shownTo])} />
       <span aria-hidden="true">–</span>
-      <MomentField label="To" value={shownTo} onInput={(text) => setEdited([shownFrom, text])} />
+      <MomentField label={t.trends.to} value={shownTo} onInput={(text) => setEdited([shownFrom, text])} />
       <button type="submit" disabled={edited === null}>
-        Show
+        {t.trends.show}
       </button>
     </form>
   )

@@ -20,6 +20,7 @@ import { isLive, type Range, windowOf } from '../../lib/range.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { Link } from '../../router.tsx'
 import { useDark, useUnit } from '../../settings.ts'
+import { t } from '../../texts/texts.ts'
 import { TrendChart, trendPixels } from './chart.tsx'
 import { useTrendChoice } from './choice.ts'
 import { EventLane } from './event-lane.tsx'
@@ -66,16 +67,16 @@ export function Trends(): JSX.Element {
       ? null
       : differenceOf(referenceSample(series), seriesAt(data, series, comparedAt), comparedAt - reference)
   const picture = (): PictureText => ({
-    title: `${station.name}, ${moment(window[0])} to ${moment(window[1])}`,
+    title: `${station.name}, ${t.common.rangeText(moment(window[0]), moment(window[1]))}`,
     curves: chosen.map((name) => {
       const difference = differenceAt(name)
       return { name, colour: colourOf(name), text: difference ? differenceText(difference, unit) : '' }
     }),
-    notes: reference !== null && comparedAt !== null ? [`${moment(comparedAt)} beside ${moment(reference)}`] : [],
+    notes: reference !== null && comparedAt !== null ? [t.trends.beside(moment(comparedAt), moment(reference))] : [],
   })
   return (
     <div class="trends">
-      <h1 class="visually-hidden">Trends</h1>
+      <h1 class="visually-hidden">{t.pages['/trends']}</h1>
       <Toolbar choice={choice} change={change} />
       <div class="bar">
         <Views page="/trends" directory={useDirectory().directory} />
@@ -115,24 +116,24 @@ export function Trends(): JSX.Element {
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
         <a class="button" href={csvAddress(chosen, ...whole)} download="pressures.csv">
-          Save as CSV
+          {t.common.saveCsv}
         </a>
         <a class="button" href={parquetAddress(chosen, ...whole)} download="pressures.parquet">
-          Save as Parquet
+          {t.trends.saveParquet}
         </a>
         <button
           type="button"
           disabled={chosen.length === 0}
           onClick={() => savePng(panel.current, `pressures ${day(window[1])}.png`, picture())}
         >
-          Save as PNG
+          {t.trends.savePng}
         </button>
         <Link to={`/trends/pump-downs${chosen[0] ? `?series=${encodeURIComponent(chosen[0])}` : ''}`}>
-          Compare pump-downs
+          {t.trends.compare}
         </Link>
       </div>
       <ChartTable
-        caption="Pressures"
+        caption={t.trends.pressures}
         window={window}
         columns={chosen.map((series) => ({
           name: series,

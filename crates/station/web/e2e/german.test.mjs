@@ -1,0 +1,243 @@
+// The pages in German: the language of the browser or the chosen one, no English text left, and the rules of WCAG as in English.
+
+import assert from 'node:assert/strict'
+import { readFileSync } from 'node:fs'
+import { after, before, test } from 'node:test'
+import { violations } from './axe.mjs'
+import { drawn, openContext, openPage, startActing, startBrowser, startLastingDemo, startPlant } from './setup.mjs'
+
+const GERMAN = { locale: 'de-DE' }
+const PHONE = { viewport: { width: 320, height: 640 }, isMobile: true, hasTouch: true }
+
+let browser
+let plant
+let large
+let guarded
+let acting
+let demo
+
+before(async () => {
+  ;[browser, plant, large, guarded, acting, demo] = await Promise.all([
+    startBrowser(),
+    startPlant('127.0.0.1:0', 'hostile'),
+    startPlant('127.0.0.1:0', 'large'),
+    startPlant('127.0.0.1:0', 'users'),
+    startActing(),
+    startLastingDemo(),
+  ])
+})
+
+after(async () => {
+  await browser?.close()
+  await Promise.all([plant, large, guarded, acting, demo].map((one) => one?.stop()))
+})
+
+/** The texts of a table in its source: those without a value, and the parts of those with values that are three words or more. */
+function textsOf(language) {
+  const source = readFileSync(new URL(`../src/texts/${language}.ts`, import.meta.url), 'utf8')
+  const lines = source.slice(source.indexOf(`export const ${language}`)).replace(/^\s*(\/\*\*|\/\/).*$/gm, '')
+  const whole = [...lines.matchAll(/'((?:[^'\\\n]|\\.)*)'(?!\]?:)/g)].map(([, text]) => text)
+  const parts = [...lines.matchAll(/`([^`]*)`/g)].flatMap(([, text]) => text.split(/\$\{[^}]*\}/))
+  return {
+    whole: new Set(whole.filter((text) => /\p{L}{2}/u.test(text)).map((text) => text.trim())),
+    parts: parts.map((text) => text.trim()).filter((text) => text.split(/\s+/).length > 2),
+  }
+}
+
+const ENGLISH = textsOf('en')
+const WORDS = textsOf('de')
+
+/** The texts that a user of this page reads or hears and that are English in the table of texts. */
+async function englishOn(page) {
+  const shown = await page.evaluate(() => {
+    const found = [document.title.split(' · ')[0]]
+    const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT)
+    while (texts.nextNode()) found.push(texts.currentNode.data)
+    for (const element of document.querySelectorAll('*'))
+      for (const name of ['aria-label', 'title', 'placeholder']) found.push(element.getAttribute(name) ?? '')
+    return [...new Set(found.map((text) => text.replace(/\s+/g, ' ').trim()))]
+  })
+  const isEnglish = (text) =>
+    (ENGLISH.whole.has(text) && !WORDS.whole.has(text)) || ENGLISH.parts.some((part) => text.includes(part))
+  return shown.filter(isEnglish)
+}
+
+/** The page is German, without English texts, and axe finds nothing. */
+async function check(page, what, without = []) {
+  assert.equal(await page.evaluate(() => document.documentElement.lang), 'de', what)
+  assert.deepEqual(await englishOn(page), [], what)
+  assert.deepEqual(await violations(page, without), [], what)
+}
+
+const table = (page) => page.locator('main tbody tr').first().waitFor()
+
+/** The pages with their headings, and what is there when they are complete. */
+const PAGES = {
+  '/': ['Übersicht', (page) => page.locator('main .card').first().waitFor()],
+  '/plant': ['Anlage', (page) => page.locator('main .waiting').waitFor()],
+  '/trends?range=1h&s=chamber&s=gate+1': ['Verlauf', drawn],
+  '/trends/pump-downs': ['Abpumpvorgänge', (page) => page.locator('.pump-downs .muted, .runs').first().waitFor()],
+  '/bus': ['Busübersicht', (page) => page.getByRole('button', { name: /^9: / }).click()],
+  '/gauge/chamber': ['Messgerät', (page) => page.locator('.parameters').first().waitFor()],
+  '/rise?s=vessel': ['Druckanstieg', drawn],
+  '/rise/identify?series=vessel': ['Anlage aus ihrer Aufzeichnung', (page) => page.locator('main .panel').waitFor()],
+  '/events': ['Ereignisse', table],
+  '/alarms': ['Alarme', (page) => page.locator('.alarm-item').first().waitFor()],
+  '/audit': ['Audit-Trail', (page) => page.locator('main .audit').waitFor()],
+  '/gateways': ['Gateways', (page) => page.locator('main .gateways').waitFor()],
+  '/nowhere': [null, (page) => page.getByRole('link', { name: 'Zur Übersicht' }).waitFor()],
+}
+
+test('a German browser shows every page in German', async () => {
+  for (const [path, [heading, ready]] of Object.entries(PAGES)) {
+    const { page, complaints, close } = await openPage(browser, plant.url + path, GERMAN)
+    try {
+      await ready(page)
+      if (heading) assert.equal(await page.locator('main h1').textContent(), heading)
+      for (const summary of await page.locator('main summary').all()) await summary.click()
+      await check(page, path)
+      assert.deepEqual(complaints, [], path)
+    } finally {
+      await close()
+    }
+  }
+})
+
+test('480 gauges and the wall display are German', async () => {
+  const { page, close } = await openPage(browser, `${large.url}/?state=problems`, GERMAN)
+  try {
+    await page.locator('main .row').first().waitFor()
+    await page.getByText(/^\d+ von 480 Messgeräten$/).waitFor()
+    await check(page, 'rows')
+    await page.goto(`${large.url}/wall`)
+    await page.getByText(/^Seite \d+ von \d+$/).waitFor()
+    await check(page, 'wall')
+  } finally {
+    await close()
+  }
+})
+
+test('the picture of the plant is German', async () => {
+  const { page, close } = await openPage(browser, `${demo.url}/plant`, GERMAN)
+  try {
+    await page.locator('main svg').first().waitFor()
+    for (const summary of await page.locator('main summary').all()) await summary.click()
+    await page.getByRole('columnheader', { name: 'Teilbereich' }).waitFor()
+    // The name of a volume says in a sentence what the picture shows in lines.
+    await check(page, 'plant', ['label-content-name-mismatch'])
+  } finally {
+    await close()
+  }
+})
+
+/** Opens a page as the engineer, in German. */
+async function asEngineer(path, look) {
+  const { page, close } = await openContext(browser, GERMAN)
+  try {
+    await page.goto(guarded.url + path)
+    await page.getByRole('heading', { name: 'Anmelden' }).waitFor()
+    await check(page, 'login')
+    await page.getByLabel('Name').fill('ada')
+    await page.getByLabel('Passwort', { exact: true }).fill('tin whisker plateau')
+    await page.getByLabel('Passwort', { exact: true }).press('Enter')
+    await page.locator('header .connection.good').waitFor()
+    await look(page)
+  } finally {
+    await close()
+  }
+}
+
+test('the login, the help and the dialogs of alarms are German', async () => {
+  await asEngineer('/alarms', async (page) => {
+    await page.getByRole('button', { name: 'Hilfe' }).click()
+    await page.getByRole('dialog', { name: 'Hilfe' }).waitFor()
+    await check(page, 'help')
+    await page.keyboard.press('Escape')
+    const all = page.getByRole('region', { name: 'Alle Alarme' })
+    await all.locator('summary').click()
+    await all.getByRole('searchbox').fill('vessel vented')
+    await all.getByRole('button', { name: 'Einstellungen: vessel vented' }).click()
+    await page.getByRole('dialog').getByLabel('Ansprechverzögerung').waitFor()
+    await check(page, 'settings')
+    await page.getByRole('button', { name: 'Abbrechen' }).click()
+    await all.getByRole('button', { name: 'Zurückstellen: vessel vented' }).click()
+    await page.getByRole('dialog', { name: 'Zurückstellen' }).getByLabel('Grund').fill('Wartung')
+    await check(page, 'shelve')
+    await page.getByRole('dialog').getByRole('button', { name: 'Zurückstellen' }).click()
+    await page.getByRole('region', { name: 'Zurückgestellt' }).getByText('Wartung').waitFor()
+    await page.getByRole('button', { name: 'Zurückstellung beenden' }).click()
+    await page.getByRole('button', { name: 'Passwort ändern' }).or(page.locator('header button.user')).first().click()
+    await page.getByRole('dialog', { name: 'Passwort von ada ändern' }).waitFor()
+    await check(page, 'password')
+  })
+})
+
+test('a command is armed and sent in German, with the words of the manual', async () => {
+  const { page, close } = await openPage(browser, `${acting.url}/gauge`, GERMAN)
+  try {
+    await page.getByRole('button', { name: 'Bedienhoheit anfordern' }).first().click()
+    await page.getByText('Sie haben die Bedienhoheit').waitFor()
+    const commands = page.getByRole('region', { name: 'Befehle' })
+    await commands
+      .getByRole('button', { name: /^ba\.degas-on/ })
+      .or(commands.getByRole('button'))
+      .first()
+      .click()
+    const dialog = page.getByRole('dialog', { name: 'Befehl' })
+    await dialog.getByRole('button', { name: /^(Verwerfen|Schließen)$/ }).waitFor()
+    await check(page, 'command')
+  } finally {
+    await close()
+  }
+})
+
+test('the language is chosen in the header and remembered, and English needs no file of another language', async () => {
+  const { page, complaints, close } = await openPage(browser, plant.url)
+  try {
+    const lang = () => page.evaluate(() => document.documentElement.lang)
+    const files = () => page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name))
+    assert.equal(await lang(), 'en')
+    assert.equal((await files()).filter((name) => /\/de-[^/]*\.js$/.test(name)).length, 0)
+    await page.getByLabel('Language').selectOption('Deutsch')
+    await page.getByRole('link', { name: 'Druckanstieg' }).waitFor()
+    assert.equal(await lang(), 'de')
+    assert.match(await page.title(), /^Übersicht · /)
+    assert.equal((await files()).filter((name) => /\/de-[^/]*\.js$/.test(name)).length, 1)
+    await page.reload()
+    await page.getByRole('link', { name: 'Druckanstieg' }).waitFor()
+    await page.getByLabel('Sprache').selectOption('English')
+    await page.getByRole('link', { name: 'Rate of rise' }).waitFor()
+    assert.equal(await lang(), 'en')
+    await page.goto(`${plant.url}/wall`)
+    await page.locator('.wall-tile').first().waitFor()
+    assert.equal(await lang(), 'en')
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
+
+test('without the German texts the pages stay as they are', async () => {
+  const { page, close } = await openContext(browser, GERMAN)
+  try {
+    await page.route(/\/de-[^/]*\.js$/, (route) => route.abort())
+    await page.goto(plant.url)
+    await page.getByRole('link', { name: 'Rate of rise' }).waitFor()
+    assert.equal(await page.evaluate(() => document.documentElement.lang), 'en')
+  } finally {
+    await close()
+  }
+})
+
+test('a phone shows all pages in German without scrolling sideways', async () => {
+  for (const [path, [, ready]] of Object.entries(PAGES)) {
+    const { page, close } = await openPage(browser, plant.url + path, { ...GERMAN, ...PHONE })
+    try {
+      await ready(page)
+      const [needed, width] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth])
+      assert.ok(needed <= 320 && width === 320, `${path} needs ${needed} of ${width} pixels`)
+    } finally {
+      await close()
+    }
+  }
+})
