@@ -32,7 +32,8 @@ export function ChartTable(props: Props): JSX.Element {
 
 function Table({ caption, window, columns }: Props): JSX.Element {
   return (
-    <div class="scroll">
+    // biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls with the arrow keys
+    <section class="scroll" tabIndex={0} aria-label={t.chartTable.title}>
       <table>
         <caption class="muted">{t.chartTable.caption(caption)}</caption>
         <thead>
@@ -56,6 +57,6 @@ function Table({ caption, window, columns }: Props): JSX.Element {
           ))}
         </tbody>
       </table>
-    </div>
+    </section>
   )
 }

@@ -44,7 +44,8 @@ function Report({ segment }: { segment: string }): JSX.Element {
 
 function Stations({ report }: { report: BusReport }): JSX.Element {
   return (
-    <div class="scroll">
+    // biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls with the arrow keys
+    <section class="scroll" tabIndex={0} aria-label={t.bus.stations}>
       <table>
         <caption>{t.bus.stations}</caption>
         <thead>
@@ -63,7 +64,7 @@ function Stations({ report }: { report: BusReport }): JSX.Element {
           ))}
         </tbody>
       </table>
-    </div>
+    </section>
   )
 }
 
