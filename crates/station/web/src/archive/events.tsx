@@ -23,7 +23,7 @@ const columns = (): Column<ArchivedEvent>[] => [
     cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind as EventKind] ?? kind}</span>,
   },
   { title: t.common.gauge, cell: ({ gauge }) => gauge },
-  { title: t.events.event, cell: ({ text }) => text },
+  { title: t.events.event, cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{text}</span> },
 ]
 
 export function Events(): JSX.Element {

@@ -127,7 +127,7 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
     <>
       <dl class="details">
         <dt>{is_command ? t.command.command : t.command.parameter}</dt>
-        <dd>{manual_name}</dd>
+        <dd lang="en">{manual_name}</dd>
         <dt>{is_command ? t.command.sends : t.command.value}</dt>
         <dd>
           {!is_command && (
@@ -139,7 +139,7 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
         </dd>
         <dt>{t.command.risk}</dt>
         <dd>
-          <RiskMark risk={risk} /> {risk.description}
+          <RiskMark risk={risk} /> <span lang="en">{risk.description}</span>
         </dd>
       </dl>
       <Conditions conditions={conditions} />
@@ -165,7 +165,9 @@ function Conditions({ conditions }: { conditions: Condition[] }): JSX.Element | 
           <span class="mark" role="img" aria-label={is_met ? t.command.met : t.command.notMet}>
             {is_met ? '✓' : '✗'}
           </span>{' '}
-          {readable(expected)} <span class="muted">· {readable(found)}</span>
+          <span lang="en">
+            {readable(expected)} <span class="muted">· {readable(found)}</span>
+          </span>
         </li>
       ))}
     </ul>

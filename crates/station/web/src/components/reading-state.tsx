@@ -13,7 +13,7 @@ export function Faults({ gauge }: { gauge: Gauge }): JSX.Element | null {
   const sentences = [...(gauge.problem ? [gauge.problem] : []), ...gauge.exceptions]
   if (sentences.length + gauge.warnings.length === 0) return null
   return (
-    <ul class="faults">
+    <ul class="faults" lang="en">
       {sentences.map((sentence) => (
         <li key={sentence}>{sentence}</li>
       ))}

@@ -61,7 +61,7 @@ const columns = (): Column<AuditEntry>[] => [
     title: t.audit.beforeAfter,
     cell: ({ before, after }) => (before === null ? after : `${before} → ${after ?? t.common.unknown}`),
   },
-  { title: t.audit.outcome, cell: ({ outcome }) => outcome },
+  { title: t.audit.outcome, cell: ({ outcome }) => <span lang="en">{outcome}</span> },
 ]
 
 export function Audit(): JSX.Element {

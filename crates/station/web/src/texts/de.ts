@@ -698,7 +698,7 @@ export const de: Texts = {
     noCommands: 'Das Handbuch hat keine Befehle für dieses Messgerät.',
     rolesNeeded: 'Befehle erfordern die Rolle Bediener, Änderungen von Parametern die Rolle Ingenieur.',
     controlNeeded: (control) => `${control}. Befehle erfordern die Bedienhoheit.`,
-    conditions: (list) => `Bedingungen: ${list}.`,
+    conditions: (list) => ['Bedingungen: ', list, '.'],
     parameters: 'Parameter',
     searchParameters: 'Parameter suchen',
     readAgain: 'Neu lesen',

@@ -708,7 +708,7 @@ export const en = {
     noCommands: 'The manual has no commands for this gauge.',
     rolesNeeded: 'Commands need the role operator, changes of parameters the role engineer.',
     controlNeeded: (control: string) => `${control}. Commands need control.`,
-    conditions: (list: string) => `Conditions: ${list}.`,
+    conditions: (list: ComponentChild): ComponentChild[] => ['Conditions: ', list, '.'],
     parameters: 'Parameters',
     searchParameters: 'Search parameters',
     readAgain: 'Read again',

@@ -74,9 +74,10 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
         {command.command} …
       </button>
       <span class="command-facts" id={id}>
-        <RiskMark risk={command.risk} /> {command.risk.class === 'dangerous' && command.risk.description}
+        <RiskMark risk={command.risk} />{' '}
+        {command.risk.class === 'dangerous' && <span lang="en">{command.risk.description}</span>}
         {command.conditions.length > 0 && (
-          <span class="muted"> {t.gauge.conditions(command.conditions.join('; '))}</span>
+          <span class="muted"> {t.gauge.conditions(<span lang="en">{command.conditions.join('; ')}</span>)}</span>
         )}
         {reason && reason !== t.control.needsControl && <em class="muted"> {reason}</em>}
       </span>

@@ -144,12 +144,12 @@ function Table({ block, parameters, open }: TableProps): JSX.Element {
       <tbody>
         {parameters.map((parameter) => (
           <tr key={parameter.target} data-target={parameter.target}>
-            <th scope="row">
+            <th scope="row" lang="en">
               {parameter.name}
               <code>{parameter.target}</code>
             </th>
             <td class={parameter.read_error ? 'refusal' : 'value'}>
-              {parameter.value ?? parameter.read_error ?? t.gauge.writeOnly}
+              <Value parameter={parameter} />
               <ChangeParameter parameter={parameter} open={open} />
             </td>
             <td>{parameter.access}</td>
@@ -159,4 +159,10 @@ function Table({ block, parameters, open }: TableProps): JSX.Element {
       </tbody>
     </table>
   )
+}
+
+/** The value in the words of the manual, or why there is none. */
+function Value({ parameter: { value, read_error } }: { parameter: Parameter }): JSX.Element {
+  const text = value ?? read_error
+  return text === null ? <span>{t.gauge.writeOnly}</span> : <span lang="en">{text}</span>
 }
