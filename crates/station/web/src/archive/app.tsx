@@ -6,7 +6,7 @@ import './archive.css'
 import type { JSX } from 'preact'
 import { useEffect } from 'preact/hooks'
 import { AccountMenu } from '../components/account-menu.tsx'
-import { LanguageChoice, ThemeButton, UnitChoice } from '../components/header.tsx'
+import { LanguageButton, ThemeButton, UnitChoice } from '../components/header.tsx'
 import { useLanguage } from '../language.ts'
 import { Login } from '../pages/login.tsx'
 import { Link, useLocation } from '../router.tsx'
@@ -50,7 +50,7 @@ export function App(): JSX.Element {
         <div class="choices">
           <AccountMenu />
           {!isLoggedOut && <UnitChoice />}
-          <LanguageChoice />
+          <LanguageButton />
           <ThemeButton />
         </div>
         {!isLoggedOut && (

@@ -37,7 +37,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
       <div class="choices">
         <AccountMenu />
         {!isLoggedOut && <UnitChoice />}
-        <LanguageChoice />
+        <LanguageButton />
         <ThemeButton />
         <button type="button" onClick={showHelp} aria-label={t.header.help} title={t.header.helpKey}>
           ?
@@ -83,16 +83,15 @@ export function UnitChoice(): JSX.Element {
   return <Choice label={t.header.unit} value={useUnit()} options={sameText(UNIT_NAMES)} onChange={change} />
 }
 
-/** The languages under their own names: who does not read the present one finds the own. */
-export function LanguageChoice(): JSX.Element {
-  const codes = Object.keys(LANGUAGES) as Language[]
+/** Shows the pages in the other language, which is named in itself: who does not read the present one finds the own. */
+export function LanguageButton(): JSX.Element {
+  const other: Language = useLanguage() === 'en' ? 'de' : 'en'
+  const name = LANGUAGES[other]
   return (
-    <Choice
-      label={t.header.language}
-      value={useLanguage()}
-      options={codes.map((code) => [code, LANGUAGES[code]] as const)}
-      onChange={(chosen) => void chooseLanguage(codes.find((code) => code === chosen) ?? 'en')}
-    />
+    <button type="button" lang={other} aria-label={name} title={name} onClick={() => void chooseLanguage(other)}>
+      <span class="language-name">{name}</span>
+      <span class="language-code">{other.toUpperCase()}</span>
+    </button>
   )
 }
 

@@ -74,7 +74,6 @@ export const de: Texts = {
     lost: 'unterbrochen',
     connecting: 'verbindet',
     unit: 'Druckeinheit',
-    language: 'Sprache',
     theme: (name) => `Farbschema: ${name}`,
     themeKey: 'Farbschema (t)',
     themes: { auto: 'auto', light: 'hell', dark: 'dunkel' },
@@ -110,20 +109,20 @@ export const de: Texts = {
 
   control: {
     title: 'Bedienhoheit',
-    noOne: 'Niemand hat die Bedienhoheit',
-    own: 'Sie haben die Bedienhoheit',
-    other: (user) => `${user} hat die Bedienhoheit`,
-    ownRequest: (has) => `${has}, Sie haben sie angefordert`,
-    request: (has, user) => `${has}, ${user} fordert sie an`,
+    noOne: 'Bedienhoheit frei',
+    own: 'Bedienhoheit bei Ihnen',
+    other: (user) => `Bedienhoheit bei ${user}`,
+    ownRequest: (has) => `${has}, von Ihnen angefordert`,
+    request: (has, user) => `${has}, angefordert von ${user}`,
     actions: {
       request: {
-        label: 'Bedienhoheit anfordern',
+        label: 'Anfordern',
         title: 'Bedienhoheit anfordern: nur wer sie hat, kann Befehle an Messgeräte senden',
       },
-      release: { label: 'Bedienhoheit abgeben', title: 'Bedienhoheit abgeben' },
-      grant: { label: 'Bedienhoheit übergeben', title: 'Die Bedienhoheit dem Benutzer geben, der sie anfordert' },
+      release: { label: 'Abgeben', title: 'Bedienhoheit abgeben' },
+      grant: { label: 'Übergeben', title: 'Die Bedienhoheit dem Benutzer geben, der sie anfordert' },
       'take-over': {
-        label: 'Bedienhoheit übernehmen',
+        label: 'Übernehmen',
         title: 'Bedienhoheit übernehmen: scharf geschaltete Befehle des bisherigen Inhabers werden verworfen',
       },
     },

@@ -106,7 +106,6 @@ export const en = {
     lost: 'lost',
     connecting: 'connecting',
     unit: 'Unit of pressure',
-    language: 'Language',
     theme: (name: string) => `Theme: ${name}`,
     themeKey: 'Theme (t)',
     themes: { auto: 'auto', light: 'light', dark: 'dark' },
