@@ -255,6 +255,7 @@ test('a phone shows all pages in German without scrolling sideways', async () =>
       assert.ok(header <= 200, `${path}: a header of ${header} pixels`)
       const [needed, width] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth])
       assert.ok(needed <= 320 && width === 320, `${path} needs ${needed} of ${width} pixels`)
+      assert.deepEqual(await violations(page), [], path)
     } finally {
       await close()
     }

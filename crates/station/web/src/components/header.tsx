@@ -88,7 +88,7 @@ export function LanguageButton(): JSX.Element {
   const other: Language = useLanguage() === 'en' ? 'de' : 'en'
   const name = LANGUAGES[other]
   return (
-    <button type="button" lang={other} aria-label={name} title={name} onClick={() => void chooseLanguage(other)}>
+    <button type="button" lang={other} title={name} onClick={() => void chooseLanguage(other)}>
       <span class="language-name">{name}</span>
       <span class="language-code">{other.toUpperCase()}</span>
     </button>
