@@ -4,6 +4,7 @@
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
+import { check } from './german.mjs'
 import { openContext, openPage, startBrowser } from './setup.mjs'
 
 const { ARCHIVE, ARCHIVE_USERS, PASSWORD, PICTURES } = process.env
@@ -145,4 +146,33 @@ test('axe finds nothing on any page', async () => {
       )
     }
   }
+})
+
+test('a German browser shows all pages in German', async () => {
+  const pages = {
+    '/': 'Stationen',
+    '/trends?s=station-0%2Fchamber': 'Verlauf',
+    '/alarms': 'Alarme',
+    '/events': 'Ereignisse',
+  }
+  for (const [path, heading] of Object.entries(pages)) {
+    await visit(
+      path,
+      async (page) => {
+        await page.getByRole('heading', { level: 1, name: heading }).waitFor({ state: 'attached' })
+        await check(page, path)
+      },
+      { locale: 'de-DE' },
+    )
+  }
+  await visit(
+    '/nowhere',
+    async (page) => {
+      await page.getByRole('link', { name: 'Zu den Stationen' }).waitFor()
+      await page.getByRole('button', { name: 'English' }).click()
+      await page.getByRole('link', { name: 'Go to the stations' }).waitFor()
+      await page.waitForFunction(() => document.title === 'Page not found · archive')
+    },
+    { locale: 'de-DE' },
+  )
 })
