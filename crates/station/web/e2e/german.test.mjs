@@ -15,21 +15,23 @@ let large
 let guarded
 let acting
 let demo
+let pumped
 
 before(async () => {
-  ;[browser, plant, large, guarded, acting, demo] = await Promise.all([
+  ;[browser, plant, large, guarded, acting, demo, pumped] = await Promise.all([
     startBrowser(),
     startPlant('127.0.0.1:0', 'hostile'),
     startPlant('127.0.0.1:0', 'large'),
     startPlant('127.0.0.1:0', 'users'),
     startActing(),
     startLastingDemo(),
+    startPlant('127.0.0.1:0', 'pumped'),
   ])
 })
 
 after(async () => {
   await browser?.close()
-  await Promise.all([plant, large, guarded, acting, demo].map((one) => one?.stop()))
+  await Promise.all([plant, large, guarded, acting, demo, pumped].map((one) => one?.stop()))
 })
 
 const table = (page) => page.locator('main tbody tr').first().waitFor()
@@ -65,6 +67,27 @@ test('a German browser shows every page in German', async () => {
     } finally {
       await close()
     }
+  }
+})
+
+test('a rise, the pump-downs and an identified plant have their results in German', async () => {
+  const { started_ms: end } = await plant.json('/api/station')
+  const rise = `${plant.url}/rise?s=vessel&begin=${end - 600_000}&end=${end}&litres=12`
+  const { page, close } = await openPage(browser, rise, GERMAN)
+  try {
+    await page.locator('.result dt', { hasText: 'Leck' }).waitFor()
+    await check(page, 'rise')
+    await page.goto(`${pumped.url}/trends/pump-downs?series=transfer%20lock`)
+    await page.locator('svg polyline.shown').waitFor()
+    await check(page, 'pump-downs')
+    await page.goto(`${pumped.url}/rise/identify?series=test%20chamber`)
+    await page.getByRole('spinbutton', { name: 'Volumen L' }).fill('50')
+    await page.getByRole('button', { name: 'Bestimmen' }).click()
+    await page.getByRole('heading', { name: 'Was am meisten hilft' }).waitFor()
+    await page.getByText('das Leck schließen').waitFor()
+    await check(page, 'identify')
+  } finally {
+    await close()
   }
 })
 

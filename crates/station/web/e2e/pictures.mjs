@@ -57,6 +57,7 @@ function pictures(start) {
     ['overview', '/', LIGHT, sparks],
     ['overview-dark', '/', DARK, sparks],
     ['overview-phone', '/', { ...LIGHT, ...PHONE }, sparks],
+    ['german', '/alarms', { ...LIGHT, locale: 'de-DE' }, alarmList],
     ['trends', '/trends?range=1h&s=chamber&s=load+lock&s=gate+1&s=gate+2&s=pump+stand.2', LIGHT, point],
     ['trends-dark', `/trends?${day}&whole`, DARK, point],
     ['trends-phone', '/trends?range=1h&s=chamber&s=gate+1', { ...DARK, ...PHONE }, drawn],

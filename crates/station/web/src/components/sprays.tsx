@@ -9,7 +9,9 @@ export function Sprays({ sprays }: { sprays: Spray[] }): JSX.Element | null {
   return (
     <section class="sprays" aria-label={t.reading.likeHelium}>
       {sprays.map(({ start_ms, text }) => (
-        <p key={start_ms}>{text}.</p>
+        <p key={start_ms} lang="en">
+          {text}.
+        </p>
       ))}
     </section>
   )

@@ -819,11 +819,11 @@ export const de: Texts = {
     result: 'Ergebnis',
     described: (misfit) => ({
       title: 'Die Anpassung beschreibt die Aufzeichnung',
-      sentence: `Die Residuen sind das ${misfit}-Fache des Rauschens. Nahe 1 ist so gut, wie das Rauschen es erlaubt.`,
+      sentence: `Verhältnis der Residuen zum Rauschen: ${misfit}. Nahe 1 ist so gut, wie das Rauschen es erlaubt.`,
     }),
     notDescribed: (misfit) => ({
       title: 'Die Anpassung beschreibt die Aufzeichnung nicht',
-      sentence: `Die Residuen sind das ${misfit}-Fache des Rauschens. Ein Ventil kann sich bewegt haben, oder die Zeiten sind falsch. Verlassen Sie sich nicht auf die Zahlen darunter.`,
+      sentence: `Verhältnis der Residuen zum Rauschen: ${misfit}. Ein Ventil kann sich bewegt haben, oder die Zeiten sind falsch. Verlassen Sie sich nicht auf die Zahlen darunter.`,
     }),
     samples: (count) => `${counted(count, 'Messwert', 'Messwerte')}.`,
     valve: (closed, opened) => `Das Ventil war von ${closed} bis ${opened} nach dem Anfang geschlossen.`,

@@ -109,7 +109,8 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
 function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
   const { raised_value, value, limit, unit, text } = alarm
-  if (raised_value === null || limit === null) return <p>{text || conditionText(alarm, shown)}</p>
+  if (raised_value === null || limit === null)
+    return text ? <p lang="en">{text}</p> : <p>{conditionText(alarm, shown)}</p>
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
   return <p>{value === null ? raised : t.alarms.nowAt(raised, quantity(value, unit, shown))}</p>
 }

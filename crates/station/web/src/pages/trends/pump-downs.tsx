@@ -105,7 +105,7 @@ export function PumpDowns(): JSX.Element {
 function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element {
   if (deviation) {
     return (
-      <p class="verdict deviates" role="status">
+      <p class="verdict deviates" role="status" lang="en">
         <strong>{deviation.text}</strong>: {deviation.likeness}.
       </p>
     )
@@ -217,7 +217,7 @@ function Runs({ runs, shown, show }: RunsProps): JSX.Element {
             <button type="button" aria-pressed={run === shown} onClick={() => show(run)}>
               {moment(run.start_ms)}
             </button>
-            <span>{run.deviation ? run.deviation.text : t.pumpDowns.notDeviating}</span>
+            {run.deviation ? <span lang="en">{run.deviation.text}</span> : <span>{t.pumpDowns.notDeviating}</span>}
           </li>
         ))}
       </ul>
