@@ -22,3 +22,15 @@ need_to_build() {
     need nodejs node --version
     need npm npm --version
 }
+
+# PostgreSQL installed, and a server of NATS unpacked below target/tools: its package would start a server on a public port.
+need_servers() {
+    need postgresql ls /usr/lib/postgresql/*/bin/initdb
+    export PATH=$PATH:$PWD/target/tools/nats/usr/sbin
+    if [ -x target/tools/nats/usr/sbin/nats-server ]; then return; fi
+    (
+        mkdir -p target/tools/nats && cd target/tools/nats
+        apt-get download -qq nats-server || { apt-get update -qq && apt-get download -qq nats-server; }
+        dpkg-deb -x nats-server_*.deb .
+    )
+}

@@ -39,16 +39,13 @@
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
-use profivac_station::config::gateways::archive::{Nats, NatsToml, is_name};
+use profivac_station::config::gateways::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
 use profivac_station::config::{Secret, TlsFiles, secret_of_file};
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::Spanned;
-
-/// The shortest token: 16 random characters cannot be guessed.
-const SHORTEST_TOKEN: usize = 16;
 
 /// How long samples are kept, unless the file says otherwise.
 const SAMPLES_DAYS: i64 = 730;

@@ -182,11 +182,12 @@ async fn fetch(nats: &Nats, consumer: &Consumer<pull::Config>) -> Result<Vec<Mes
 }
 
 async fn store_messages(store: &mut Store, messages: &[Message]) -> Result<Stored, StoreError> {
-    let incoming: Vec<_> = messages.iter().map(incoming).collect();
+    let incoming: Vec<_> = messages.iter().map(|message| incoming(message)).collect();
     store.store(&incoming, Micros::now()).await
 }
 
-fn incoming(message: &Message) -> Incoming {
+/// What a message of the stream has for an archive.
+pub fn incoming(message: &async_nats::Message) -> Incoming {
     let id = message.headers.as_ref().and_then(|headers| headers.get("Nats-Msg-Id"));
     Incoming {
         subject: message.subject.to_string(),

@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let mut reported = Instant::now();
         let watched = async {
             if config.view.is_some() {
-                watch.run(&config.database, stopped.clone()).await;
+                watch.run(&config, stopped.clone()).await;
             }
         };
         tokio::join!(service::run(&config, server, stopped.clone(), |it| report(&it, &mut reported)), watched);

@@ -4,10 +4,11 @@ mod accept;
 mod rows;
 
 pub use accept::Incoming;
+pub(crate) use accept::{Accepted, accept};
 
 use crate::database::{ConnectError, Database, described};
 use crate::schema::{LOCK, SchemaError, upgrade};
-use accept::{Accepted, Refusal, accept, text};
+use accept::{Refusal, text};
 use profivac_recorder::Micros;
 use profivac_recorder::batch::{AlarmChange, Audit, Event};
 use rows::{BatchRow, SampleRow, SpanRow, StationRow, insert, prepare};

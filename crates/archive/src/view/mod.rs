@@ -3,7 +3,8 @@
 //! | Module | Holds |
 //! |---|---|
 //! | `state` | what the live stream shows: stations, latest readings, active alarms |
-//! | `watch` | the state, read from the database again and again |
+//! | `watch` | the state, read from the database again and again, with what passes through JetStream |
+//! | `passing` | readings of the batches that pass through JetStream |
 //! | `pool` | connections to the database for requests |
 //! | `history` | trends and events |
 //! | `stations` | requests to the stations: acknowledgements, trends from their own databases |
@@ -13,6 +14,7 @@
 
 mod api;
 mod history;
+mod passing;
 mod pool;
 mod state;
 mod stations;

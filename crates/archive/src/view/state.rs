@@ -26,6 +26,9 @@ pub struct State {
 pub struct StationState {
     /// Its plant.
     pub plant: String,
+    /// When its database began, in microseconds since 1970.
+    #[serde(skip)]
+    pub epoch: i64,
     /// When it made its last batch by its own clock, in milliseconds since 1970; `null` before the first one.
     pub made_ms: Option<i64>,
     /// When the archive stored its last batch, in milliseconds since 1970.

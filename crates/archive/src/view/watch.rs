@@ -1,10 +1,18 @@
-//! The state of all stations, read from the database again and again: once for all clients, and only what has changed.
+//! The state of all stations, read from the database again and again: once for all clients, and only what has changed. Readings that
+//! pass through JetStream come before.
 
+use super::passing::Passing;
 use super::state::{ActiveAlarm, LatestReading, State, StationState};
+use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
+use crate::nats::{NatsError, SUBJECTS, connect_for};
 use crate::schema::{SchemaError, upgrade};
+use crate::service::incoming;
+use futures_util::StreamExt;
 use profivac_recorder::{Micros, Quality};
+use profivac_station::config::gateways::archive::Nats;
 use std::collections::HashMap;
+use std::future::pending;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 use thiserror::Error;
@@ -27,11 +35,14 @@ const LOOK_BACK_DAYS: i32 = 7;
 
 const DAY_MS: i64 = 86_400_000;
 
+/// The most batches that wait in memory for the view. The library drops others, and the database has their readings.
+const MAX_WAITING: usize = 1_024;
+
 /// The most alarms of a state.
 const MAX_ALARMS: i64 = 500;
 
 const STATIONS: &str = "
-    SELECT station.id, station.plant, station.name, last.number,
+    SELECT station.id, station.plant, station.name, station.epoch, last.number,
         (extract(epoch FROM last.made) * 1000)::bigint AS made, (extract(epoch FROM last.stored) * 1000)::bigint AS stored
     FROM profivac_data.station LEFT JOIN LATERAL (
         SELECT number, made, stored FROM profivac_data.batch
@@ -71,13 +82,14 @@ enum WatchError {
 #[derive(Clone)]
 pub struct Watch {
     state: Arc<RwLock<State>>,
+    passing: Passing,
 }
 
 impl Default for Watch {
     /// A state that was not read yet, and says so.
     fn default() -> Self {
         let problem = Some("the database was not read yet".to_owned());
-        Self { state: Arc::new(RwLock::new(State { problem, ..State::default() })) }
+        Self { state: Arc::new(RwLock::new(State { problem, ..State::default() })), passing: Passing::default() }
     }
 }
 
@@ -90,16 +102,43 @@ impl Watch {
 
     /// The present state, with the present time.
     pub(super) fn state(&self) -> State {
-        let state = self.state.read().unwrap_or_else(PoisonError::into_inner).clone();
+        let mut state = self.stored();
+        self.passing.add_to(&mut state);
         State { now_ms: Micros::now().0 / 1000, ..state }
     }
 
-    /// Reads the database again and again until it is told to stop. After a failure the state stays, with the reason.
-    pub async fn run(&self, database: &Database, mut stop: watch::Receiver<bool>) {
+    /// The state as it was read from the database.
+    fn stored(&self) -> State {
+        self.state.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Reads the database again and again, and the batches that pass, until it is told to stop. After a failure of the database the state
+    /// stays, with the reason.
+    pub async fn run(&self, config: &Config, mut stop: watch::Receiver<bool>) {
         tokio::select! {
-            () = self.read_forever(database) => {}
+            () = self.read_forever(&config.database) => {}
+            () = self.follow_forever(config.nats.as_ref()) => {}
             () = async { drop(stop.wait_for(|is_stopped| *is_stopped).await) } => {}
         }
+    }
+
+    /// Follows the batches. The archive itself reports failures of the same servers.
+    async fn follow_forever(&self, nats: Option<&Nats>) {
+        let Some(nats) = nats else { return pending().await };
+        loop {
+            self.follow(nats).await.ok();
+            sleep(PAUSE).await;
+        }
+    }
+
+    /// One connection to the servers. The library connects again after a failure, and subscribes again.
+    async fn follow(&self, nats: &Nats) -> Result<(), NatsError> {
+        let client = connect_for(nats, "profivac archive, view", MAX_WAITING).await?.client();
+        let mut batches = client.subscribe(SUBJECTS).await.map_err(|error| NatsError::new(nats, error))?;
+        while let Some(message) = batches.next().await {
+            self.passing.take(&incoming(&message), &self.state, Micros::now());
+        }
+        Ok(())
     }
 
     async fn read_forever(&self, database: &Database) {
@@ -118,8 +157,9 @@ impl Watch {
         let mut stations = HashMap::new();
         loop {
             let begun = Instant::now();
-            let read = timeout(READ_TIMEOUT, read(&client, &mut stations, self.state())).await;
+            let read = timeout(READ_TIMEOUT, read(&client, &mut stations, self.stored())).await;
             let next = read.map_err(|_| WatchError::Silent)??;
+            self.passing.forget_stored(&next);
             *self.state.write().unwrap_or_else(PoisonError::into_inner) = next;
             // Many stations: the database has at least three quarters of its time for batches.
             sleep(PERIOD.max(begun.elapsed() * 3)).await;
@@ -140,7 +180,12 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
             known.insert(id, (name.clone(), number));
             changed.push(id);
         }
-        let station = StationState { plant: row.get("plant"), made_ms: row.get("made"), stored_ms: row.get("stored") };
+        let station = StationState {
+            plant: row.get("plant"),
+            epoch: row.get("epoch"),
+            made_ms: row.get("made"),
+            stored_ms: row.get("stored"),
+        };
         state.stations.insert(name, station);
     }
     if !changed.is_empty() {

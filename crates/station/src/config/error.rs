@@ -585,6 +585,14 @@ pub enum ArchiveProblem {
          the token: use https://, or write unencrypted = true if the network is separate"
     )]
     UnencryptedUrl,
+    /// The archive takes no such token.
+    #[error("expected a token of at least {least} characters, found {found}: `openssl rand -hex 32` makes one")]
+    ShortToken {
+        /// The fewest characters.
+        least: usize,
+        /// Those of the file.
+        found: usize,
+    },
 }
 
 /// The reason why a URL cannot be that of a broker.

@@ -71,6 +71,9 @@ pub enum Requests {
 // The deadband is a number of the file, never NaN.
 impl Eq for Settings {}
 
+/// The shortest token of a station: 16 random characters cannot be guessed.
+pub const SHORTEST_TOKEN: usize = 16;
+
 /// Where the batches of a station go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Transport {
@@ -261,6 +264,10 @@ impl HttpsToml {
             _ => return Err(located(&self.url, ArchiveProblem::Url)),
         }
         let token = secret_of_file(&self.token_file, folder)?;
+        let found = token.reveal().len();
+        if found < SHORTEST_TOKEN {
+            return Err(located(&self.token_file, ArchiveProblem::ShortToken { least: SHORTEST_TOKEN, found }));
+        }
         let ca_file = self.ca_file.map(|file| ca_file(&file, folder)).transpose()?;
         Ok(Https { url, token, ca_file })
     }
@@ -343,9 +350,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.toml");
         std::fs::write(&path, text).unwrap();
-        let token = folder.path().join("archive.token");
-        std::fs::write(&token, "secret-of-hall-1\n").unwrap();
-        std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+        for (name, text) in [("archive.token", "secret-of-hall-1\n"), ("short.token", "secret\n")] {
+            let token = folder.path().join(name);
+            std::fs::write(&token, text).unwrap();
+            std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+        }
         Config::read(&path).map_err(|error| error.to_string())
     }
 
@@ -434,6 +443,11 @@ mod tests {
                 "plant = \"a\"\nstation = \"x\"",
                 "[archive.https]\nurl = \"https://far.example\"\ntoken-file = \"absent\"",
                 "absent",
+            ),
+            (
+                "plant = \"a\"\nstation = \"x\"",
+                "[archive.https]\nurl = \"https://far.example\"\ntoken-file = \"short.token\"",
+                "expected a token of at least 16 characters, found 6: `openssl rand -hex 32` makes one",
             ),
         ];
         for (archive, nats, expected) in cases {

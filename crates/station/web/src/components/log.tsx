@@ -66,7 +66,7 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
           {shown.map((entry) => (
             <tr key={keyOf(entry)} data-kind={kindOf?.(entry)}>
               {columns.map((column) => (
-                <td class={column.class} key={column.title}>
+                <td class={column.class} data-title={column.title} key={column.title}>
                   {column.cell(entry)}
                 </td>
               ))}
