@@ -25,6 +25,10 @@ export const ALARM_STATES: Record<AlarmState, { label: string; sentence: string 
     label: 'out of service',
     sentence: 'An engineer has taken the alarm out of service and given a reason.',
   },
+  suppressed: {
+    label: 'suppressed',
+    sentence: 'A declared plant state suppresses the alarm.',
+  },
 }
 
 export const ALARM_CHANGES: Record<AlarmChange, string> = {
@@ -35,6 +39,8 @@ export const ALARM_CHANGES: Record<AlarmChange, string> = {
   unshelved: 'unshelved',
   'taken-out-of-service': 'taken out of service',
   'returned-to-service': 'returned to service',
+  suppressed: 'suppressed',
+  unsuppressed: 'no longer suppressed',
   removed: 'removed from the file',
   'settings-changed': 'settings changed',
 }

@@ -23,6 +23,9 @@ const ACTIONS: Record<AuditAction, string> = {
   'taken-out-of-service': 'out of service',
   'returned-to-service': 'back in service',
   'alarm-settings': 'settings',
+  'plant-state-declared': 'plant state declared',
+  'plant-state-extended': 'plant state extended',
+  'plant-state-ended': 'plant state ended',
 }
 
 const PERIODS: [string, string][] = [
