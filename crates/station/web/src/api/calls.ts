@@ -23,6 +23,7 @@ import type {
   Plant,
   PlantPicture,
   PlantQuery,
+  PlantState,
   PumpDowns,
   Refusal,
   ReportQuery,
@@ -141,6 +142,19 @@ export const takeOutOfService = (name: string, reason: string, minutes: number |
 
 export const returnToService = (name: string): Promise<Alarm> =>
   post('/api/alarms/{name}/return-to-service', { path: { name } })
+
+export const fetchPlantStates = (signal?: AbortSignal): Promise<PlantState[]> => get('/api/plant-states', { signal })
+
+/** Suppresses the alarms of the plant state until its end. */
+export const declarePlantState = (name: string, reason: string, minutes: number): Promise<PlantState> =>
+  post('/api/plant-states/{name}/declare', { path: { name }, body: { reason, minutes } })
+
+/** Gives a declared plant state a later end. */
+export const extendPlantState = (name: string, reason: string, minutes: number): Promise<PlantState> =>
+  post('/api/plant-states/{name}/extend', { path: { name }, body: { reason, minutes } })
+
+export const endPlantState = (name: string, reason: string | null): Promise<PlantState> =>
+  post('/api/plant-states/{name}/end', { path: { name }, body: { reason } })
 
 export const fetchAlarmSettings = (name: string, signal?: AbortSignal): Promise<AlarmSettings> =>
   get('/api/alarms/{name}/settings', { path: { name }, signal })

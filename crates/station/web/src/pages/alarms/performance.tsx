@@ -53,6 +53,7 @@ function rows(figures: AlarmPerformance): Row[] {
   const { high, medium, low } = by_priority
   return [
     { figure: 'alarms', value: `${raised}`, target: '' },
+    { figure: 'suppressed by a plant state, not among them', value: `${figures.suppressed}`, target: '' },
     { figure: 'per hour', value: per_hour == null ? '–' : per_hour.toFixed(1), target: 'about 6, at most 12' },
     {
       figure: 'most in ten minutes',
