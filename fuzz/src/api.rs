@@ -40,6 +40,8 @@ const PATHS: [&str; 36] = [
     "/api/alarms/unshelve",
     "/api/alarms/*/out-of-service",
     "/api/alarms/*/return-to-service",
+    "/api/default-alarms",
+    "/api/default-alarms/*/settings",
     "/api/plant-states",
     "/api/plant-states/*/declare",
     "/api/plant-states/*/extend",

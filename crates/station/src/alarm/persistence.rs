@@ -249,6 +249,29 @@ pub fn settings_rows(
     (batch, Event { at, gauge, kind: EventKind::Alarm, text })
 }
 
+/// The rows and the event of changed settings of a default alarm.
+#[must_use]
+pub fn default_settings_rows(
+    change: &SettingsChange<'_>,
+    name: &str,
+    actor: &Actor,
+    at: Micros,
+) -> (AlarmBatch, Event) {
+    let SettingsChange { before, after, reason } = change;
+    let entry = AuditEntry {
+        at,
+        target: Some(format!("[alarms] {name}")),
+        before: Some(before.clone()),
+        after: Some(after.clone()),
+        outcome: Some((*reason).to_owned()),
+        ..actor.audit_entry(AuditAction::AlarmSettings)
+    };
+    let user = &actor.user.name;
+    let text = format!("default alarm {name}: settings changed by {user}: {before} becomes {after}: {reason}");
+    let batch = AlarmBatch { audit: vec![entry], ..AlarmBatch::default() };
+    (batch, Event { at, gauge: None, kind: EventKind::Alarm, text })
+}
+
 /// The word for changed settings in the history.
 const SETTINGS_CHANGED: &str = "settings-changed";
 

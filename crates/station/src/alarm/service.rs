@@ -6,7 +6,7 @@
 use super::evaluate::Inputs;
 use super::notify::{NotificationTarget, Notifier};
 use super::persistence::{
-    SettingsChange, late_notifications, plant_state_rows, rename, rows_and_events, settings_rows,
+    SettingsChange, default_settings_rows, late_notifications, plant_state_rows, rename, rows_and_events, settings_rows,
 };
 use super::plant_state::{Declaration, PlantStateChange, PlantStateError, PlantStateRule, PlantStates};
 use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind, RegisteredAlarm, removed_text};
@@ -351,6 +351,35 @@ impl AlarmService {
         }
         drop(inner);
         if receipt.wait() { Ok(view) } else { Err(AlarmServiceError::NotStored) }
+    }
+
+    /// Applies the rules and plant states of a file in which a user has changed the default alarm `name`. On the disk when this returns.
+    /// Alarms that are still there keep their states: the next evaluation raises or returns them.
+    ///
+    /// # Errors
+    /// [`AlarmServiceError`] if the change may be lost.
+    pub fn change_default_rules(
+        &self,
+        rules: Vec<Rule>,
+        plant_states: Vec<PlantStateRule>,
+        name: &str,
+        change: &SettingsChange<'_>,
+        actor: &Actor,
+    ) -> Result<(), AlarmServiceError> {
+        let mut inner = self.lock();
+        let now = self.now();
+        let ended = inner.registry.plant_states_mut().reconfigure(plant_states, Vec::new(), now);
+        let (rows, events) = plant_state_rows(&ended, None);
+        append_unwritten(&mut inner, rows, events);
+        let changes = inner.registry.reconfigure(rules, Vec::new(), now);
+        let (rows, event) = default_settings_rows(change, name, actor, now.wall);
+        append_unwritten(&mut inner, rows, vec![event]);
+        let receipt = self.write_with_receipt(&mut inner, &changes, actor);
+        // After the last notifications about removed alarms.
+        let Inner { notifier, registry, .. } = &mut *inner;
+        notifier.forget_removed(registry.alarms());
+        drop(inner);
+        if receipt.wait() { Ok(()) } else { Err(AlarmServiceError::NotStored) }
     }
 
     fn change(

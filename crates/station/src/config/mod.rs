@@ -71,6 +71,7 @@
 //! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
 //! | `source` | path and text of the file |
 //! | `default_alarms` | `[alarms]` |
+//! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
@@ -89,6 +90,7 @@ mod alarms;
 mod certificates;
 mod check;
 mod default_alarms;
+mod default_settings;
 mod emails;
 mod error;
 mod file;
@@ -108,6 +110,8 @@ mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use certificates::{CertificateError, ca_certificates};
+pub use default_alarms::settings_by_default;
+pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,

@@ -356,6 +356,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/default-alarms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The settings of all default alarms, as the table `[alarms]` of the station's file writes them; empty if the station has no file */
+        get: operations["defaults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/default-alarms/{name}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change the settings of a default alarm
+         * @description The station's file and the running alarms have the change before the answer; the alarms that are still there keep their states.
+         */
+        post: operations["change_default"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/directory": {
         parameters: {
             query?: never;
@@ -1427,6 +1464,18 @@ export interface components {
          *     is `null` here.
          */
         Change: Record<string, never>;
+        /** @description New settings of a default alarm. */
+        ChangeDefaultSettings: {
+            /** @description The new settings, all of them. */
+            new: components["schemas"]["DefaultAlarmSettings"];
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example a restart of the gauge takes longer
+             */
+            reason: string;
+            /** @description The settings that the user has seen. */
+            seen: components["schemas"]["DefaultAlarmSettings"];
+        };
         /** @description New settings of an alarm. */
         ChangeSettings: {
             /** @description The new settings, all of them. */
@@ -1584,6 +1633,43 @@ export interface components {
             until_ms: number;
             /** @description The user who declared it. */
             user: string;
+        };
+        /** @description The settings of a default alarm as the file writes them; `null` is a key that the file does not have, so that its default applies. */
+        DefaultAlarmSettings: {
+            /**
+             * @description The condition must be met for this time.
+             * @example 10 s
+             */
+            delay: string | null;
+            /** @description The gauges or segments without this alarm, up to 1000. */
+            except: string[] | null;
+            /**
+             * Format: double
+             * @description For `damage` only: the damaged telegrams in a minute.
+             */
+            limit: number | null;
+            /**
+             * @description The condition must not be met for this time.
+             * @example 5 s
+             */
+            off_delay: string | null;
+            /**
+             * @description The priority: high, medium, low, or off: then there is no such alarm.
+             * @example high
+             */
+            priority: string | null;
+        };
+        /** @description A default alarm, which every gauge, every segment or the station has. */
+        DefaultAlarmView: {
+            /** @description What holds where the file has no setting. */
+            defaults: components["schemas"]["DefaultAlarmSettings"];
+            /**
+             * @description Its name in the table `[alarms]` of the station's file.
+             * @example stale
+             */
+            name: string;
+            /** @description The settings, as the file writes them. */
+            settings: components["schemas"]["DefaultAlarmSettings"];
         };
         /** @description A deviation from the usual pump-downs. */
         DeviationView: {
@@ -4885,6 +4971,189 @@ export interface operations {
             };
             /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    defaults: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DefaultAlarmView"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_default: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the default alarm in the table `[alarms]`
+                 * @example stale
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeDefaultSettings"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DefaultAlarmSettings"];
+                };
+            };
+            /** @description The body is malformed, or the station's file would be wrong */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role engineer is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no default alarm of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The settings or the file have changed since, or the station has no file */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The file cannot be written, or the database cannot */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
