@@ -17,6 +17,8 @@ import type {
   Condition,
   Control,
   ControlAction,
+  DefaultAlarm,
+  DefaultAlarmSettings,
   Directory,
   Gateway,
   Outcome,
@@ -166,6 +168,18 @@ export const changeAlarmSettings = (
   next: AlarmSettings,
   reason: string,
 ): Promise<Alarm> => post('/api/alarms/{name}/settings', { path: { name }, body: { seen, new: next, reason } })
+
+export const fetchDefaultAlarms = (signal?: AbortSignal): Promise<DefaultAlarm[]> =>
+  get('/api/default-alarms', { signal })
+
+/** Refused unless the settings are still those that the user has seen. */
+export const changeDefaultAlarm = (
+  name: string,
+  seen: DefaultAlarmSettings,
+  next: DefaultAlarmSettings,
+  reason: string,
+): Promise<DefaultAlarmSettings> =>
+  post('/api/default-alarms/{name}/settings', { path: { name }, body: { seen, new: next, reason } })
 
 export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/control-authority/${action}`, {})
 

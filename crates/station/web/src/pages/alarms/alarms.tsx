@@ -8,6 +8,7 @@ import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
+import { DefaultAlarms } from './default-alarms.tsx'
 import { AlarmHistory } from './history.tsx'
 import { Performance } from './performance.tsx'
 import { PlantStates } from './plant-states.tsx'
@@ -41,6 +42,7 @@ export function Alarms(): JSX.Element {
       <ShelvedList alarms={alarms} run={run} />
       <OutOfServiceList alarms={alarms} run={run} />
       <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
+      <DefaultAlarms done={() => setActions((count) => count + 1)} />
       <AlarmHistory />
       <Performance />
       <Webhooks />
