@@ -16,7 +16,7 @@ use tokio::runtime::{Builder, Runtime};
 use tower::ServiceExt;
 
 /// The paths, with `*` for a name. Those of a session need the server, which gives each request its context.
-const PATHS: [&str; 36] = [
+const PATHS: [&str; 42] = [
     "/api/station",
     "/api/segments/*/bus",
     "/api/segments/*/captures",

@@ -57,6 +57,7 @@ test('a declared plant state suppresses its alarms until an operator ends it', a
     await active(page, 'vessel vented').waitFor({ state: 'detached' })
     await mark(page).waitFor()
     assert.match(await mark(page).innerText(), /Vented/)
+    assert.deepEqual(await violations(page), [])
     const vented = page.locator('[data-plant-state="Vented"].declared')
     await vented.waitFor()
     assert.match(await vented.innerText(), /The target is changed\.\s+olga, .*, until /)
