@@ -16,7 +16,7 @@ use tokio::runtime::{Builder, Runtime};
 use tower::ServiceExt;
 
 /// The paths, with `*` for a name. Those of a session need the server, which gives each request its context.
-const PATHS: [&str; 36] = [
+const PATHS: [&str; 42] = [
     "/api/station",
     "/api/segments/*/bus",
     "/api/segments/*/captures",
@@ -40,6 +40,12 @@ const PATHS: [&str; 36] = [
     "/api/alarms/unshelve",
     "/api/alarms/*/out-of-service",
     "/api/alarms/*/return-to-service",
+    "/api/default-alarms",
+    "/api/default-alarms/*/settings",
+    "/api/plant-states",
+    "/api/plant-states/*/declare",
+    "/api/plant-states/*/extend",
+    "/api/plant-states/*/end",
     "/api/webhooks",
     "/api/gateways",
     "/api/gauges",

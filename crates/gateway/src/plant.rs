@@ -538,6 +538,7 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
         AlarmState::Returned => alarm_state::RETURNED,
         AlarmState::OutOfService => alarm_state::OUT_OF_SERVICE,
         AlarmState::Shelved => alarm_state::SHELVED,
+        AlarmState::Suppressed => alarm_state::SUPPRESSED,
     };
     let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
     let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
@@ -547,7 +548,7 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     put(Signal::Priority, Raw::Choice(priority_position(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
-    let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref());
+    let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).or(alarm.suppressed.as_ref());
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));
     put(Signal::AlarmUnit, Raw::Text(alarm.unit.unwrap_or_default()));

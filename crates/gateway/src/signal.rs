@@ -104,6 +104,7 @@ choice! {
         RETURNED "returned"
         OUT_OF_SERVICE "out of service"
         SHELVED "shelved"
+        SUPPRESSED "suppressed"
     }
 }
 
@@ -239,9 +240,9 @@ signals! {
     AcknowledgedAt      "acknowledged-at"       Alarm   Kind::Time,                  None,        "Time of the acknowledgement";
     Raised              "raised"                Alarm   Kind::Time,                  None,        "Time when the alarm was raised last";
     RaisedValue         "raised-value"          Alarm   Kind::Float,                 None,        "Value that raised the alarm, in the unit of its limit";
-    OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is shelved or out of service; empty otherwise";
-    SuppressedBy        "suppressed-by"         Alarm   Kind::Text,                  None,        "User who has shelved the alarm or taken it out of service";
-    SuppressedUntil     "suppressed-until"      Alarm   Kind::Time,                  None,        "When the alarm is unshelved or returns to service by itself";
+    OutOfService        "out-of-service"        Alarm   Kind::Text,                  None,        "Why the alarm is shelved, out of service or suppressed; empty otherwise";
+    SuppressedBy        "suppressed-by"         Alarm   Kind::Text,                  None,        "User who has shelved the alarm, taken it out of service or declared the plant state that suppresses it";
+    SuppressedUntil     "suppressed-until"      Alarm   Kind::Time,                  None,        "When the alarm is unshelved, returns to service or is no longer suppressed by itself";
     Instruction         "instruction"           Alarm   Kind::Text,                  None,        "Instruction for the operator";
 }
 
@@ -262,6 +263,7 @@ mod tests {
         assert_eq!(LINE_STATES[usize::from(line_state::NOT_ADDRESSED)], "not addressed");
         assert_eq!(SEGMENT_STATES[usize::from(segment_state::RUNNING)], "running");
         assert_eq!(ALARM_STATES[usize::from(alarm_state::SHELVED)], "shelved");
+        assert_eq!(ALARM_STATES[usize::from(alarm_state::SUPPRESSED)], "suppressed");
         assert_eq!(PRIORITIES[usize::from(priority::HIGH)], "high");
     }
 

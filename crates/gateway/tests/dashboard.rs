@@ -379,10 +379,11 @@ fn every_value_of_an_alarm_is_a_point() {
             acknowledged_ms,
             shelved,
             out_of_service,
+            suppressed,
             message,
         } = alarm;
         let priority = format!("{priority:?}").to_lowercase();
-        let SuppressionView { user, at_ms, reason, until_ms } = out_of_service.or(shelved).unwrap();
+        let SuppressionView { user, at_ms, reason, until_ms } = out_of_service.or(shelved).or(suppressed).unwrap();
         assert_eq!(since_ms, Some(at_ms));
         let time = |ms: Option<i64>| Value::Time(Micros(ms.unwrap() * 1000));
         let expected = vec![
@@ -407,5 +408,28 @@ fn every_value_of_an_alarm_is_a_point() {
         expect(&snapshot, &name, expected);
         let point = snapshot.iter().find(|(point, _)| point.subject.name() == name).unwrap();
         assert_eq!(point.1.at, Some(Micros(since_ms.unwrap() * 1000)));
+    }
+}
+
+#[test]
+fn a_suppressed_alarm_tells_its_plant_state_and_when_it_ends() {
+    let mut inputs = inputs();
+    let name = inputs.alarms[0].name.clone();
+    for alarm in &mut inputs.alarms {
+        let reason = "Vented: leak search".to_owned();
+        let suppression = SuppressionView { user: "Cy".to_owned(), at_ms: 3, reason, until_ms: Some(9) };
+        (alarm.state, alarm.out_of_service, alarm.suppressed) = (AlarmState::Suppressed, None, Some(suppression));
+    }
+    let snapshot = Modeller::default().next(inputs, Micros(90_000_000));
+    let expected = [
+        (Signal::AlarmState, word(&ALARM_STATES, "suppressed")),
+        (Signal::AlarmActive, Value::Boolean(false)),
+        (Signal::AlarmAcknowledged, Value::Boolean(true)),
+        (Signal::OutOfService, text("Vented: leak search")),
+        (Signal::SuppressedBy, text("Cy")),
+        (Signal::SuppressedUntil, Value::Time(Micros(9000))),
+    ];
+    for (signal, expected) in expected {
+        assert_eq!(value(&snapshot, &name, signal), &expected, "{signal:?}");
     }
 }

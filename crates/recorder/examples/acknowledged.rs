@@ -12,6 +12,7 @@ use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, Sto
 use profivac_recorder::{
     AuditAction, AuditEntry, Event, EventKind, Forward, Micros, Quality, Reader, Recorder, Sample, Settings,
 };
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -51,6 +52,7 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
         StoredAlarm { state: "unacknowledged".to_owned(), since: at, occurrence: number, ..StoredAlarm::default() };
     let batch = AlarmBatch {
         alarms: [("high".to_owned(), Some(alarm))].into(),
+        plant_states: BTreeMap::new(),
         history: vec![history(at, number)],
         audit: vec![audit(at, AuditAction::Acknowledged, number)],
         notifications: vec![Notification { id: 0, webhook: "shift".to_owned(), at, body: number.to_string() }],

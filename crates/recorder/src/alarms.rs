@@ -1,5 +1,5 @@
-//! Alarm states, their history, and the notifications that wait for delivery: tables beside the samples, written in the same
-//! transactions as events and audit entries.
+//! Alarm states, their history, declared plant states, and the notifications that wait for delivery: tables beside the samples, written in
+//! the same transactions as events and audit entries.
 
 use super::audit::{self, AuditEntry};
 use super::error::DatabaseError;
@@ -25,10 +25,23 @@ pub struct StoredAlarm {
     pub text: String,
     /// The user who acknowledged it, and when.
     pub acknowledged: Option<(String, Micros)>,
-    /// The user who shelved it or took it out of service, when, and the reason.
+    /// The user who shelved it, took it out of service or declared the plant state that suppresses it, when, and the reason.
     pub out_of_service: Option<(String, Micros, String)>,
-    /// When it is unshelved or returns to service by itself.
+    /// When it is unshelved, returns to service or is no longer suppressed by itself.
     pub out_until: Option<Micros>,
+}
+
+/// A declared plant state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredPlantState {
+    /// The user who declared it.
+    pub user: String,
+    /// When.
+    pub at: Micros,
+    /// Why.
+    pub reason: String,
+    /// When it ends by itself.
+    pub until: Micros,
 }
 
 /// A row of the alarm history.
@@ -76,6 +89,8 @@ pub struct Notification {
 pub struct AlarmBatch {
     /// The new states of alarms by name; `None` removes an alarm.
     pub alarms: BTreeMap<String, Option<StoredAlarm>>,
+    /// The declared plant states by name; `None` for one that has ended.
+    pub plant_states: BTreeMap<String, Option<StoredPlantState>>,
     /// Rows of the history.
     pub history: Vec<AlarmHistoryEntry>,
     /// Rows of the audit trail.
@@ -90,6 +105,7 @@ impl AlarmBatch {
     /// Adds a later batch, up to `limit` rows of each kind. Returns how many rows were dropped.
     pub fn append(&mut self, mut later: Self, limit: usize) -> u64 {
         self.alarms.append(&mut later.alarms);
+        self.plant_states.append(&mut later.plant_states);
         self.finished_notifications.append(&mut later.finished_notifications);
         let dropped = extend_up_to(&mut self.history, later.history, limit);
         let dropped = dropped.saturating_add(extend_up_to(&mut self.audit, later.audit, limit));
@@ -100,6 +116,7 @@ impl AlarmBatch {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.alarms.is_empty()
+            && self.plant_states.is_empty()
             && self.history.is_empty()
             && self.audit.is_empty()
             && self.notifications.is_empty()
@@ -112,6 +129,12 @@ impl AlarmBatch {
             match alarm {
                 Some(alarm) => upsert_alarm(transaction, name, alarm)?,
                 None => delete_alarm(transaction, name)?,
+            }
+        }
+        for (name, state) in &self.plant_states {
+            match state {
+                Some(state) => upsert_plant_state(transaction, name, state)?,
+                None => delete_plant_state(transaction, name)?,
             }
         }
         self.history.iter().try_for_each(|entry| insert_history(transaction, entry))?;
@@ -165,6 +188,20 @@ fn upsert_alarm(connection: &Connection, name: &str, alarm: &StoredAlarm) -> rus
 
 fn delete_alarm(connection: &Connection, name: &str) -> rusqlite::Result<()> {
     connection.prepare_cached("DELETE FROM alarm WHERE name = ?1")?.execute([name]).map(drop)
+}
+
+fn upsert_plant_state(connection: &Connection, name: &str, state: &StoredPlantState) -> rusqlite::Result<()> {
+    let StoredPlantState { user, at, reason, until } = state;
+    connection
+        .prepare_cached(
+            "INSERT OR REPLACE INTO plant_state (name, declared_by, declared_us, reason, until_us) VALUES (?1, ?2, ?3, ?4, ?5)",
+        )?
+        .execute(params![name, user, at.0, reason, until.0])
+        .map(drop)
+}
+
+fn delete_plant_state(connection: &Connection, name: &str) -> rusqlite::Result<()> {
+    connection.prepare_cached("DELETE FROM plant_state WHERE name = ?1")?.execute([name]).map(drop)
 }
 
 fn insert_history(connection: &Connection, entry: &AlarmHistoryEntry) -> rusqlite::Result<()> {
@@ -236,6 +273,28 @@ impl Reader {
         let sql = "SELECT name, state, since_us, occurrence, raised_us, raised_value, raised_text, acknowledged_by, acknowledged_us,
                        out_of_service_by, out_of_service_us, out_of_service_reason, out_of_service_until_us FROM alarm";
         self.query_all(sql, [], stored_alarm)
+    }
+
+    /// The declared plant states, by name.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn plant_states(&self) -> Result<Vec<(String, StoredPlantState)>, DatabaseError> {
+        let sql = "SELECT name, declared_by, declared_us, reason, until_us FROM plant_state ORDER BY name";
+        self.query_all(sql, [], |row| {
+            let (at, until) = (Micros(row.get(2)?), Micros(row.get(4)?));
+            Ok((row.get(0)?, StoredPlantState { user: row.get(1)?, at, reason: row.get(3)?, until }))
+        })
+    }
+
+    /// How often an alarm was suppressed by a plant state from `from` to `to`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn suppressed_alarms(&self, from: Micros, to: Micros) -> Result<u64, DatabaseError> {
+        let sql = "SELECT count(*) FROM alarm_history WHERE change = 'suppressed' AND at_us BETWEEN ?1 AND ?2";
+        let counts = self.query_all(sql, params![from.0, to.0], |row| row.get::<_, i64>(0))?;
+        Ok(counts.first().map_or(0, |count| count.unsigned_abs()))
     }
 
     /// The history of all alarms, or of one, from `from` to `to`: the `limit` rows that were recorded last, the last

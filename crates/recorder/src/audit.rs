@@ -32,10 +32,16 @@ pub enum AuditAction {
     ReturnedToService,
     /// The user changed the settings of an alarm.
     AlarmSettings,
+    /// The user declared a plant state.
+    PlantStateDeclared,
+    /// The user gave a declared plant state a later end.
+    PlantStateExtended,
+    /// The user ended a declared plant state.
+    PlantStateEnded,
 }
 
 impl AuditAction {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 14] = [
         Self::Execute,
         Self::Outcome,
         Self::Refused,
@@ -47,6 +53,9 @@ impl AuditAction {
         Self::TakenOutOfService,
         Self::ReturnedToService,
         Self::AlarmSettings,
+        Self::PlantStateDeclared,
+        Self::PlantStateExtended,
+        Self::PlantStateEnded,
     ];
 
     /// The word in the database and in the API.
@@ -64,6 +73,9 @@ impl AuditAction {
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
             Self::AlarmSettings => "alarm-settings",
+            Self::PlantStateDeclared => "plant-state-declared",
+            Self::PlantStateExtended => "plant-state-extended",
+            Self::PlantStateEnded => "plant-state-ended",
         }
     }
 

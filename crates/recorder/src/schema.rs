@@ -6,7 +6,7 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The version of the tables, stored in the database's `user_version`.
-pub const VERSION: i64 = 6;
+pub const VERSION: i64 = 7;
 
 /// The `application_id` of a database since version 5, by which the recorder tells its own files from others: "pfvc" in ASCII.
 pub const APPLICATION_ID: i64 = 0x7066_7663;
@@ -49,7 +49,7 @@ pub const TABLES: &str = "
     );
     CREATE INDEX event_at ON event (at_us);
     -- action: execute, outcome, refused, disarmed, control-authority, acknowledged, shelved, unshelved, taken-out-of-service,
-    -- returned-to-service, alarm-settings.
+    -- returned-to-service, alarm-settings, plant-state-declared, plant-state-extended, plant-state-ended.
     -- refers_to: the row whose outcome this row states.
     CREATE TABLE audit (
         id         INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -74,8 +74,8 @@ pub const TABLES: &str = "
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END;
     CREATE TRIGGER audit_is_not_deleted BEFORE DELETE ON audit
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not deleted'); END;
-    -- The state of each alarm that was ever raised, shelved or taken out of service. The columns out_of_service_... are also those of a shelved
-    -- alarm: who, when, why, until when.
+    -- The state of each alarm that was ever raised, shelved, taken out of service or suppressed. The columns out_of_service_... are also
+    -- those of a shelved or suppressed alarm: who, when, why, until when.
     CREATE TABLE alarm (
         name                    TEXT PRIMARY KEY,
         state                   TEXT NOT NULL,
@@ -91,8 +91,8 @@ pub const TABLES: &str = "
         out_of_service_reason   TEXT,
         out_of_service_until_us INTEGER
     ) WITHOUT ROWID;
-    -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, removed,
-    -- settings-changed.
+    -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, suppressed, unsuppressed,
+    -- removed, settings-changed.
     CREATE TABLE alarm_history (
         id         INTEGER PRIMARY KEY,
         at_us      INTEGER NOT NULL,
@@ -108,6 +108,14 @@ pub const TABLES: &str = "
         text       TEXT NOT NULL
     );
     CREATE INDEX alarm_history_at ON alarm_history (at_us);
+    -- The plant states that are declared: who declared them, when, why, and until when they suppress alarms.
+    CREATE TABLE plant_state (
+        name        TEXT PRIMARY KEY,
+        declared_by TEXT NOT NULL,
+        declared_us INTEGER NOT NULL,
+        reason      TEXT NOT NULL,
+        until_us    INTEGER NOT NULL
+    ) WITHOUT ROWID;
     -- Notifications that wait for delivery to a webhook. An id is never used twice.
     CREATE TABLE notification (
         id      INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -145,7 +153,7 @@ pub const TABLES: &str = "
 ";
 
 /// The statements that lead from version N + 1 to the next, as older programs ran them. A published migration never changes.
-const MIGRATIONS: [&[&str]; 5] = [FROM_1, FROM_2, FROM_3, FROM_4, FROM_5];
+const MIGRATIONS: [&[&str]; 6] = [FROM_1, FROM_2, FROM_3, FROM_4, FROM_5, FROM_6];
 
 const FROM_1: &[&str] = &[
     "CREATE TABLE audit (
@@ -294,6 +302,15 @@ const FROM_5: &[&str] = &[
         audit_id INTEGER NOT NULL
     )",
 ];
+
+/// Adds the declared plant states, none.
+const FROM_6: &[&str] = &["CREATE TABLE plant_state (
+        name        TEXT PRIMARY KEY,
+        declared_by TEXT NOT NULL,
+        declared_us INTEGER NOT NULL,
+        reason      TEXT NOT NULL,
+        until_us    INTEGER NOT NULL
+    ) WITHOUT ROWID"];
 
 const NOT_CHANGED: &str = "CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END";
@@ -518,6 +535,7 @@ mod tests {
         let broken: i64 =
             migrated.query_row("SELECT count(*) FROM pragma_foreign_key_check", [], |row| row.get(0)).unwrap();
         assert_eq!(broken, 0);
+        assert_eq!(Reader::open(&old).unwrap().plant_states().unwrap(), []);
     }
 
     #[test]
@@ -584,7 +602,7 @@ mod tests {
     #[test]
     fn a_kill_during_the_migration_leaves_version_3() {
         let folder = tempfile::tempdir().unwrap();
-        for statement in 0..FROM_3.len() + FROM_4.len() + FROM_5.len() {
+        for statement in 0..FROM_3.len() + FROM_4.len() + FROM_5.len() + FROM_6.len() {
             let path = folder.path().join(format!("{statement}.db"));
             make_version_3(&path);
             kill_before(statement, &path);

@@ -7,7 +7,7 @@ mod common;
 mod until;
 
 use common::{Fixture, keep_everything};
-use profivac_recorder::alarms::{AlarmBatch, StoredAlarm};
+use profivac_recorder::alarms::{AlarmBatch, StoredAlarm, StoredPlantState};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
 use profivac_recorder::spans::PendingSpans;
@@ -108,6 +108,14 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     assert!(recorder.record_alarms_with_receipt(batch("high", Some("unacknowledged")), Vec::new()).wait());
     assert!(recorder.record_alarms_with_receipt(batch("gone", Some("returned")), Vec::new()).wait());
     assert!(recorder.record_alarms_with_receipt(batch("gone", None), Vec::new()).wait());
+    let vented = StoredPlantState { user: "Ada".to_owned(), at: Micros(1), reason: "so".to_owned(), until: Micros(9) };
+    let declare = |name: &str, state: Option<&StoredPlantState>| AlarmBatch {
+        plant_states: BTreeMap::from([(name.to_owned(), state.cloned())]),
+        ..AlarmBatch::default()
+    };
+    for (name, state) in [("Vented", Some(&vented)), ("Bake-out", Some(&vented)), ("Bake-out", None)] {
+        assert!(recorder.record_alarms_with_receipt(declare(name, state), Vec::new()).wait());
+    }
     fs::remove_file(&fixture.path).unwrap();
     push(&recorder, [sample(1, 2.0)]);
     assert!(recorder.flush());
@@ -120,6 +128,7 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     let states: Vec<_> = reader.alarms().unwrap().into_iter().map(|(name, alarm)| (name, alarm.state)).collect();
     let expected = [("before", "acknowledged"), ("high", "unacknowledged")];
     assert_eq!(states, expected.map(|(name, state)| (name.to_owned(), state.to_owned())));
+    assert_eq!(reader.plant_states().unwrap(), [("Vented".to_owned(), vented)]);
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
     assert_eq!(samples(&fixture), [sample(0, 1.0), sample(1, 2.0), sample(2, 3.0)]);

@@ -10,8 +10,9 @@
 use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmService, AlarmServiceError, SettingsChange};
 use crate::auth::Actor;
-use crate::config::{AlarmSettings, Config, ConfigSource, SettingsError};
+use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
 use profivac_host::text_file;
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, fchown};
@@ -56,11 +57,11 @@ pub enum AlarmEditError {
 
 /// What an engineer asks for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AlarmEdit {
+pub struct AlarmEdit<T = AlarmSettings> {
     /// The settings that the engineer has seen.
-    pub seen: AlarmSettings,
+    pub seen: T,
     /// The new settings.
-    pub new: AlarmSettings,
+    pub new: T,
     /// Why.
     pub reason: String,
 }
@@ -111,19 +112,59 @@ impl AlarmEditor {
     pub fn change(&self, name: &str, edit: &AlarmEdit, actor: &Actor) -> Result<AlarmView, AlarmEditError> {
         let _held = self.hold();
         self.check_name(name)?;
+        let read = |text: &str| AlarmSettings::read(text, name);
+        let (config, before) = self.edit(edit, read, |new, text| new.write(text, name))?;
+        let change = SettingsChange { before, after: edit.new.to_string(), reason: &edit.reason };
+        Ok(self.alarms.change_rules(config.alarms, name, &change, actor)?)
+    }
+
+    /// The settings of all default alarms, by name, as the file has them.
+    ///
+    /// # Errors
+    /// [`AlarmEditError`] if there is no file.
+    pub fn default_settings(&self) -> Result<Vec<(&'static str, DefaultAlarmSettings)>, AlarmEditError> {
+        let source = self.source()?;
+        let read = |name| Ok((name, DefaultAlarmSettings::read(source.text(), name)?));
+        DefaultAlarmSettings::NAMES.into_iter().map(read).collect()
+    }
+
+    /// Changes the settings of a default alarm: in the file, in the running alarms, in the audit trail.
+    ///
+    /// # Errors
+    /// [`AlarmEditError`] says why not, or that the change may be lost.
+    pub fn change_default(
+        &self,
+        name: &str,
+        edit: &AlarmEdit<DefaultAlarmSettings>,
+        actor: &Actor,
+    ) -> Result<DefaultAlarmSettings, AlarmEditError> {
+        let _held = self.hold();
+        let read = |text: &str| DefaultAlarmSettings::read(text, name);
+        let (config, before) = self.edit(edit, read, |new, text| new.write(text, name))?;
+        let change = SettingsChange { before, after: edit.new.to_string(), reason: &edit.reason };
+        self.alarms.change_default_rules(config.alarms, config.plant_states, name, &change, actor)?;
+        Ok(DefaultAlarmSettings::read(self.source()?.text(), name)?)
+    }
+
+    /// Changes the file. Returns its configuration, and the settings before.
+    fn edit<T: PartialEq + Display>(
+        &self,
+        edit: &AlarmEdit<T>,
+        read: impl Fn(&str) -> Result<T, SettingsError>,
+        write: impl Fn(&T, &str) -> Result<String, SettingsError>,
+    ) -> Result<(Config, String), AlarmEditError> {
         let source = self.source()?;
         let file = fs::canonicalize(source.path()).map_err(|error| failed(source.path(), error))?;
-        let present = AlarmSettings::read(source.text(), name)?;
+        let present = read(source.text())?;
         if present != edit.seen {
             return Err(AlarmEditError::OtherSettings { present: present.to_string() });
         }
-        let text = edit.new.write(source.text(), name)?;
+        let text = write(&edit.new, source.text())?;
         let config = Config::parse(&text, source.path());
         let config = config.map_err(|error| AlarmEditError::Invalid(error.problem.to_string()))?;
         replace(&file, source.text(), &text)?;
-        self.set_source(config.source);
-        let change = SettingsChange { before: present.to_string(), after: edit.new.to_string(), reason: &edit.reason };
-        Ok(self.alarms.change_rules(config.alarms, name, &change, actor)?)
+        self.set_source(config.source.clone());
+        Ok((config, present.to_string()))
     }
 
     fn check_name(&self, name: &str) -> Result<(), AlarmEditError> {

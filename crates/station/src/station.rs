@@ -56,6 +56,7 @@ impl Station {
         services.alarm_editor().set_source(config.source);
         let receivers = Receiver::all(config.webhooks, config.emails);
         services.alarms().start(config.alarms, notification_targets(&receivers))?;
+        services.alarms().start_plant_states(config.plant_states)?;
         let start = |segment| SegmentHandle::start(segment, services.for_segments());
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
         let alarm_thread = Some(start_alarm_thread(&services)?);
@@ -100,6 +101,7 @@ impl Station {
         self.services.directory().set(config.directory);
         self.services.alarm_editor().set_source(config.source);
         let receivers = Receiver::all(config.webhooks, config.emails);
+        self.services.alarms().reconfigure_plant_states(config.plant_states);
         self.services.alarms().reconfigure(config.alarms, notification_targets(&receivers));
         self.start_deliveries(receivers)?;
         self.record_event("the station's file was read again");

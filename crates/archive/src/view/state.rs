@@ -62,7 +62,7 @@ pub struct ActiveAlarm {
     pub station: String,
     /// The name of the alarm.
     pub alarm: String,
-    /// The state: `unacknowledged`, `acknowledged`, `returned`, `shelved` or `out-of-service`.
+    /// The state: `unacknowledged`, `acknowledged`, `returned`, `shelved`, `out-of-service` or `suppressed`.
     pub state: String,
     /// The priority: `high`, `medium` or `low`.
     pub priority: String,

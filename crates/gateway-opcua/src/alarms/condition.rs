@@ -21,9 +21,10 @@ pub struct Condition {
     pub(super) is_acknowledged: bool,
     pub(super) is_out_of_service: bool,
     pub(super) is_shelved: bool,
+    pub(super) is_suppressed: bool,
     /// When it is unshelved.
     pub(super) until: Option<Micros>,
-    /// Why it is shelved or out of service.
+    /// Why it is shelved, out of service or suppressed.
     pub(super) reason: String,
     pub(super) severity: u16,
     pub(super) occurrence: i64,
@@ -53,7 +54,8 @@ impl Condition {
 
     /// The identifier of the event: occurrence and time, so that the acknowledgement of an earlier occurrence is refused.
     pub(super) fn event_id(&self) -> ByteString {
-        let suppression = u8::from(self.is_out_of_service) | (u8::from(self.is_shelved) << 1);
+        let suppression =
+            u8::from(self.is_out_of_service) | (u8::from(self.is_shelved) << 1) | (u8::from(self.is_suppressed) << 2);
         let states = [u8::from(self.is_active), u8::from(self.is_acknowledged), suppression];
         let name = self.alarm.as_bytes();
         let octets = [&self.occurrence.to_be_bytes()[..], &self.at.0.to_be_bytes(), &states, name].concat();
@@ -98,7 +100,9 @@ impl Condition {
             ["ActiveState", "Id"] => Variant::from(self.is_active),
             ["OutOfServiceState"] => two(self.is_out_of_service, "Out of service", "In service"),
             ["OutOfServiceState", "Id"] => Variant::from(self.is_out_of_service),
-            ["SuppressedOrShelved"] => Variant::from(self.is_out_of_service || self.is_shelved),
+            ["SuppressedState"] => two(self.is_suppressed, "Suppressed", "Unsuppressed"),
+            ["SuppressedState", "Id"] => Variant::from(self.is_suppressed),
+            ["SuppressedOrShelved"] => Variant::from(self.is_out_of_service || self.is_shelved || self.is_suppressed),
             [SHELVING, "CurrentState"] => two(self.is_shelved, "TimedShelved", "Unshelved"),
             [SHELVING, "CurrentState", "Id"] => Variant::from(NodeId::from(match self.is_shelved {
                 true => ObjectId::ShelvedStateMachineType_TimedShelved,

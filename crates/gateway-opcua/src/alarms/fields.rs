@@ -37,8 +37,8 @@ impl Role {
 /// A field: its path below the condition, its role, and the type of its value.
 pub type Field = (&'static str, Role, DataTypeId);
 
-/// The mandatory fields of `AlarmConditionType`, `OutOfServiceState`, and those of shelving.
-pub const FIELDS: [Field; 30] = [
+/// The mandatory fields of `AlarmConditionType`, `SuppressedState`, `OutOfServiceState`, and those of shelving.
+pub const FIELDS: [Field; 31] = [
     ("EventId", Role::Property, DataTypeId::ByteString),
     ("EventType", Role::Property, DataTypeId::NodeId),
     ("SourceNode", Role::Property, DataTypeId::NodeId),
@@ -60,6 +60,7 @@ pub const FIELDS: [Field; 30] = [
     ("AckedState", Role::TwoState, DataTypeId::LocalizedText),
     ("ActiveState", Role::TwoState, DataTypeId::LocalizedText),
     ("InputNode", Role::Property, DataTypeId::NodeId),
+    ("SuppressedState", Role::TwoState, DataTypeId::LocalizedText),
     ("SuppressedOrShelved", Role::Property, DataTypeId::Boolean),
     ("OutOfServiceState", Role::TwoState, DataTypeId::LocalizedText),
     ("ShelvingState/CurrentState", Role::Current, DataTypeId::LocalizedText),
@@ -74,7 +75,7 @@ pub const FIELDS: [Field; 30] = [
 
 /// The fields that an instance has.
 pub fn of_instance() -> impl Iterator<Item = &'static Field> {
-    const ON_INSTANCE: usize = 26;
+    const ON_INSTANCE: usize = 27;
     FIELDS.iter().take(ON_INSTANCE)
 }
 

@@ -3,16 +3,18 @@
 //!
 //! The library has events with filters, and no conditions. This module makes one from the points of an alarm:
 //!
-//! | State of the alarm | `ActiveState` | `AckedState` | `OutOfServiceState` | `ShelvingState` | `Retain` |
-//! |---|---|---|---|---|---|
-//! | normal | Inactive | Acknowledged | In service | Unshelved | false |
-//! | unacknowledged | Active | Unacknowledged | In service | Unshelved | true |
-//! | acknowledged | Active | Acknowledged | In service | Unshelved | true |
-//! | returned | Inactive | Unacknowledged | In service | Unshelved | true |
-//! | out of service | Inactive | Acknowledged | Out of service | Unshelved | false |
-//! | shelved | Inactive | Acknowledged | In service | TimedShelved | true |
+//! | State of the alarm | `ActiveState` | `AckedState` | `SuppressedState` | `OutOfServiceState` | `ShelvingState` | `Retain` |
+//! |---|---|---|---|---|---|---|
+//! | normal | Inactive | Acknowledged | Unsuppressed | In service | Unshelved | false |
+//! | unacknowledged | Active | Unacknowledged | Unsuppressed | In service | Unshelved | true |
+//! | acknowledged | Active | Acknowledged | Unsuppressed | In service | Unshelved | true |
+//! | returned | Inactive | Unacknowledged | Unsuppressed | In service | Unshelved | true |
+//! | out of service | Inactive | Acknowledged | Unsuppressed | Out of service | Unshelved | false |
+//! | shelved | Inactive | Acknowledged | Unsuppressed | In service | TimedShelved | true |
+//! | suppressed | Inactive | Acknowledged | Suppressed | In service | Unshelved | false |
 //!
-//! `SuppressedOrShelved` is true in the last two. A shelved alarm is retained, because a client that starts must find what it can unshelve.
+//! `SuppressedOrShelved` is true in the last three. A shelved alarm is retained, because a client that starts must find what it can
+//! unshelve.
 //!
 //! | Module | Holds |
 //! |---|---|
@@ -100,12 +102,13 @@ mod tests {
     #[test]
     fn the_states_of_an_alarm_are_those_of_the_table() {
         for (state, row) in [
-            (AlarmState::Normal, [false, true, false, false, false, false]),
-            (AlarmState::Unacknowledged, [true, false, false, false, false, true]),
-            (AlarmState::Acknowledged, [true, true, false, false, false, true]),
-            (AlarmState::Returned, [false, false, false, false, false, true]),
-            (AlarmState::OutOfService, [false, true, true, false, true, false]),
-            (AlarmState::Shelved, [false, true, false, true, true, true]),
+            (AlarmState::Normal, [false, true, false, false, false, false, false]),
+            (AlarmState::Unacknowledged, [true, false, false, false, false, false, true]),
+            (AlarmState::Acknowledged, [true, true, false, false, false, false, true]),
+            (AlarmState::Returned, [false, false, false, false, false, false, true]),
+            (AlarmState::OutOfService, [false, true, false, true, false, true, false]),
+            (AlarmState::Shelved, [false, true, false, false, true, true, true]),
+            (AlarmState::Suppressed, [false, true, true, false, false, true, false]),
         ] {
             let condition = condition(state, 1);
             let current = condition.field(&[SHELVING, "CurrentState", "Id"]).unwrap();
@@ -114,6 +117,7 @@ mod tests {
             let found = [
                 is(&["ActiveState", "Id"]),
                 is(&["AckedState", "Id"]),
+                is(&["SuppressedState", "Id"]),
                 is(&["OutOfServiceState", "Id"]),
                 is_shelved,
                 is(&["SuppressedOrShelved"]),

@@ -66,6 +66,7 @@ impl Row {
             is_acknowledged: is(Signal::AlarmAcknowledged),
             is_out_of_service: state.value == Value::Choice(alarm_state::OUT_OF_SERVICE),
             is_shelved: state.value == Value::Choice(alarm_state::SHELVED),
+            is_suppressed: state.value == Value::Choice(alarm_state::SUPPRESSED),
             until,
             reason: text(Signal::OutOfService),
             severity: SEVERITIES.get(priority).copied().unwrap_or(1),

@@ -49,10 +49,13 @@ impl Recorder {
     /// [`DatabaseError`] when the database cannot be used.
     pub fn start_with_clock(path: &Path, settings: Settings, clock: Arc<dyn Clock>) -> Result<Self, DatabaseError> {
         let database = Database::open(path, clock.now().wall)?;
-        let alarms = Reader::open(path)?.alarms()?.into_iter().collect();
+        let reader = Reader::open(path)?;
+        let (alarms, plant_states) = (reader.alarms()?, reader.plant_states()?);
+        drop(reader);
         let health = Arc::new(Mutex::new(Health::default()));
         let (messages, inbox) = sync_channel(QUEUE_LENGTH);
-        let writer = Writer::new(database, settings, Arc::clone(&health), clock).with_alarms(alarms);
+        let writer = Writer::new(database, settings, Arc::clone(&health), clock);
+        let writer = writer.with_states(alarms.into_iter().collect(), plant_states.into_iter().collect());
         let answered = Arc::clone(&writer.answered);
         let thread = std::thread::spawn(move || writer.run(&inbox));
         Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })

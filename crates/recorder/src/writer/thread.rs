@@ -1,7 +1,7 @@
 //! The thread: filters, waiting rows, transactions.
 
 use super::{Health, Message, Settings, count};
-use crate::alarms::{AlarmBatch, StoredAlarm};
+use crate::alarms::{AlarmBatch, StoredAlarm, StoredPlantState};
 use crate::audit::{AuditAction, AuditEntry};
 use crate::clock::{Clock, ClockMonitor};
 use crate::database::Database;
@@ -53,6 +53,8 @@ pub(super) struct Writer {
     alarms: AlarmBatch,
     /// The states of all alarms, for a database that is created again.
     alarm_states: BTreeMap<String, StoredAlarm>,
+    /// The same with the declared plant states.
+    plant_states: BTreeMap<String, StoredPlantState>,
     /// Write before the end of the interval.
     is_urgent: bool,
     /// The batches that the archive has: epoch and number.
@@ -80,6 +82,16 @@ struct PeriodChange {
     from: Micros,
 }
 
+/// Applies changed states by name; `None` removes one.
+fn apply<T: Clone>(states: &mut BTreeMap<String, T>, changes: &BTreeMap<String, Option<T>>) {
+    for (name, state) in changes {
+        match state {
+            Some(state) => drop(states.insert(name.clone(), state.clone())),
+            None => drop(states.remove(name)),
+        }
+    }
+}
+
 impl Writer {
     pub(super) fn new(
         mut database: Database,
@@ -101,6 +113,7 @@ impl Writer {
             audit: Vec::new(),
             alarms: AlarmBatch::default(),
             alarm_states: BTreeMap::new(),
+            plant_states: BTreeMap::new(),
             is_urgent: false,
             acknowledged: None,
             receipts: Vec::new(),
@@ -115,9 +128,13 @@ impl Writer {
         }
     }
 
-    /// The same with the states of the alarms in the database.
-    pub(super) fn with_alarms(self, alarm_states: BTreeMap<String, StoredAlarm>) -> Self {
-        Self { alarm_states, ..self }
+    /// The same with the states of the alarms and the declared plant states in the database.
+    pub(super) fn with_states(
+        self,
+        alarm_states: BTreeMap<String, StoredAlarm>,
+        plant_states: BTreeMap<String, StoredPlantState>,
+    ) -> Self {
+        Self { alarm_states, plant_states, ..self }
     }
 
     /// Runs until the last sender is dropped.
@@ -209,12 +226,8 @@ impl Writer {
     }
 
     fn alarms(&mut self, batch: AlarmBatch, events: Vec<Event>, done: Option<Sender<()>>) {
-        for (name, state) in &batch.alarms {
-            match state {
-                Some(state) => drop(self.alarm_states.insert(name.clone(), state.clone())),
-                None => drop(self.alarm_states.remove(name)),
-            }
-        }
+        apply(&mut self.alarm_states, &batch.alarms);
+        apply(&mut self.plant_states, &batch.plant_states);
         let dropped = self.alarms.append(batch, MAX_UNWRITTEN_EVENTS);
         if dropped > 0 {
             let mut health = self.locked();
@@ -311,6 +324,9 @@ impl Writer {
             // Changes of alarms that are not written yet are later than these states.
             for (name, state) in &self.alarm_states {
                 self.alarms.alarms.insert(name.clone(), Some(state.clone()));
+            }
+            for (name, state) in &self.plant_states {
+                self.alarms.plant_states.insert(name.clone(), Some(state.clone()));
             }
             self.station_event(REPLACED.to_owned());
         }

@@ -46,6 +46,18 @@ gauge = "chamber"
 rise = 0.5
 window = "1 min"
 
+[[plant-state]]
+name = "Vented"
+description = "The vessel is open to air."
+gauges = ["vessel"]
+longest = "12 h"
+
+[[plant-state]]
+name = "Bake-out"
+kinds = ["rise"]
+longest = "14 days"
+role = "engineer"
+
 # No server listens at this port.
 [[email]]
 name = "shift"
@@ -68,6 +80,7 @@ pub fn start(services: &Services, fakes: &[Fake], folder: &Path) -> Result<Vec<E
     let config = Config::read(&path)?;
     services.alarm_editor().set_source(config.source);
     services.alarms().start(config.alarms, config.emails.iter().map(Email::target).collect())?;
+    services.alarms().start_plant_states(config.plant_states)?;
     services.alarms().evaluate(&inputs(services.snapshots(), services.recorder()));
     let known = services.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();

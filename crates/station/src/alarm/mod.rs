@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! snapshots ─ Inputs ─ Evaluator ─ condition met? ─ delays ─ AlarmState ─ AlarmChange ─┬─ database: state, history, an event
-//!                                            acknowledge, out of service ──────────────┘└─ notifications for webhooks
+//!                               acknowledge, out of service, plant state ──────────────┘└─ notifications for webhooks
 //! ```
 //!
 //! | Module | Holds |
 //! |---|---|
 //! | [`state`] | the state table |
+//! | [`plant_state`] | plant states that users declare, and which alarms each suppresses |
 //! | [`rule`] | the condition of an alarm, its priority and its delays |
 //! | [`evaluate`] | whether a condition is met |
 //! | [`registry`] | all alarms, without clock, thread and disk: times and inputs come in, changes go out |
@@ -17,6 +18,7 @@
 //! | [`performance`] | figures: how many alarms, how often, which |
 //! | [`limits`] | the reasons and times that the station accepts |
 //! | [`service`] | the alarms of a running station, shared by its threads |
+//! | [`suppression`] | times on both clocks, and why an alarm is silent |
 //! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
@@ -24,10 +26,12 @@ pub mod limits;
 pub mod notify;
 pub mod performance;
 pub mod persistence;
+pub mod plant_state;
 pub mod registry;
 pub mod rule;
 pub mod service;
 pub mod state;
+pub mod suppression;
 pub mod thread;
 pub mod view;
 
@@ -35,10 +39,10 @@ pub use evaluate::Inputs;
 pub use limits::{MAX_SHELVED_MINUTES, ReasonError, SHELVED, checked_reason};
 pub use notify::{NotificationTarget, QuietHours};
 pub use persistence::SettingsChange;
-pub use registry::{
-    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, Attribution, ChangeKind, Suppression,
-};
+pub use plant_state::{PlantStateError, PlantStateRule};
+pub use registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind};
 pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
-pub use service::{AlarmResult, AlarmService, AlarmServiceError};
+pub use service::{AlarmResult, AlarmService, AlarmServiceError, PlantStateServiceError};
 pub use state::AlarmState;
+pub use suppression::{AlarmTime, Attribution, Suppression};
 pub use thread::AlarmThread;

@@ -6,10 +6,14 @@
 //! | with `unacknowledged-after` | an alarm that waits for its acknowledgement for this time, and then the changes of this occurrence |
 //! | with `quiet` | in the quiet hours alarms of high priority only; at their end what still waits for an acknowledgement |
 //!
+//! A target is told that a plant state suppresses an alarm only while an occurrence is open; it is not told of the end: an alarm whose
+//! condition is met then is raised.
+//!
 //! What a target was told is forgotten at the end of the station: after a start it is told again of alarms that still wait.
 
-use super::registry::{AlarmChange, AlarmTime, ChangeKind, RegisteredAlarm};
+use super::registry::{AlarmChange, ChangeKind, RegisteredAlarm};
 use super::rule::Priority;
+use super::suppression::AlarmTime;
 use jiff::Timestamp;
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
@@ -104,7 +108,11 @@ impl Notifier {
 
     /// The webhooks that are told of a change when it happens.
     pub fn told_of(&mut self, change: &AlarmChange) -> Vec<String> {
-        let AlarmChange { at, rule, kind, status, .. } = change;
+        let AlarmChange { at, rule, kind, status, was, .. } = change;
+        let is_open = was.is_active() || was.needs_acknowledgement();
+        if *kind == ChangeKind::Unsuppressed || (*kind == ChangeKind::Suppressed && !is_open) {
+            return Vec::new();
+        }
         let told = &mut self.told;
         let mut is_told = |target: &&NotificationTarget| {
             if target.is_told_of_everything() {

@@ -53,6 +53,8 @@ pub struct AlarmPerformance {
     /// The part of the recorded time, in percent, in periods of ten minutes with more than ten alarms; `null` if the station did not
     /// record.
     pub flood_percent: Option<f64>,
+    /// How often a declared plant state suppressed an alarm. These are not among the raised ones.
+    pub suppressed: u64,
     /// Alarms raised, by priority.
     pub by_priority: RaisedByPriority,
     /// The alarms that were raised most often, up to ten.
@@ -155,9 +157,10 @@ impl Counter {
         self.alarms.entry(alarm).or_default().count(at);
     }
 
-    /// The figures; `long_active` are the names of the alarms that have been active for longer than [`LONG_ACTIVE_AFTER`].
+    /// The figures; `suppressed` is the number of suppressed alarms in the database, `long_active` are the names of the alarms that have
+    /// been active for longer than [`LONG_ACTIVE_AFTER`].
     #[must_use]
-    pub fn figures(self, long_active: Vec<String>) -> AlarmPerformance {
+    pub fn figures(self, suppressed: u64, long_active: Vec<String>) -> AlarmPerformance {
         let hours = self.recorded.as_secs_f64() / 3600.0;
         let per_recorded = |amount: f64| (hours > 0.0).then(|| amount / hours);
         let floods = self.periods.values().filter(|raised| **raised > MOST_IN_A_PERIOD).count();
@@ -175,6 +178,7 @@ impl Counter {
             per_hour: per_recorded(self.raised as f64),
             worst_ten_minutes,
             flood_percent: per_recorded(100.0 * floods as f64 / PERIODS_PER_HOUR).map(|percent| percent.min(100.0)),
+            suppressed,
             by_priority: self.by_priority,
             chattering: chattering.collect(),
             most_frequent: most_frequent(self.alarms, self.raised),
@@ -214,7 +218,7 @@ mod tests {
         for second in [10, 4_000, 8_000, 30_000, 35_999] {
             raise(&mut counter, "chamber: fault", second);
         }
-        let figures = counter.figures(Vec::new());
+        let figures = counter.figures(0, Vec::new());
         assert_eq!((figures.raised, figures.per_hour, figures.recorded_hours), (5, Some(0.5), 10.0));
         assert_eq!(figures.by_priority, RaisedByPriority { low: 5, ..RaisedByPriority::default() });
         assert_eq!(
@@ -233,7 +237,7 @@ mod tests {
         for index in 0..10 {
             raise(&mut counter, &format!("gauge {index}"), 1_200 + index);
         }
-        let figures = counter.figures(Vec::new());
+        let figures = counter.figures(0, Vec::new());
         let percent = figures.flood_percent.unwrap();
         assert!((percent - 100.0 / 6.0).abs() < 1e-9, "{percent}");
         let expected = TenMinutes { from_ms: (BEGIN + 600 * Micros::SECOND) / 1000, raised: 11 };
@@ -249,7 +253,7 @@ mod tests {
         for second in [0, 31, 61, 93] {
             raise(&mut counter, "is often raised", second);
         }
-        assert_eq!(counter.figures(Vec::new()).chattering, ["chatters"]);
+        assert_eq!(counter.figures(0, Vec::new()).chattering, ["chatters"]);
     }
 
     #[test]
@@ -260,7 +264,7 @@ mod tests {
                 raise(&mut counter, &format!("gauge {index:02}"), 0);
             }
         }
-        let figures = counter.figures(Vec::new());
+        let figures = counter.figures(0, Vec::new());
         assert_eq!((figures.raised, figures.most_frequent.len()), (78, 10));
         let first = figures.most_frequent.first().unwrap();
         assert_eq!((first.alarm.as_str(), first.raised), ("gauge 11", 12));
@@ -269,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_time_without_alarms_has_zeros() {
-        let figures = counter(24).figures(vec!["chamber: fault".to_owned()]);
+        let figures = counter(24).figures(0, vec!["chamber: fault".to_owned()]);
         let expected = AlarmPerformance {
             from_ms: BEGIN / 1000,
             to_ms: (BEGIN + 24 * HOUR) / 1000,
@@ -284,7 +288,7 @@ mod tests {
 
     #[test]
     fn without_a_record_there_is_no_rate() {
-        let figures = Counter::new(Micros(BEGIN), Micros(BEGIN + HOUR), Duration::ZERO).figures(Vec::new());
+        let figures = Counter::new(Micros(BEGIN), Micros(BEGIN + HOUR), Duration::ZERO).figures(0, Vec::new());
         assert_eq!((figures.per_hour, figures.flood_percent, figures.raised), (None, None, 0));
     }
 }

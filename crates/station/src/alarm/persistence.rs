@@ -1,12 +1,14 @@
 //! The rows, events and notifications of a change.
 
 use super::notify::Notifier;
-use super::registry::{AlarmChange, AlarmStatus, Attribution, ChangeKind, RegisteredAlarm, Suppression};
+use super::plant_state::{Declaration, PlantStateChange, PlantStateChangeKind, rfc3339};
+use super::registry::{AlarmChange, AlarmStatus, ChangeKind, RegisteredAlarm};
 use super::rule::Rule;
 use super::state::AlarmState;
+use super::suppression::{Attribution, Suppression};
 use crate::auth::Actor;
 use crate::view::unix_ms;
-use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm};
+use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm, StoredPlantState};
 use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind, Micros};
 use serde_json::json;
 
@@ -47,6 +49,64 @@ impl From<StoredAlarm> for AlarmStatus {
             suppression,
         }
     }
+}
+
+impl From<&Declaration> for StoredPlantState {
+    fn from(Declaration { by, reason, until }: &Declaration) -> Self {
+        Self { user: by.user.clone(), at: by.at, reason: reason.clone(), until: *until }
+    }
+}
+
+impl From<StoredPlantState> for Declaration {
+    fn from(StoredPlantState { user, at, reason, until }: StoredPlantState) -> Self {
+        Self { by: Attribution { user, at }, reason, until }
+    }
+}
+
+/// The rows and the events of changed plant states. A change made by a user also gets a row of the audit trail.
+#[must_use]
+pub fn plant_state_rows(changes: &[PlantStateChange], by: Option<&Actor>) -> (AlarmBatch, Vec<Event>) {
+    let mut batch = AlarmBatch::default();
+    for change in changes {
+        batch.plant_states.insert(change.name.clone(), change.after.as_ref().map(StoredPlantState::from));
+        batch.audit.extend(by.map(|actor| plant_state_entry(change, actor)));
+    }
+    (batch, changes.iter().map(plant_state_event).collect())
+}
+
+fn plant_state_entry(change: &PlantStateChange, actor: &Actor) -> AuditEntry {
+    let PlantStateChange { at, name, kind, reason, before, after, .. } = change;
+    let action = match kind {
+        PlantStateChangeKind::Declared => AuditAction::PlantStateDeclared,
+        PlantStateChangeKind::Extended => AuditAction::PlantStateExtended,
+        PlantStateChangeKind::Ended => AuditAction::PlantStateEnded,
+    };
+    let words = |declaration: &Option<Declaration>| match declaration {
+        Some(declaration) => format!("declared until {}", rfc3339(declaration.until)),
+        None => "not declared".to_owned(),
+    };
+    AuditEntry {
+        at: *at,
+        target: Some(name.clone()),
+        before: Some(words(before)),
+        after: Some(words(after)),
+        outcome: Some(reason.clone()).filter(|reason| !reason.is_empty()),
+        ..actor.audit_entry(action)
+    }
+}
+
+fn plant_state_event(change: &PlantStateChange) -> Event {
+    let PlantStateChange { at, name, kind, user, reason, after, alarms, .. } = change;
+    let what = match kind {
+        PlantStateChangeKind::Declared => "declared",
+        PlantStateChangeKind::Extended => "extended",
+        PlantStateChangeKind::Ended => "ended",
+    };
+    let by = user.as_ref().map(|user| format!(" by {user}")).unwrap_or_default();
+    let until = after.as_ref().map(|it| format!(" until {}, suppresses {alarms} alarms", rfc3339(it.until)));
+    let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
+    let text = format!("plant state {name:?} {what}{by}{}{why}", until.unwrap_or_default());
+    Event { at: *at, gauge: None, kind: EventKind::Alarm, text }
 }
 
 /// Former ends of the names of default alarms, and the present ones. Version 0.1 stored states under the former.
@@ -119,7 +179,11 @@ fn audit_entry(change: &AlarmChange, actor: &Actor) -> Option<AuditEntry> {
         ChangeKind::Unshelved => AuditAction::Unshelved,
         ChangeKind::TakenOutOfService => AuditAction::TakenOutOfService,
         ChangeKind::ReturnedToService => AuditAction::ReturnedToService,
-        ChangeKind::Raised | ChangeKind::Returned | ChangeKind::Removed => return None,
+        ChangeKind::Raised
+        | ChangeKind::Returned
+        | ChangeKind::Suppressed
+        | ChangeKind::Unsuppressed
+        | ChangeKind::Removed => return None,
     };
     let suppressed = matches!(kind, ChangeKind::Shelved | ChangeKind::TakenOutOfService);
     let suppression = status.suppression.as_ref().filter(|_| suppressed);
@@ -183,6 +247,29 @@ pub fn settings_rows(
     let text = format!("alarm {:?}: settings changed by {user}: {text}", rule.name);
     let batch = AlarmBatch { audit: vec![entry], history: vec![history], ..AlarmBatch::default() };
     (batch, Event { at, gauge, kind: EventKind::Alarm, text })
+}
+
+/// The rows and the event of changed settings of a default alarm.
+#[must_use]
+pub fn default_settings_rows(
+    change: &SettingsChange<'_>,
+    name: &str,
+    actor: &Actor,
+    at: Micros,
+) -> (AlarmBatch, Event) {
+    let SettingsChange { before, after, reason } = change;
+    let entry = AuditEntry {
+        at,
+        target: Some(format!("[alarms] {name}")),
+        before: Some(before.clone()),
+        after: Some(after.clone()),
+        outcome: Some((*reason).to_owned()),
+        ..actor.audit_entry(AuditAction::AlarmSettings)
+    };
+    let user = &actor.user.name;
+    let text = format!("default alarm {name}: settings changed by {user}: {before} becomes {after}: {reason}");
+    let batch = AlarmBatch { audit: vec![entry], ..AlarmBatch::default() };
+    (batch, Event { at, gauge: None, kind: EventKind::Alarm, text })
 }
 
 /// The word for changed settings in the history.

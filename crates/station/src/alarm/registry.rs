@@ -3,39 +3,12 @@
 //! Two times come in. Delays and ends are counted on the monotonic time. The wall-clock time is stored and shown.
 
 use super::evaluate::{Evaluation, Evaluator, Inputs};
+use super::plant_state::PlantStates;
 use super::rule::Rule;
 use super::state::{AlarmState, Input};
+use super::suppression::{AlarmTime, Attribution, Suppression};
 use profivac_recorder::Micros;
 use std::time::Duration;
-
-/// The present time on both clocks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AlarmTime {
-    /// A clock that is never set.
-    pub monotonic: Micros,
-    /// The system clock.
-    pub wall: Micros,
-}
-
-/// The user who did something, and when.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Attribution {
-    /// The name of the user.
-    pub user: String,
-    /// The wall-clock time.
-    pub at: Micros,
-}
-
-/// Why an alarm is shelved or out of service.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Suppression {
-    /// The user who shelved it or took it out of service.
-    pub by: Attribution,
-    /// The reason.
-    pub reason: String,
-    /// The wall-clock time at which it ends by itself. A shelved alarm has one.
-    pub until: Option<Micros>,
-}
 
 /// The status of an alarm: everything that survives a restart.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,7 +28,7 @@ pub struct AlarmStatus {
     pub text: String,
     /// The user who acknowledged it.
     pub acknowledged: Option<Attribution>,
-    /// Why it is shelved or out of service.
+    /// Why it is shelved, out of service or suppressed.
     pub suppression: Option<Suppression>,
 }
 
@@ -76,13 +49,17 @@ pub enum ChangeKind {
     TakenOutOfService,
     /// The alarm was returned to service.
     ReturnedToService,
+    /// A plant state that suppresses the alarm was declared.
+    Suppressed,
+    /// No plant state suppresses the alarm any more.
+    Unsuppressed,
     /// The station's file no longer has the alarm.
     Removed,
 }
 
 impl ChangeKind {
     /// All kinds.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Raised,
         Self::Returned,
         Self::Acknowledged,
@@ -90,6 +67,8 @@ impl ChangeKind {
         Self::Unshelved,
         Self::TakenOutOfService,
         Self::ReturnedToService,
+        Self::Suppressed,
+        Self::Unsuppressed,
         Self::Removed,
     ];
 
@@ -104,6 +83,8 @@ impl ChangeKind {
             Self::Unshelved => "unshelved",
             Self::TakenOutOfService => "taken-out-of-service",
             Self::ReturnedToService => "returned-to-service",
+            Self::Suppressed => "suppressed",
+            Self::Unsuppressed => "unsuppressed",
             Self::Removed => "removed",
         }
     }
@@ -180,7 +161,9 @@ pub struct RegisteredAlarm {
 impl RegisteredAlarm {
     fn new(rule: Rule, status: AlarmStatus, now: AlarmTime) -> Self {
         let is_active = status.state.is_active();
-        let until = status.suppression.as_ref().and_then(|it| it.until);
+        // The plant state that suppresses an alarm has the end.
+        let own = status.suppression.as_ref().filter(|_| status.state != AlarmState::Suppressed);
+        let until = own.and_then(|it| it.until);
         let taken = status.suppression.as_ref().map_or(now.wall, |it| it.by.at);
         // A clock that was set back since does not suppress it for longer than the user asked for.
         let remaining = |until: Micros| until.0.saturating_sub(now.wall.0).min(until.0.saturating_sub(taken.0));
@@ -215,15 +198,39 @@ impl RegisteredAlarm {
         self.rule = rule;
     }
 
-    fn evaluate(&mut self, inputs: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
+    /// `suppression` is that of a declared plant state.
+    fn evaluate(&mut self, inputs: &Inputs, suppression: Option<&Suppression>, now: AlarmTime) -> Vec<AlarmChange> {
         let evaluation = self.evaluator.evaluate(&self.rule, self.is_active, inputs, now.monotonic);
         self.value = evaluation.value;
         self.apply_delays(evaluation.holds, now.monotonic);
         let is_due = self.returns_at.is_some_and(|at| at <= now.monotonic);
         let returned = is_due.then(|| self.end_suppression(None, now).ok()).flatten();
+        let suppressed = self.apply_plant_state(suppression, now);
         let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
         let next = self.status.state.after(input).map(|state| self.raise_or_return(state, evaluation, now));
-        returned.into_iter().chain(next).collect()
+        returned.into_iter().chain(suppressed).chain(next).collect()
+    }
+
+    /// Suppresses the alarm while a plant state does. Its condition is evaluated meanwhile, so that an alarm whose condition is met at the
+    /// end is raised at once, with an occurrence of its own.
+    fn apply_plant_state(&mut self, suppression: Option<&Suppression>, now: AlarmTime) -> Option<AlarmChange> {
+        let Some(wanted) = suppression else {
+            let next = self.status.state.after(Input::Unsuppress)?;
+            self.status.suppression = None;
+            return Some(self.change(ChangeKind::Unsuppressed, next, None, String::new(), now));
+        };
+        if self.status.state == AlarmState::Suppressed {
+            // An extended declaration, or another one, is no change of the alarm.
+            if self.status.suppression.as_ref() != Some(wanted) {
+                self.status.suppression = Some(wanted.clone());
+            }
+            return None;
+        }
+        let next = self.status.state.after(Input::Suppress)?;
+        let was = self.status.state.word();
+        self.status.suppression = Some(wanted.clone());
+        let text = format!("{} (it was {was})", wanted.reason);
+        Some(self.change(ChangeKind::Suppressed, next, None, text, now))
     }
 
     /// Applies on-delay and off-delay. An unknown condition neither starts nor ends a delay: between two evaluations that agree the
@@ -330,7 +337,9 @@ impl RegisteredAlarm {
         let AlarmStatus { state, acknowledged, suppression, .. } = &self.status;
         let by = match state {
             AlarmState::Acknowledged => acknowledged.as_ref(),
-            AlarmState::Shelved | AlarmState::OutOfService => suppression.as_ref().map(|it| &it.by),
+            AlarmState::Shelved | AlarmState::OutOfService | AlarmState::Suppressed => {
+                suppression.as_ref().map(|it| &it.by)
+            }
             _ => None,
         };
         AlarmError::NotApplicable { name: self.rule.name.clone(), state: *state, by: by.map(|by| by.user.clone()) }
@@ -371,6 +380,7 @@ struct SuppressedBy<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct AlarmRegistry {
     alarms: Vec<RegisteredAlarm>,
+    plant_states: PlantStates,
 }
 
 impl AlarmRegistry {
@@ -378,6 +388,28 @@ impl AlarmRegistry {
     #[must_use]
     pub fn alarms(&self) -> &[RegisteredAlarm] {
         &self.alarms
+    }
+
+    /// All plant states.
+    #[must_use]
+    pub const fn plant_states(&self) -> &PlantStates {
+        &self.plant_states
+    }
+
+    /// All plant states, to declare and end them. [`Self::suppress`] applies a change to the alarms.
+    pub const fn plant_states_mut(&mut self) -> &mut PlantStates {
+        &mut self.plant_states
+    }
+
+    /// Suppresses the alarms of declared plant states, and those of ended ones no longer; [`Self::evaluate`] does the same. If the
+    /// condition of an alarm is met, the next evaluation raises it.
+    pub fn suppress(&mut self, now: AlarmTime) -> Vec<AlarmChange> {
+        let Self { alarms, plant_states } = self;
+        let suppress = |alarm: &mut RegisteredAlarm| {
+            let suppression = plant_states.suppression_of(&alarm.rule.name);
+            alarm.apply_plant_state(suppression, now)
+        };
+        alarms.iter_mut().filter_map(suppress).collect()
     }
 
     /// Applies the rules of a file. An alarm keeps its status by its name, from here or, at the start, from `stored`. An alarm that
@@ -413,7 +445,12 @@ impl AlarmRegistry {
 
     /// Evaluates all alarms.
     pub fn evaluate(&mut self, inputs: &Inputs, now: AlarmTime) -> Vec<AlarmChange> {
-        self.alarms.iter_mut().flat_map(|alarm| alarm.evaluate(inputs, now)).collect()
+        let Self { alarms, plant_states } = self;
+        let evaluate = |alarm: &mut RegisteredAlarm| {
+            let suppression = plant_states.suppression_of(&alarm.rule.name);
+            alarm.evaluate(inputs, suppression, now)
+        };
+        alarms.iter_mut().flat_map(evaluate).collect()
     }
 
     /// Acknowledges an occurrence of an alarm.

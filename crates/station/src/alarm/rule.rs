@@ -74,6 +74,41 @@ pub enum ConditionKind {
     NotRecording,
 }
 
+impl ConditionKind {
+    /// All kinds.
+    pub const ALL: [Self; 11] = [
+        Self::Above,
+        Self::Below,
+        Self::Rise,
+        Self::Several,
+        Self::NotMeasurable,
+        Self::Fault,
+        Self::Stale,
+        Self::SegmentDown,
+        Self::DamagedTelegrams,
+        Self::BusRate,
+        Self::NotRecording,
+    ];
+
+    /// The word in the station's file, in the API and in notifications.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Above => "above",
+            Self::Below => "below",
+            Self::Rise => "rise",
+            Self::Several => "several",
+            Self::NotMeasurable => "not-measurable",
+            Self::Fault => "fault",
+            Self::Stale => "stale",
+            Self::SegmentDown => "segment-down",
+            Self::DamagedTelegrams => "damaged-telegrams",
+            Self::BusRate => "bus-rate",
+            Self::NotRecording => "not-recording",
+        }
+    }
+}
+
 /// The condition of an alarm, with its subject.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
@@ -334,4 +369,16 @@ pub struct Rule {
     pub off_delay: Duration,
     /// The instruction for the operator, from the station's file.
     pub message: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_has_the_word_of_the_api() {
+        for kind in ConditionKind::ALL {
+            assert_eq!(serde_json::to_value(kind).unwrap(), kind.word());
+        }
+    }
 }

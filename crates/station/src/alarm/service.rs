@@ -5,14 +5,16 @@
 
 use super::evaluate::Inputs;
 use super::notify::{NotificationTarget, Notifier};
-use super::persistence::{SettingsChange, late_notifications, rename, rows_and_events, settings_rows};
-use super::registry::{
-    AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, AlarmTime, ChangeKind, RegisteredAlarm, removed_text,
+use super::persistence::{
+    SettingsChange, default_settings_rows, late_notifications, plant_state_rows, rename, rows_and_events, settings_rows,
 };
+use super::plant_state::{Declaration, PlantStateChange, PlantStateError, PlantStateRule, PlantStates};
+use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind, RegisteredAlarm, removed_text};
 use super::rule::Rule;
 use super::state::AlarmState;
-use super::view::{AlarmOverview, AlarmView};
-use crate::auth::Actor;
+use super::suppression::AlarmTime;
+use super::view::{AlarmOverview, AlarmView, PlantStateView};
+use crate::auth::{Actor, Role};
 use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry};
 use profivac_recorder::{DatabaseError, Event, Micros, Reader, WriteReceipt};
@@ -32,6 +34,18 @@ pub enum AlarmServiceError {
     /// The state of the alarm does not allow it.
     #[error(transparent)]
     Refused(#[from] AlarmError),
+    /// The change is made, and may be lost when the station restarts.
+    #[error("the change is made but is not on the disk: it may be lost when the station is restarted")]
+    NotStored,
+}
+
+/// The reason why a request about a plant state failed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlantStateServiceError {
+    /// The plant state does not allow it.
+    #[error(transparent)]
+    Refused(#[from] PlantStateError),
     /// The change is made, and may be lost when the station restarts.
     #[error("the change is made but is not on the disk: it may be lost when the station is restarted")]
     NotStored,
@@ -94,6 +108,114 @@ impl AlarmService {
         Ok(())
     }
 
+    /// Starts with these plant states and the declarations in the database.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn start_plant_states(&self, rules: Vec<PlantStateRule>) -> Result<(), DatabaseError> {
+        let stored = self.recorder.open_reader()?.plant_states()?;
+        let stored = stored.into_iter().map(|(name, state)| (name, Declaration::from(state)));
+        self.apply_plant_states(rules, stored.collect());
+        Ok(())
+    }
+
+    /// Applies the plant states of a changed file. One that is still there keeps its declaration.
+    pub fn reconfigure_plant_states(&self, rules: Vec<PlantStateRule>) {
+        self.apply_plant_states(rules, Vec::new());
+    }
+
+    fn apply_plant_states(&self, rules: Vec<PlantStateRule>, stored: Vec<(String, Declaration)>) {
+        let mut inner = self.lock();
+        let changes = inner.registry.plant_states_mut().reconfigure(rules, stored, self.now());
+        self.write_plant_states(&mut inner, &changes);
+    }
+
+    /// All plant states, in the order of the station's file.
+    #[must_use]
+    pub fn plant_states(&self) -> Vec<PlantStateView> {
+        self.lock().registry.plant_states().all().iter().map(PlantStateView::from).collect()
+    }
+
+    /// The lowest role that declares and extends a plant state.
+    ///
+    /// # Errors
+    /// [`PlantStateError::Unknown`] if the station's file has no such plant state.
+    pub fn role_of_plant_state(&self, name: &str) -> Result<Role, PlantStateError> {
+        Ok(self.lock().registry.plant_states().state(name)?.rule().role)
+    }
+
+    /// Declares a plant state for a time, and suppresses its alarms. On the disk when this returns.
+    ///
+    /// # Errors
+    /// [`PlantStateServiceError`] says why not.
+    pub fn declare(
+        &self,
+        name: &str,
+        actor: &Actor,
+        reason: &str,
+        time: Duration,
+    ) -> Result<PlantStateView, PlantStateServiceError> {
+        let now = self.now();
+        self.change_plant_state(name, actor, now, |states, user| states.declare(name, user, reason, time, now))
+    }
+
+    /// Gives a declared plant state a later end: `time` from now. On the disk when this returns.
+    ///
+    /// # Errors
+    /// [`PlantStateServiceError`] says why not.
+    pub fn extend(
+        &self,
+        name: &str,
+        actor: &Actor,
+        reason: &str,
+        time: Duration,
+    ) -> Result<PlantStateView, PlantStateServiceError> {
+        let now = self.now();
+        self.change_plant_state(name, actor, now, |states, user| states.extend(name, user, reason, time, now))
+    }
+
+    /// Ends a declared plant state. On the disk when this returns; the next evaluation raises the alarms whose conditions are met.
+    ///
+    /// # Errors
+    /// [`PlantStateServiceError`] says why not.
+    pub fn end_plant_state(
+        &self,
+        name: &str,
+        actor: &Actor,
+        reason: &str,
+    ) -> Result<PlantStateView, PlantStateServiceError> {
+        let now = self.now();
+        self.change_plant_state(name, actor, now, |states, user| states.end(name, user, reason, now))
+    }
+
+    /// Changes a plant state, and its alarms in the same transaction.
+    fn change_plant_state(
+        &self,
+        name: &str,
+        actor: &Actor,
+        now: AlarmTime,
+        change: impl FnOnce(&mut PlantStates, &str) -> Result<PlantStateChange, PlantStateError>,
+    ) -> Result<PlantStateView, PlantStateServiceError> {
+        let mut inner = self.lock();
+        let change = change(inner.registry.plant_states_mut(), &actor.user.name)?;
+        let alarms = inner.registry.suppress(now);
+        let (rows, own_events) = plant_state_rows(std::slice::from_ref(&change), Some(actor));
+        append_unwritten(&mut inner, rows, own_events);
+        let receipt = self.write_with_receipt(&mut inner, &alarms, actor);
+        let view = PlantStateView::from(inner.registry.plant_states().state(name)?);
+        drop(inner);
+        if receipt.wait() { Ok(view) } else { Err(PlantStateServiceError::NotStored) }
+    }
+
+    fn write_plant_states(&self, inner: &mut Inner, changes: &[PlantStateChange]) {
+        if changes.is_empty() {
+            return;
+        }
+        let (rows, events) = plant_state_rows(changes, None);
+        append_unwritten(inner, rows, events);
+        self.write(inner, &[]);
+    }
+
     /// Applies the rules of a changed file. Unchanged alarms keep their state.
     pub fn reconfigure(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) {
         let mut inner = self.lock();
@@ -109,6 +231,8 @@ impl AlarmService {
     pub fn evaluate(&self, inputs: &Inputs) -> Vec<Rule> {
         let mut inner = self.lock();
         let now = self.now();
+        let ended = inner.registry.plant_states_mut().end_due(now);
+        self.write_plant_states(&mut inner, &ended);
         let changes = inner.registry.evaluate(inputs, now);
         inner.evaluated_at = Some(Instant::now());
         self.write(&mut inner, &changes);
@@ -229,6 +353,35 @@ impl AlarmService {
         if receipt.wait() { Ok(view) } else { Err(AlarmServiceError::NotStored) }
     }
 
+    /// Applies the rules and plant states of a file in which a user has changed the default alarm `name`. On the disk when this returns.
+    /// Alarms that are still there keep their states: the next evaluation raises or returns them.
+    ///
+    /// # Errors
+    /// [`AlarmServiceError`] if the change may be lost.
+    pub fn change_default_rules(
+        &self,
+        rules: Vec<Rule>,
+        plant_states: Vec<PlantStateRule>,
+        name: &str,
+        change: &SettingsChange<'_>,
+        actor: &Actor,
+    ) -> Result<(), AlarmServiceError> {
+        let mut inner = self.lock();
+        let now = self.now();
+        let ended = inner.registry.plant_states_mut().reconfigure(plant_states, Vec::new(), now);
+        let (rows, events) = plant_state_rows(&ended, None);
+        append_unwritten(&mut inner, rows, events);
+        let changes = inner.registry.reconfigure(rules, Vec::new(), now);
+        let (rows, event) = default_settings_rows(change, name, actor, now.wall);
+        append_unwritten(&mut inner, rows, vec![event]);
+        let receipt = self.write_with_receipt(&mut inner, &changes, actor);
+        // After the last notifications about removed alarms.
+        let Inner { notifier, registry, .. } = &mut *inner;
+        notifier.forget_removed(registry.alarms());
+        drop(inner);
+        if receipt.wait() { Ok(()) } else { Err(AlarmServiceError::NotStored) }
+    }
+
     fn change(
         &self,
         name: &str,
@@ -263,7 +416,8 @@ impl AlarmService {
     #[must_use]
     pub fn overview(&self) -> AlarmOverview {
         let inner = self.lock();
-        AlarmOverview::of(inner.registry.alarms(), inner.problem(Instant::now()))
+        let states = inner.registry.plant_states().all();
+        AlarmOverview::of(inner.registry.alarms(), states, inner.problem(Instant::now()))
     }
 
     /// The time since the last evaluation; `None` while no thread evaluates.
@@ -312,6 +466,13 @@ impl AlarmService {
         events.extend(later_events.into_iter().take(MAX_UNWRITTEN.saturating_sub(events.len())));
         (batch, events)
     }
+}
+
+/// Rows and events that are written before those of the next change.
+fn append_unwritten(inner: &mut Inner, rows: AlarmBatch, events: Vec<Event>) {
+    let (batch, pending) = &mut inner.unwritten;
+    let _dropped = batch.append(rows, MAX_UNWRITTEN);
+    pending.extend(events.into_iter().take(MAX_UNWRITTEN.saturating_sub(pending.len())));
 }
 
 impl Inner {

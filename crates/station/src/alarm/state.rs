@@ -12,10 +12,12 @@
 //!
 //!   from each of them: shelved ──────────────► Shelved ──────── unshelved, or its time is over ─► Normal
 //!   from each of them: taken out of service ─► Out of service ─ returned to service ────────────► Normal
+//!   from each of them: suppressed ───────────► Suppressed ───── unsuppressed ───────────────────► Normal
 //! ```
 //!
 //! Only a user shelves an alarm or takes it out of service. A shelved alarm can be taken out of service; one that is out of service cannot
-//! be shelved.
+//! be shelved. A declared plant state suppresses alarms (ISA-18.2: suppressed by design). A suppressed alarm can be shelved and taken out
+//! of service; one that is shelved or out of service stays so.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -37,6 +39,8 @@ pub enum AlarmState {
     Shelved,
     /// An engineer took the alarm out of service.
     OutOfService,
+    /// The alarm means nothing in a plant state that a user has declared.
+    Suppressed,
 }
 
 /// An input of the state table.
@@ -56,49 +60,77 @@ pub enum Input {
     TakeOutOfService,
     /// A user returns the alarm to service, or its time out of service is over.
     ReturnToService,
+    /// A plant state that suppresses the alarm is declared.
+    Suppress,
+    /// No plant state that suppresses the alarm is declared any more.
+    Unsuppress,
 }
 
 impl AlarmState {
     /// All states.
-    pub const ALL: [Self; 6] =
-        [Self::Normal, Self::Unacknowledged, Self::Acknowledged, Self::Returned, Self::Shelved, Self::OutOfService];
+    pub const ALL: [Self; 7] = [
+        Self::Normal,
+        Self::Unacknowledged,
+        Self::Acknowledged,
+        Self::Returned,
+        Self::Shelved,
+        Self::OutOfService,
+        Self::Suppressed,
+    ];
 
     /// The next state; `None` if the input changes nothing.
     #[must_use]
     pub const fn after(self, input: Input) -> Option<Self> {
-        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Unacknowledged};
-        use Input::{Acknowledge, ConditionCleared, ConditionMet, ReturnToService, Shelve, TakeOutOfService, Unshelve};
+        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Suppressed, Unacknowledged};
+        use Input::{
+            Acknowledge, ConditionCleared, ConditionMet, ReturnToService, Shelve, Suppress, TakeOutOfService, Unshelve,
+            Unsuppress,
+        };
         match (self, input) {
             (Normal, ConditionMet) => Some(Unacknowledged),
             (Normal, Shelve) => Some(Shelved),
             (Normal, TakeOutOfService) => Some(OutOfService),
-            (Normal, ConditionCleared | Acknowledge | Unshelve | ReturnToService) => None,
+            (Normal, Suppress) => Some(Suppressed),
+            (Normal, ConditionCleared | Acknowledge | Unshelve | ReturnToService | Unsuppress) => None,
 
             (Unacknowledged, ConditionCleared) => Some(Returned),
             (Unacknowledged, Acknowledge) => Some(Acknowledged),
             (Unacknowledged, Shelve) => Some(Shelved),
             (Unacknowledged, TakeOutOfService) => Some(OutOfService),
-            (Unacknowledged, ConditionMet | Unshelve | ReturnToService) => None,
+            (Unacknowledged, Suppress) => Some(Suppressed),
+            (Unacknowledged, ConditionMet | Unshelve | ReturnToService | Unsuppress) => None,
 
             (Acknowledged, ConditionCleared) => Some(Normal),
             (Acknowledged, Shelve) => Some(Shelved),
             (Acknowledged, TakeOutOfService) => Some(OutOfService),
-            (Acknowledged, ConditionMet | Acknowledge | Unshelve | ReturnToService) => None,
+            (Acknowledged, Suppress) => Some(Suppressed),
+            (Acknowledged, ConditionMet | Acknowledge | Unshelve | ReturnToService | Unsuppress) => None,
 
             (Returned, ConditionMet) => Some(Unacknowledged),
             (Returned, Acknowledge) => Some(Normal),
             (Returned, Shelve) => Some(Shelved),
             (Returned, TakeOutOfService) => Some(OutOfService),
-            (Returned, ConditionCleared | Unshelve | ReturnToService) => None,
+            (Returned, Suppress) => Some(Suppressed),
+            (Returned, ConditionCleared | Unshelve | ReturnToService | Unsuppress) => None,
 
             (Shelved, Unshelve) => Some(Normal),
             (Shelved, TakeOutOfService) => Some(OutOfService),
-            (Shelved, ConditionMet | ConditionCleared | Acknowledge | Shelve | ReturnToService) => None,
+            (
+                Shelved,
+                ConditionMet | ConditionCleared | Acknowledge | Shelve | ReturnToService | Suppress | Unsuppress,
+            ) => None,
 
             (OutOfService, ReturnToService) => Some(Normal),
-            (OutOfService, ConditionMet | ConditionCleared | Acknowledge | Shelve | Unshelve | TakeOutOfService) => {
-                None
-            }
+            (
+                OutOfService,
+                ConditionMet | ConditionCleared | Acknowledge | Shelve | Unshelve | TakeOutOfService | Suppress
+                | Unsuppress,
+            ) => None,
+
+            (Suppressed, Unsuppress) => Some(Normal),
+            (Suppressed, Shelve) => Some(Shelved),
+            (Suppressed, TakeOutOfService) => Some(OutOfService),
+            (Suppressed, ConditionMet | ConditionCleared | Acknowledge | Unshelve | ReturnToService | Suppress) => None,
         }
     }
 
@@ -124,6 +156,7 @@ impl AlarmState {
             Self::Returned => "returned",
             Self::Shelved => "shelved",
             Self::OutOfService => "out-of-service",
+            Self::Suppressed => "suppressed",
         }
     }
 
@@ -136,10 +169,10 @@ impl AlarmState {
 
 #[cfg(test)]
 mod tests {
-    use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Unacknowledged};
+    use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Suppressed, Unacknowledged};
     use super::*;
 
-    const INPUTS: [Input; 7] = [
+    const INPUTS: [Input; 9] = [
         Input::ConditionMet,
         Input::ConditionCleared,
         Input::Acknowledge,
@@ -147,18 +180,22 @@ mod tests {
         Input::Unshelve,
         Input::TakeOutOfService,
         Input::ReturnToService,
+        Input::Suppress,
+        Input::Unsuppress,
     ];
 
     /// Row by row: the state, then the next state for each input; the state itself where nothing changes.
     #[rustfmt::skip]
-    const TABLE: [(AlarmState, [AlarmState; 7]); 6] = [
-        //                ConditionMet    Cleared       Acknowledge   Shelve   Unshelve        TakeOut       Return
-        (Normal,         [Unacknowledged, Normal,       Normal,       Shelved, Normal,         OutOfService, Normal]),
-        (Unacknowledged, [Unacknowledged, Returned,     Acknowledged, Shelved, Unacknowledged, OutOfService, Unacknowledged]),
-        (Acknowledged,   [Acknowledged,   Normal,       Acknowledged, Shelved, Acknowledged,   OutOfService, Acknowledged]),
-        (Returned,       [Unacknowledged, Returned,     Normal,       Shelved, Returned,       OutOfService, Returned]),
-        (Shelved,        [Shelved,        Shelved,      Shelved,      Shelved, Normal,         OutOfService, Shelved]),
-        (OutOfService,   [OutOfService,   OutOfService, OutOfService, OutOfService, OutOfService, OutOfService, Normal]),
+    const TABLE: [(AlarmState, [AlarmState; 9]); 7] = [
+        //                ConditionMet    Cleared       Acknowledge   Shelve        Unshelve        TakeOut       Return          Suppress
+        //                Unsuppress
+        (Normal,         [Unacknowledged, Normal,       Normal,       Shelved,      Normal,         OutOfService, Normal,         Suppressed,   Normal]),
+        (Unacknowledged, [Unacknowledged, Returned,     Acknowledged, Shelved,      Unacknowledged, OutOfService, Unacknowledged, Suppressed,   Unacknowledged]),
+        (Acknowledged,   [Acknowledged,   Normal,       Acknowledged, Shelved,      Acknowledged,   OutOfService, Acknowledged,   Suppressed,   Acknowledged]),
+        (Returned,       [Unacknowledged, Returned,     Normal,       Shelved,      Returned,       OutOfService, Returned,       Suppressed,   Returned]),
+        (Shelved,        [Shelved,        Shelved,      Shelved,      Shelved,      Normal,         OutOfService, Shelved,        Shelved,      Shelved]),
+        (OutOfService,   [OutOfService,   OutOfService, OutOfService, OutOfService, OutOfService,   OutOfService, Normal,         OutOfService, OutOfService]),
+        (Suppressed,     [Suppressed,     Suppressed,   Suppressed,   Shelved,      Suppressed,     OutOfService, Suppressed,     Suppressed,   Normal]),
     ];
 
     #[test]

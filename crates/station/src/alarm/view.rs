@@ -1,8 +1,11 @@
 //! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
-use super::registry::{AlarmStatus, RegisteredAlarm, Suppression};
+use super::plant_state::{Declaration, PlantState};
+use super::registry::{AlarmStatus, RegisteredAlarm};
 use super::rule::{Condition, ConditionKind, Priority, Rule};
 use super::state::AlarmState;
+use super::suppression::Suppression;
+use crate::auth::Role;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
 use serde::Serialize;
@@ -55,6 +58,8 @@ pub struct AlarmView {
     pub shelved: Option<SuppressionView>,
     /// Why it is out of service; `null` unless it is.
     pub out_of_service: Option<SuppressionView>,
+    /// Which plant state suppresses it, and why; `null` unless one does.
+    pub suppressed: Option<SuppressionView>,
     /// The instruction for the operator, from the station's file.
     pub message: Option<String>,
 }
@@ -82,14 +87,14 @@ impl SeveralView {
     }
 }
 
-/// Why an alarm is shelved or out of service.
+/// Why an alarm is shelved, out of service or suppressed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct SuppressionView {
-    /// The user who shelved it or took it out of service.
+    /// The user who shelved it, took it out of service, or declared the plant state that suppresses it.
     pub user: String,
     /// When.
     pub at_ms: i64,
-    /// The reason.
+    /// The reason; of a plant state with its name before it.
     pub reason: String,
     /// When it ends by itself; `null` if a user must return it to service.
     pub until_ms: Option<i64>,
@@ -132,6 +137,7 @@ impl AlarmView {
             acknowledged_ms: acknowledged.map(|by| unix_ms(by.at)),
             shelved: suppression_in(AlarmState::Shelved),
             out_of_service: suppression_in(AlarmState::OutOfService),
+            suppressed: suppression_in(AlarmState::Suppressed),
             message: rule.message.clone(),
         }
     }
@@ -147,6 +153,60 @@ impl From<&Suppression> for SuppressionView {
 impl From<&RegisteredAlarm> for AlarmView {
     fn from(alarm: &RegisteredAlarm) -> Self {
         Self::of(alarm.rule(), alarm.status(), alarm.value())
+    }
+}
+
+/// A plant state.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct PlantStateView {
+    /// The name.
+    pub name: String,
+    /// A sentence about it, from the station's file.
+    pub description: Option<String>,
+    /// The longest time in minutes for which it is declared or extended.
+    pub longest_minutes: u64,
+    /// The lowest role that declares and extends it.
+    pub role: Role,
+    /// The names of the alarms that it suppresses while it is declared.
+    pub alarms: Vec<String>,
+    /// Its declaration; `null` unless it is declared.
+    pub declared: Option<DeclaredPlantState>,
+}
+
+/// A declared plant state.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct DeclaredPlantState {
+    /// The name of the plant state.
+    pub name: String,
+    /// The user who declared it.
+    pub user: String,
+    /// When.
+    pub at_ms: i64,
+    /// The reason of the declaration, or of the last extension.
+    pub reason: String,
+    /// When it ends by itself.
+    pub until_ms: i64,
+}
+
+impl DeclaredPlantState {
+    fn of(state: &PlantState) -> Option<Self> {
+        let Declaration { by, reason, until } = state.declaration()?;
+        let (name, user) = (state.rule().name.clone(), by.user.clone());
+        Some(Self { name, user, at_ms: unix_ms(by.at), reason: reason.clone(), until_ms: unix_ms(*until) })
+    }
+}
+
+impl From<&PlantState> for PlantStateView {
+    fn from(state: &PlantState) -> Self {
+        let rule = state.rule();
+        Self {
+            name: rule.name.clone(),
+            description: rule.description.clone(),
+            longest_minutes: rule.longest.as_secs() / 60,
+            role: rule.role,
+            alarms: rule.alarms.iter().cloned().collect(),
+            declared: DeclaredPlantState::of(state),
+        }
     }
 }
 
@@ -174,7 +234,11 @@ pub struct AlarmOverview {
     pub shelved: usize,
     /// The number of alarms out of service.
     pub out_of_service: usize,
-    /// Alarms that are neither normal nor shelved nor out of service, the most urgent first, up to 50.
+    /// The number of alarms that a plant state suppresses.
+    pub suppressed: usize,
+    /// The declared plant states, in the order of the station's file.
+    pub plant_states: Vec<DeclaredPlantState>,
+    /// Alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first, up to 50.
     pub alarms: Vec<AlarmView>,
     /// The number of such alarms beyond the list.
     pub not_listed: usize,
@@ -186,8 +250,9 @@ const MAX_LISTED: usize = 50;
 impl AlarmOverview {
     /// The overview of these alarms.
     #[must_use]
-    pub fn of(alarms: &[RegisteredAlarm], problem: Option<String>) -> Self {
-        let mut overview = Self { problem, ..Self::default() };
+    pub fn of(alarms: &[RegisteredAlarm], plant_states: &[PlantState], problem: Option<String>) -> Self {
+        let plant_states = plant_states.iter().filter_map(DeclaredPlantState::of).collect();
+        let mut overview = Self { problem, plant_states, ..Self::default() };
         let mut list = Vec::new();
         for alarm in alarms {
             let state = alarm.status().state;
@@ -202,6 +267,7 @@ impl AlarmOverview {
                 AlarmState::Normal => {}
                 AlarmState::Shelved => overview.shelved = overview.shelved.saturating_add(1),
                 AlarmState::OutOfService => overview.out_of_service = overview.out_of_service.saturating_add(1),
+                AlarmState::Suppressed => overview.suppressed = overview.suppressed.saturating_add(1),
                 AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {
                     list.push(AlarmView::from(alarm));
                 }
@@ -229,8 +295,8 @@ pub struct AlarmHistoryView {
     pub at_ms: i64,
     /// The alarm.
     pub alarm: String,
-    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`,
-    /// `settings-changed`.
+    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`,
+    /// `suppressed`, `unsuppressed`, `removed`, `settings-changed`.
     pub change: String,
     /// The state after the change.
     pub state: String,

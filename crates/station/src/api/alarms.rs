@@ -216,8 +216,9 @@ pub async fn performance(
         reader.each_raised_alarm(from, to, |at, alarm, priority| {
             counter.count(Raised { at, alarm, priority: Priority::from_word(&priority) });
         })?;
+        let suppressed = reader.suppressed_alarms(from, to)?;
         let long_active = services.alarms().active_since(Micros::now().before(LONG_ACTIVE_AFTER));
-        Ok(Json(counter.figures(long_active)))
+        Ok(Json(counter.figures(suppressed, long_active)))
     });
     read.await
 }

@@ -75,7 +75,7 @@ pub struct AuditView {
     segment: Option<String>,
     /// The bus address of the gauge.
     address: Option<u8>,
-    /// The manual's name and numbers of the parameter, or the name of the alarm.
+    /// The manual's name and numbers of the parameter, or the name of the alarm or plant state.
     target: Option<String>,
     /// The value before the action.
     before: Option<String>,
@@ -113,6 +113,12 @@ pub enum AuditActionView {
     ReturnedToService,
     /// The settings of an alarm were changed.
     AlarmSettings,
+    /// A plant state was declared.
+    PlantStateDeclared,
+    /// A declared plant state got a later end.
+    PlantStateExtended,
+    /// A declared plant state was ended.
+    PlantStateEnded,
 }
 
 impl From<AuditAction> for AuditActionView {
@@ -129,6 +135,9 @@ impl From<AuditAction> for AuditActionView {
             AuditAction::TakenOutOfService => Self::TakenOutOfService,
             AuditAction::ReturnedToService => Self::ReturnedToService,
             AuditAction::AlarmSettings => Self::AlarmSettings,
+            AuditAction::PlantStateDeclared => Self::PlantStateDeclared,
+            AuditAction::PlantStateExtended => Self::PlantStateExtended,
+            AuditAction::PlantStateEnded => Self::PlantStateEnded,
         }
     }
 }

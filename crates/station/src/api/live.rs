@@ -1,7 +1,7 @@
 //! The live stream of a station: what its events hold.
 
 use super::live_source::{LiveSource, stream};
-use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView};
+use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView, DeclaredPlantState};
 use crate::plant::LivePlant;
 use crate::services::Services;
 use crate::view::{
@@ -149,7 +149,11 @@ pub struct LiveAlarms {
     shelved: usize,
     /// The number of alarms out of service.
     out_of_service: usize,
-    /// Alarms that are neither normal nor shelved nor out of service, by name, up to 50.
+    /// The number of alarms that a plant state suppresses.
+    suppressed: usize,
+    /// The declared plant states, in the order of the station's file.
+    plant_states: Vec<DeclaredPlantState>,
+    /// Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50.
     alarms: BTreeMap<String, AlarmView>,
     /// Their names, the most urgent first.
     order: Vec<String>,
@@ -159,10 +163,33 @@ pub struct LiveAlarms {
 
 impl From<AlarmOverview> for LiveAlarms {
     fn from(overview: AlarmOverview) -> Self {
-        let AlarmOverview { problem, high, medium, low, shelved, out_of_service, alarms, not_listed } = overview;
+        let AlarmOverview {
+            problem,
+            high,
+            medium,
+            low,
+            shelved,
+            out_of_service,
+            suppressed,
+            plant_states,
+            alarms,
+            not_listed,
+        } = overview;
         let order = alarms.iter().map(|alarm| alarm.name.clone()).collect();
         let alarms = alarms.into_iter().map(|alarm| (alarm.name.clone(), alarm)).collect();
-        Self { problem, high, medium, low, shelved, out_of_service, alarms, order, not_listed }
+        Self {
+            problem,
+            high,
+            medium,
+            low,
+            shelved,
+            out_of_service,
+            suppressed,
+            plant_states,
+            alarms,
+            order,
+            not_listed,
+        }
     }
 }
 

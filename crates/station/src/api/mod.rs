@@ -29,6 +29,9 @@
 //! | `/api/alarms/performance` | figures of the alarms: how many, how often, which |
 //! | `/api/alarms/shelve`, `/api/alarms/unshelve` | shelves alarms for a while, and unshelves them |
 //! | `/api/alarms/{name}/out-of-service`, `.../return-to-service` | takes an alarm out of service, and returns it |
+//! | `/api/default-alarms`, `/api/default-alarms/{name}/settings` | the settings of default alarms, and their change |
+//! | `/api/plant-states` | the plant states with their declarations |
+//! | `/api/plant-states/{name}/declare`, `.../extend`, `.../end` | declares a plant state, gives it a later end, ends it |
 //! | `/api/webhooks` | the webhooks with the status of their deliveries |
 //! | `/api/gateways` | the gateways to control systems with their clients and errors |
 //! | `/api/session` | the user of the session |
@@ -68,6 +71,7 @@ mod merge_patch;
 pub mod middleware;
 mod notes;
 mod openapi;
+mod plant_states;
 mod problem;
 mod pump_downs;
 pub mod query;
@@ -128,6 +132,12 @@ use utoipa::OpenApi;
         alarms::return_to_service,
         alarm_settings::settings,
         alarm_settings::change,
+        alarm_settings::defaults,
+        alarm_settings::change_default,
+        plant_states::plant_states,
+        plant_states::declare,
+        plant_states::extend,
+        plant_states::end,
         alarms::webhooks,
         live::live,
         session::session,
@@ -218,6 +228,12 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/alarms/{name}/out-of-service", post(alarms::out_of_service))
         .route("/api/alarms/{name}/return-to-service", post(alarms::return_to_service))
         .route("/api/alarms/{name}/settings", get(alarm_settings::settings).post(alarm_settings::change))
+        .route("/api/default-alarms", get(alarm_settings::defaults))
+        .route("/api/default-alarms/{name}/settings", post(alarm_settings::change_default))
+        .route("/api/plant-states", get(plant_states::plant_states))
+        .route("/api/plant-states/{name}/declare", post(plant_states::declare))
+        .route("/api/plant-states/{name}/extend", post(plant_states::extend))
+        .route("/api/plant-states/{name}/end", post(plant_states::end))
         .route("/api/webhooks", get(alarms::webhooks))
 }
 

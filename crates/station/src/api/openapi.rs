@@ -76,6 +76,8 @@ const WORDS: [(&str, &str, &[&str]); 9] = [
             "unshelved",
             "taken-out-of-service",
             "returned-to-service",
+            "suppressed",
+            "unsuppressed",
             "removed",
             "settings-changed",
         ],
@@ -85,7 +87,7 @@ const WORDS: [(&str, &str, &[&str]); 9] = [
     (
         "AlarmHistoryView",
         "state",
-        &["normal", "unacknowledged", "acknowledged", "returned", "shelved", "out-of-service"],
+        &["normal", "unacknowledged", "acknowledged", "returned", "shelved", "out-of-service", "suppressed"],
     ),
     ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
     ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm", "pump-down"]),

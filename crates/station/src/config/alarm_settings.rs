@@ -58,6 +58,14 @@ pub enum SettingsError {
         /// The limits in the request.
         got: String,
     },
+    /// There is no such default alarm.
+    #[error("there is no default alarm {name:?}; expected one of: {known}")]
+    UnknownDefault {
+        /// The name.
+        name: String,
+        /// Those of `[alarms]`.
+        known: String,
+    },
     /// The text is not TOML.
     #[error("the station's file cannot be edited: {0}")]
     Syntax(String),
@@ -155,7 +163,8 @@ impl fmt::Display for AlarmSettings {
     }
 }
 
-fn parsed(text: &str) -> Result<DocumentMut, SettingsError> {
+/// The text as a document that keeps its form.
+pub(super) fn parsed(text: &str) -> Result<DocumentMut, SettingsError> {
     text.parse().map_err(|error: toml_edit::TomlError| SettingsError::Syntax(error.message().to_owned()))
 }
 
@@ -177,7 +186,7 @@ fn alarm<'a>(document: &'a mut DocumentMut, name: &str) -> Result<&'a mut dyn Ta
 }
 
 /// Sets a value. The comment behind the value that it replaces stays.
-fn set(table: &mut dyn TableLike, key: &str, mut new: Value) {
+pub(super) fn set(table: &mut dyn TableLike, key: &str, mut new: Value) {
     let old = table.get(key).and_then(Item::as_value).map(|value| value.decor().clone());
     if let Some(decor) = old {
         *new.decor_mut() = decor;

@@ -7,6 +7,7 @@
 //! damage = { priority = "off" }
 //! ```
 
+use super::default_settings::DefaultAlarmSettings;
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
@@ -76,6 +77,30 @@ const NOT_MEASURABLE: Defaults = Defaults { priority: Priority::Medium, delay_s:
 const SEGMENT: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 5 };
 const DAMAGE: Defaults = Defaults { priority: Priority::Low, delay_s: 0, off_delay_s: 0 };
 const DATABASE: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 0 };
+
+/// The default alarms: their keys in `[alarms]`, and what holds without settings in the file.
+const DEFAULTS: [(&str, &Defaults); 6] = [
+    ("fault", &FAULT),
+    ("stale", &STALE),
+    ("not-measurable", &NOT_MEASURABLE),
+    ("segment", &SEGMENT),
+    ("damage", &DAMAGE),
+    ("database", &DATABASE),
+];
+
+/// What holds for the default alarm `name` where the file has no settings; `None` if there is no such default alarm.
+#[must_use]
+pub fn settings_by_default(name: &str) -> Option<DefaultAlarmSettings> {
+    let (_, defaults) = DEFAULTS.iter().find(|(key, _)| *key == name)?;
+    let seconds = |seconds: u64| Some(format!("{seconds} s"));
+    Some(DefaultAlarmSettings {
+        priority: Some(defaults.priority.word().to_owned()),
+        delay: seconds(defaults.delay_s),
+        off_delay: seconds(defaults.off_delay_s),
+        limit: (name == "damage").then_some(MAX_DAMAGED),
+        except: None,
+    })
+}
 
 /// The default limit of damaged telegrams per minute. free choice: one in some thousand on a bus without idle time.
 const MAX_DAMAGED: f64 = 30.0;

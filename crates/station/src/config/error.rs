@@ -100,6 +100,10 @@ pub enum NamedItem {
     Search,
     /// `[[pump]]` or `[[valve]]`.
     PlantPart,
+    /// `[[plant-state]]`.
+    PlantState,
+    /// `description` of a plant state.
+    Description,
 }
 
 impl fmt::Display for NamedItem {
@@ -121,6 +125,8 @@ impl fmt::Display for NamedItem {
             Self::View => "view",
             Self::Search => "search",
             Self::PlantPart => "pump or valve",
+            Self::PlantState => "plant state",
+            Self::Description => "description",
         })
     }
 }
@@ -326,6 +332,77 @@ pub enum ConfigProblem {
         /// The most similar label.
         suggestion: Option<String>,
     },
+    /// The file has too many plant states.
+    #[error("expected at most {most} [[plant-state]], found {found}; delete some")]
+    TooManyPlantStates {
+        /// The permitted number.
+        most: usize,
+        /// The number.
+        found: usize,
+    },
+    /// A plant state says not what it suppresses.
+    #[error(
+        "expected for the plant state {0:?} what it suppresses: one or more of gauges, groups, tags, zones, segments, kinds and alarms"
+    )]
+    PlantStateContent(String),
+    /// An entry of a plant state selects no alarm.
+    #[error(
+        "{key}: no alarm of the kinds {kinds} is about {name:?}, so the entry suppresses nothing; add an [[alarm]] about it, change \
+         kinds, or delete the entry"
+    )]
+    PlantStateSelectsNothing {
+        /// The key of the entry.
+        key: &'static str,
+        /// The entry.
+        name: String,
+        /// The kinds of the plant state.
+        kinds: String,
+    },
+    /// A kind of a plant state selects no alarm.
+    #[error(
+        "kinds: the plant state {state:?} has no alarm of the kind {kind}; delete it, or add the gauges of such an alarm"
+    )]
+    PlantStateKind {
+        /// The kind.
+        kind: String,
+        /// The plant state.
+        state: String,
+    },
+    /// The kind of alarms does not exist, or is never suppressed.
+    #[error("expected a kind of alarms out of {known}, found {found:?}")]
+    UnknownAlarmKind {
+        /// The word.
+        found: String,
+        /// The kinds.
+        known: String,
+    },
+    /// No gauge or volume has this label.
+    #[error("no gauge has the {item} {name:?}{}; add it to a {}, or change the plant state", hint(.suggestion.as_deref()), label_table(*.item))]
+    UnknownPlantStateLabel {
+        /// The kind of label.
+        item: NamedItem,
+        /// The label.
+        name: String,
+        /// The most similar label.
+        suggestion: Option<String>,
+    },
+    /// No alarm has this name.
+    #[error("there is no alarm {name:?}{}; the page Alarms and /api/alarms have all names", hint(.suggestion.as_deref()))]
+    UnknownAlarm {
+        /// The name.
+        name: String,
+        /// The most similar name of an alarm.
+        suggestion: Option<String>,
+    },
+    /// The alarm about the database is never suppressed.
+    #[error("no plant state suppresses the alarm {0:?}: a station must record in every state; delete the entry")]
+    NeverSuppressed(String),
+    /// `longest` is out of range.
+    #[error("expected a time from 1m to 31days, found {0}")]
+    LongestDeclared(humantime::Duration),
+    /// The role that declares a plant state does not exist, or only reads.
+    #[error("expected operator or engineer, found {0:?}")]
+    DeclaringRole(String),
     /// The drawing of the plant cannot be used.
     #[error("{}: {problem}", file.display())]
     Drawing {
@@ -712,7 +789,17 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Location
         | NamedItem::View
         | NamedItem::Search
-        | NamedItem::PlantPart => "choose another name",
+        | NamedItem::PlantPart
+        | NamedItem::PlantState
+        | NamedItem::Description => "choose another name",
+    }
+}
+
+/// The table that has a label.
+const fn label_table(item: NamedItem) -> &'static str {
+    match item {
+        NamedItem::Zone => "[[volume]] with its gauges",
+        _ => "[[segment.gauge]]",
     }
 }
 

@@ -13,6 +13,7 @@ use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::names::stem;
 use super::plant::{PumpToml, ValveToml, VolumeToml};
+use super::plant_states::PlantStateToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::views::ViewToml;
@@ -69,6 +70,9 @@ pub struct ConfigToml {
     /// A filter of the overview, or a group of trends, for all users.
     #[serde(default)]
     pub view: Vec<ViewToml>,
+    /// What an operator declares about the plant, so that alarms that mean nothing then are suppressed.
+    #[serde(default, rename = "plant-state")]
+    pub plant_state: Vec<PlantStateToml>,
     /// The gateway for Modbus TCP.
     modbus: Option<ModbusToml>,
     /// What the station sends to an archive of many stations.
@@ -147,7 +151,7 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without its source, alarms, webhooks, e-mails, plant, directory, retention and gateways.
+    /// The configuration without its source, alarms, plant states, webhooks, e-mails, plant, directory, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
         let stem = stem(path);
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
@@ -164,6 +168,7 @@ impl ConfigToml {
             tls: self.tls.map(|tls| tls.files(path)),
             segments: self.segment.into_iter().map(|segment| segment.into_segment(folder)).collect(),
             alarms: Vec::new(),
+            plant_states: Vec::new(),
             webhooks: Vec::new(),
             emails: Vec::new(),
             gateways: Vec::new(),

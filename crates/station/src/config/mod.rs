@@ -55,6 +55,10 @@
 //! name = "turbo"
 //! kind = "turbo"                   # turbo, roughing, capture
 //! inlet = "target chamber"
+//!
+//! [[plant-state]]                  # an operator declares it; these alarms are suppressed then
+//! name = "Vented"
+//! zones = ["target"]
 //! ```
 //!
 //! The whole file is checked before anything starts. An error names line and column.
@@ -67,10 +71,12 @@
 //! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
 //! | `source` | path and text of the file |
 //! | `default_alarms` | `[alarms]` |
+//! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
+//! | `plant_states` | `[[plant-state]]` |
 //! | `retention` | `[retention]` |
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
@@ -84,6 +90,7 @@ mod alarms;
 mod certificates;
 mod check;
 mod default_alarms;
+mod default_settings;
 mod emails;
 mod error;
 mod file;
@@ -93,6 +100,7 @@ mod names;
 mod notice;
 mod number_range;
 mod plant;
+mod plant_states;
 mod retention;
 mod segments;
 mod source;
@@ -102,6 +110,8 @@ mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use certificates::{CertificateError, ca_certificates};
+pub use default_alarms::settings_by_default;
+pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
@@ -114,7 +124,7 @@ pub use source::ConfigSource;
 
 pub use webhooks::{Secret, Webhook, secret_of_file};
 
-use crate::alarm::Rule;
+use crate::alarm::{PlantStateRule, Rule};
 use crate::auth::Access;
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
@@ -154,6 +164,8 @@ pub struct Config {
     pub segments: Vec<Segment>,
     /// The alarms of the file, then the default alarms.
     pub alarms: Vec<Rule>,
+    /// The plant states, in the order of the file.
+    pub plant_states: Vec<PlantStateRule>,
     /// The webhooks that receive alarm notifications.
     pub webhooks: Vec<Webhook>,
     /// The recipients of alarm notifications by e-mail.
@@ -291,11 +303,15 @@ impl Config {
             plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
         let mut directory = labels::directory(&file.segment).map_err(located)?;
         directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
+        let known =
+            plant_states::Known { rules: &alarms, segments: &file.segment, directory: &directory, plant: &plant };
+        let plant_states = plant_states::plant_states(&file.plant_state, &known).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         let source = ConfigSource::new(path, text);
         Ok(Self {
             alarms,
+            plant_states,
             webhooks,
             emails,
             plant,

@@ -441,3 +441,149 @@ fn a_view_is_a_filter_of_the_overview_or_a_group_of_trends() {
     let twice = refused("state = 'fault'\n[[view]]\nname = 'a'\nstate = 'fault'");
     assert_eq!(twice, "the view \"a\" is defined twice; choose another name");
 }
+
+/// A plant with three labelled gauges, of which two have limits.
+const LABELLED: &str = "
+[[segment]]
+name = 'hall'
+port = '/dev/ttyUSB0'
+[[segment.gauge]]
+name = 'chamber'
+address = 5
+device = 'bcg450'
+group = 'target'
+tags = ['bake-out']
+[[segment.gauge]]
+name = 'lock'
+address = 6
+device = 'bcg450'
+group = 'target'
+[[segment.gauge]]
+name = 'spare'
+address = 7
+device = 'bcg450'
+group = 'store'
+[[volume]]
+name = 'target chamber'
+zone = 'target zone'
+gauges = ['chamber']
+[[alarm]]
+name = 'chamber high'
+gauge = 'chamber'
+above = '1e-3 mbar'
+[[alarm]]
+name = 'lock rises'
+gauge = 'lock'
+rise = 0.5
+[[alarm]]
+name = 'both high'
+gauges = ['chamber', 'lock']
+count = 2
+above = '1 mbar'
+";
+
+fn plant_state(lines: &str) -> Result<Vec<String>, String> {
+    let config = parse(&format!("{LABELLED}[[plant-state]]\nname = 'Vented'\n{lines}\n"));
+    let states = config.map(|config| config.plant_states).map_err(|error| error.problem.to_string());
+    states.map(|states| states[0].alarms.iter().cloned().collect())
+}
+
+#[test]
+fn a_plant_state_selects_alarms_by_gauges_labels_zones_segments_kinds_and_names() {
+    let of_chamber = ["chamber high", "chamber: limit not measurable"];
+    assert_eq!(plant_state("gauges = ['chamber']").unwrap(), of_chamber, "both high is about another gauge too");
+    assert_eq!(plant_state("tags = ['bake-out']").unwrap(), of_chamber);
+    assert_eq!(plant_state("zones = ['target zone']").unwrap(), of_chamber);
+    let of_both =
+        ["both high", "chamber high", "chamber: limit not measurable", "lock rises", "lock: limit not measurable"];
+    assert_eq!(plant_state("groups = ['target']").unwrap(), of_both);
+    assert_eq!(plant_state("gauges = ['chamber', 'lock']").unwrap(), of_both, "the entries count together");
+    assert_eq!(plant_state("segments = ['hall']").unwrap(), of_both);
+    assert_eq!(plant_state("kinds = ['rise']").unwrap(), ["lock rises"], "of the whole plant");
+    assert_eq!(plant_state("groups = ['target']\nkinds = ['rise', 'fault']").unwrap().len(), 3);
+    let segment = plant_state("segments = ['hall']\nkinds = ['segment-down', 'stale']").unwrap();
+    assert_eq!(segment, ["chamber: no data", "lock: no data", "segment hall: down", "spare: no data"]);
+    let single = plant_state("gauges = ['chamber']\nkinds = ['above']\nalarms = ['spare: fault']").unwrap();
+    assert_eq!(single, ["chamber high", "spare: fault"]);
+}
+
+#[test]
+fn a_plant_state_has_defaults_and_ranges() {
+    let given =
+        |lines: &str| parse(&format!("{LABELLED}[[plant-state]]\nname = 'Vented'\ngauges = ['chamber']\n{lines}\n"));
+    let state = given("").unwrap().plant_states.remove(0);
+    let found = (state.name.as_str(), state.description.as_deref(), state.longest, state.role);
+    assert_eq!(found, ("Vented", None, Duration::from_secs(86_400), crate::auth::Role::Operator));
+    let state = given("longest = '31 days'\nrole = 'engineer'\ndescription = 'open'").unwrap().plant_states.remove(0);
+    assert_eq!((state.longest.as_secs(), state.role), (31 * 86_400, crate::auth::Role::Engineer));
+    for (lines, sentence) in [
+        ("longest = '59 s'", "expected a time from 1m to 31days, found 59s"),
+        ("longest = '32 days'", "expected a time from 1m to 31days, found 1month 1day"),
+        ("role = 'viewer'", "expected operator or engineer, found \"viewer\""),
+        ("description = ''", "expected at least one visible character, found none"),
+        ("kind = ['above']", "unknown field `kind`"),
+    ] {
+        let found = given(lines).unwrap_err().problem.to_string();
+        assert!(found.contains(sentence), "{lines}: {found}");
+    }
+    let long = given(&format!("description = '{}'", "x".repeat(201))).unwrap_err().problem.to_string();
+    assert_eq!(long, "expected a description of at most 200 characters, found 201; shorten it");
+    let long = plant_state("gauges = ['chamber']\n[[plant-state]]\nname = 'a2345678901234567890123456789012345678901'");
+    assert_eq!(long.unwrap_err(), "expected a plant state of at most 40 characters, found 41; shorten it");
+    let many: String = (0..33).map(|n| format!("[[plant-state]]\nname = '{n}'\ngauges = ['chamber']\n")).collect();
+    assert_eq!(problem(&format!("{LABELLED}{many}")), "expected at most 32 [[plant-state]], found 33; delete some");
+    let twice = plant_state("gauges = ['chamber']\n[[plant-state]]\nname = 'Vented'\ngauges = ['chamber']");
+    assert_eq!(twice.unwrap_err(), "the plant state \"Vented\" is defined twice; choose another name");
+}
+
+#[test]
+fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
+    for (lines, sentence) in [
+        ("", "expected for the plant state \"Vented\" what it suppresses: one or more of gauges, groups, tags, "),
+        ("kinds = []", "expected for the plant state \"Vented\" what it suppresses: "),
+        (
+            "gauges = ['chamber', 'spare']",
+            "gauges: no alarm of the kinds above, below, rise, several, not-measurable is about \"spare\", so the entry suppresses \
+             nothing; add an [[alarm]] about it, change kinds, or delete the entry",
+        ),
+        (
+            "groups = ['store']",
+            "groups: no alarm of the kinds above, below, rise, several, not-measurable is about \"store\"",
+        ),
+        ("zones = ['target zone']\nkinds = ['rise']", "zones: no alarm of the kinds rise is about \"target zone\""),
+        (
+            "gauges = ['lock']\nkinds = ['rise', 'below']",
+            "kinds: the plant state \"Vented\" has no alarm of the kind below; delete it, or add the gauges of such an alarm",
+        ),
+        ("gauges = ['chambre']", "there is no gauge \"chambre\"; did you mean \"chamber\"?"),
+        (
+            "groups = ['targt']",
+            "no gauge has the group \"targt\"; did you mean \"target\"?; add it to a [[segment.gauge]], or change the plant state",
+        ),
+        ("tags = ['x']", "no gauge has the tag \"x\"; add it to a [[segment.gauge]], or change the plant state"),
+        (
+            "zones = ['target']",
+            "no gauge has the zone \"target\"; did you mean \"target zone\"?; add it to a [[volume]] with its gauges, ",
+        ),
+        ("segments = ['hal']", "there is no segment \"hal\"; did you mean \"hall\"?"),
+        (
+            "alarms = ['chamber hihg']",
+            "there is no alarm \"chamber hihg\"; did you mean \"chamber high\"?; the page Alarms and ",
+        ),
+        (
+            "kinds = ['abov']",
+            "expected a kind of alarms out of above, below, rise, several, not-measurable, fault, stale, segment-down, ",
+        ),
+        ("kinds = ['not-recording']", "expected a kind of alarms out of above, "),
+        (
+            "alarms = ['station: not recording']",
+            "no plant state suppresses the alarm \"station: not recording\": a station must record in every state; delete the entry",
+        ),
+    ] {
+        let found = plant_state(lines).unwrap_err();
+        assert!(found.starts_with(sentence), "{lines}: {found}");
+    }
+    let error =
+        parse(&format!("{LABELLED}[[plant-state]]\nname = 'Vented'\ngauges = ['chamber', 'spare']\n")).unwrap_err();
+    assert_eq!((error.line, error.column), (40, 22));
+}

@@ -221,7 +221,8 @@ fn alarms_keep_their_state_when_the_file_changes() {
 
 #[test]
 fn alarms_keep_their_state_over_a_restart() {
-    for state in AlarmState::ALL {
+    // A suppressed alarm has the state that its plant states give it.
+    for state in AlarmState::ALL.into_iter().filter(|state| *state != AlarmState::Suppressed) {
         let status = AlarmStatus { state, occurrence: 7, text: "it was so".to_owned(), ..AlarmStatus::default() };
         let mut fixture = Fixture::new(Vec::new());
         let now = fixture.now();

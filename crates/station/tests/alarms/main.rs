@@ -5,6 +5,7 @@
 //! | `limits` | limits of a pressure, their texts, and ends of ranges |
 //! | `conditions` | all other conditions |
 //! | `lifecycle` | delays, users, changed files, restarts |
+//! | `plant_states` | which alarms a declared plant state suppresses |
 //! | `notify` | which notification target is told of which change |
 //! | `random` | random sequences |
 
@@ -14,6 +15,7 @@ mod conditions;
 mod lifecycle;
 mod limits;
 mod notify;
+mod plant_states;
 mod random;
 #[path = "../support/mod.rs"]
 mod support;

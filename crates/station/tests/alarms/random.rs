@@ -1,12 +1,13 @@
-//! Random readings, acknowledgements, times out of service, clock steps and changed files.
+//! Random readings, acknowledgements, times out of service, plant states, clock steps and changed files.
 
+use super::plant_states::state;
 use super::{Fixture, above};
 use crate::support::inputs::inputs;
 use profivac_recorder::Quality;
 use profivac_station::alarm::{AlarmState, ChangeKind, Priority, Rule};
 use std::time::Duration;
 
-/// Random readings, acknowledgements, times out of service, clock steps and changed files.
+/// Random readings, acknowledgements, times out of service, plant states, clock steps and changed files.
 #[test]
 fn no_raised_alarm_is_lost_in_random_sequences() {
     let mut random = fastrand::Rng::with_seed(11);
@@ -20,6 +21,8 @@ fn no_raised_alarm_is_lost_in_random_sequences() {
 fn random_walk(random: &mut fastrand::Rng) -> usize {
     let (delay, off_delay) = (random.u64(0..4), random.u64(0..4));
     let mut fixture = Fixture::new(vec![above(delay, off_delay)]);
+    let now = fixture.now();
+    fixture.registry.plant_states_mut().reconfigure(vec![state("Vented", &["it"])], Vec::new(), now);
     // Since when the condition is known to be met without interruption.
     let mut holds: Option<i64> = None;
     let (mut raised, mut acknowledged) = (0, 0);
@@ -27,8 +30,9 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
         let pa = if random.bool() { 2.0 } else { 0.1 };
         for _ in 0..random.usize(1..12) {
             let quality = [Quality::Valid, Quality::Valid, Quality::Valid, Quality::Fault][random.usize(0..4)];
-            let before = fixture.state();
             let now = fixture.now();
+            fixture.registry.plant_states_mut().end_due(now);
+            let before = fixture.state();
             let changes = fixture.registry.evaluate(&inputs(pa, quality), now);
             if quality == Quality::Valid {
                 holds = (pa > 1.0).then(|| holds.unwrap_or(fixture.monotonic_ms));
@@ -42,7 +46,8 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
                 "an evaluation never removes an unacknowledged alarm"
             );
             let long = holds.is_some_and(|since| fixture.monotonic_ms - since >= delay as i64 * 1000);
-            let is_suppressed = matches!(fixture.state(), AlarmState::Shelved | AlarmState::OutOfService);
+            let is_suppressed =
+                matches!(fixture.state(), AlarmState::Shelved | AlarmState::OutOfService | AlarmState::Suppressed);
             let is_raised = fixture.state().is_active() || is_suppressed;
             assert!(
                 !(long && quality == Quality::Valid) || is_raised,
@@ -61,7 +66,7 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
 /// A random action. Returns whether an alarm was acknowledged.
 fn random_action(random: &mut fastrand::Rng, fixture: &mut Fixture) -> bool {
     let now = fixture.now();
-    match random.usize(0..10) {
+    match random.usize(0..12) {
         0 | 1 => return fixture.acknowledge().is_ok(),
         2 if random.usize(0..8) == 0 => {
             fixture
@@ -78,6 +83,15 @@ fn random_action(random: &mut fastrand::Rng, fixture: &mut Fixture) -> bool {
         }
         9 => {
             fixture.registry.unshelve("it", "Ada", now).ok();
+        }
+        10 if random.usize(0..8) == 0 => {
+            let time = Duration::from_secs(60 + random.u64(0..20));
+            fixture.registry.plant_states_mut().declare("Vented", "Ada", "so", time, now).ok();
+            fixture.registry.suppress(now);
+        }
+        11 => {
+            fixture.registry.plant_states_mut().end("Vented", "Ada", "", now).ok();
+            fixture.registry.suppress(now);
         }
         4 => fixture.wall_ms += random.i64(-10_000_000..10_000_000),
         5 => {

@@ -17,12 +17,15 @@ import type {
   Condition,
   Control,
   ControlAction,
+  DefaultAlarm,
+  DefaultAlarmSettings,
   Directory,
   Gateway,
   Outcome,
   Plant,
   PlantPicture,
   PlantQuery,
+  PlantState,
   PumpDowns,
   Refusal,
   ReportQuery,
@@ -142,6 +145,19 @@ export const takeOutOfService = (name: string, reason: string, minutes: number |
 export const returnToService = (name: string): Promise<Alarm> =>
   post('/api/alarms/{name}/return-to-service', { path: { name } })
 
+export const fetchPlantStates = (signal?: AbortSignal): Promise<PlantState[]> => get('/api/plant-states', { signal })
+
+/** Suppresses the alarms of the plant state until its end. */
+export const declarePlantState = (name: string, reason: string, minutes: number): Promise<PlantState> =>
+  post('/api/plant-states/{name}/declare', { path: { name }, body: { reason, minutes } })
+
+/** Gives a declared plant state a later end. */
+export const extendPlantState = (name: string, reason: string, minutes: number): Promise<PlantState> =>
+  post('/api/plant-states/{name}/extend', { path: { name }, body: { reason, minutes } })
+
+export const endPlantState = (name: string, reason: string | null): Promise<PlantState> =>
+  post('/api/plant-states/{name}/end', { path: { name }, body: { reason } })
+
 export const fetchAlarmSettings = (name: string, signal?: AbortSignal): Promise<AlarmSettings> =>
   get('/api/alarms/{name}/settings', { path: { name }, signal })
 
@@ -152,6 +168,18 @@ export const changeAlarmSettings = (
   next: AlarmSettings,
   reason: string,
 ): Promise<Alarm> => post('/api/alarms/{name}/settings', { path: { name }, body: { seen, new: next, reason } })
+
+export const fetchDefaultAlarms = (signal?: AbortSignal): Promise<DefaultAlarm[]> =>
+  get('/api/default-alarms', { signal })
+
+/** Refused unless the settings are still those that the user has seen. */
+export const changeDefaultAlarm = (
+  name: string,
+  seen: DefaultAlarmSettings,
+  next: DefaultAlarmSettings,
+  reason: string,
+): Promise<DefaultAlarmSettings> =>
+  post('/api/default-alarms/{name}/settings', { path: { name }, body: { seen, new: next, reason } })
 
 export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/control-authority/${action}`, {})
 

@@ -356,6 +356,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/default-alarms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The settings of all default alarms, as the table `[alarms]` of the station's file writes them; empty if the station has no file */
+        get: operations["defaults"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/default-alarms/{name}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change the settings of a default alarm
+         * @description The station's file and the running alarms have the change before the answer; the alarms that are still there keep their states.
+         */
+        post: operations["change_default"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/directory": {
         parameters: {
             query?: never;
@@ -683,6 +720,83 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/plant-states": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** All plant states of the station's file, with their declarations */
+        get: operations["plant_states"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/plant-states/{name}/declare": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Declare a plant state for a time
+         * @description Its alarms are suppressed at once; at its end those whose conditions hold are raised. The database has the change before the answer.
+         */
+        post: operations["declare"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/plant-states/{name}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End a declared plant state
+         * @description The alarms whose conditions hold are raised at once. Every operator ends every plant state.
+         */
+        post: operations["end"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/plant-states/{name}/extend": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give a declared plant state a later end
+         * @description The user who declared it stays; the reason is the new one.
+         */
+        post: operations["extend"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/pump-downs": {
         parameters: {
             query?: never;
@@ -930,11 +1044,11 @@ export interface components {
              */
             at_ms: number;
             /**
-             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`, `removed`,
-             *     `settings-changed`.
+             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`,
+             *     `suppressed`, `unsuppressed`, `removed`, `settings-changed`.
              * @enum {string}
              */
-            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "removed" | "settings-changed";
+            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "suppressed" | "unsuppressed" | "removed" | "settings-changed";
             /**
              * Format: int64
              * @description The number of the occurrence.
@@ -949,7 +1063,7 @@ export interface components {
              * @description The state after the change.
              * @enum {string}
              */
-            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service";
+            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service" | "suppressed";
             /** @description The series, gauge or segment. */
             subject: string | null;
             /** @description A sentence. */
@@ -1000,6 +1114,11 @@ export interface components {
              * @description The time in hours in which the station recorded. The rates refer to it.
              */
             recorded_hours: number;
+            /**
+             * Format: int64
+             * @description How often a declared plant state suppressed an alarm. These are not among the raised ones.
+             */
+            suppressed: number;
             /**
              * Format: int64
              * @description The end, in milliseconds since 1970.
@@ -1065,7 +1184,7 @@ export interface components {
          * @description The state of an alarm.
          * @enum {string}
          */
-        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service";
+        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service" | "suppressed";
         /** @description An alarm. */
         AlarmView: {
             /** @description The user who acknowledged it. */
@@ -1128,6 +1247,7 @@ export interface components {
             since_ms: number | null;
             /** @description The state. */
             state: components["schemas"]["AlarmState"];
+            suppressed: components["schemas"]["SuppressionView"] | null;
             /** @description A sentence about why it was raised. */
             text: string;
             /** @description The unit of values and limits. */
@@ -1170,7 +1290,7 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings";
+        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended";
         /** @description An entry of the audit trail. */
         AuditView: {
             /** @description The action. */
@@ -1211,7 +1331,7 @@ export interface components {
             role: components["schemas"]["Role"];
             /** @description The segment of the gauge. */
             segment: string | null;
-            /** @description The manual's name and numbers of the parameter, or the name of the alarm. */
+            /** @description The manual's name and numbers of the parameter, or the name of the alarm or plant state. */
             target: string | null;
             /** @description The name of the user. */
             user: string;
@@ -1344,6 +1464,18 @@ export interface components {
          *     is `null` here.
          */
         Change: Record<string, never>;
+        /** @description New settings of a default alarm. */
+        ChangeDefaultSettings: {
+            /** @description The new settings, all of them. */
+            new: components["schemas"]["DefaultAlarmSettings"];
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example a restart of the gauge takes longer
+             */
+            reason: string;
+            /** @description The settings that the user has seen. */
+            seen: components["schemas"]["DefaultAlarmSettings"];
+        };
         /** @description New settings of an alarm. */
         ChangeSettings: {
             /** @description The new settings, all of them. */
@@ -1470,6 +1602,75 @@ export interface components {
              */
             unanswered: number;
         };
+        /** @description Why a plant state is declared or extended, and for how long. */
+        Declare: {
+            /**
+             * Format: int32
+             * @description The time in minutes from now, 1 to the longest time of the plant state.
+             */
+            minutes: number;
+            /**
+             * @description The reason, in one line of 1 to 500 characters.
+             * @example the target is changed
+             */
+            reason: string;
+        };
+        /** @description A declared plant state. */
+        DeclaredPlantState: {
+            /**
+             * Format: int64
+             * @description When.
+             */
+            at_ms: number;
+            /** @description The name of the plant state. */
+            name: string;
+            /** @description The reason of the declaration, or of the last extension. */
+            reason: string;
+            /**
+             * Format: int64
+             * @description When it ends by itself.
+             */
+            until_ms: number;
+            /** @description The user who declared it. */
+            user: string;
+        };
+        /** @description The settings of a default alarm as the file writes them; `null` is a key that the file does not have, so that its default applies. */
+        DefaultAlarmSettings: {
+            /**
+             * @description The condition must be met for this time.
+             * @example 10 s
+             */
+            delay: string | null;
+            /** @description The gauges or segments without this alarm, up to 1000. */
+            except: string[] | null;
+            /**
+             * Format: double
+             * @description For `damage` only: the damaged telegrams in a minute.
+             */
+            limit: number | null;
+            /**
+             * @description The condition must not be met for this time.
+             * @example 5 s
+             */
+            off_delay: string | null;
+            /**
+             * @description The priority: high, medium, low, or off: then there is no such alarm.
+             * @example high
+             */
+            priority: string | null;
+        };
+        /** @description A default alarm, which every gauge, every segment or the station has. */
+        DefaultAlarmView: {
+            /** @description What holds where the file has no setting. */
+            defaults: components["schemas"]["DefaultAlarmSettings"];
+            /**
+             * @description Its name in the table `[alarms]` of the station's file.
+             * @example stale
+             */
+            name: string;
+            /** @description The settings, as the file writes them. */
+            settings: components["schemas"]["DefaultAlarmSettings"];
+        };
         /** @description A deviation from the usual pump-downs. */
         DeviationView: {
             /** @description The shape of the pressure above the usual one; `null` if it is none of these, or too small. */
@@ -1542,6 +1743,14 @@ export interface components {
          * @enum {string}
          */
         Done: "read" | "written" | "refused";
+        /** @description Why a plant state is ended. */
+        End: {
+            /**
+             * @description The reason, in one line of 1 to 500 characters; without it the audit trail has none.
+             * @example the target is changed
+             */
+            reason?: string | null;
+        };
         /**
          * @description The subject of an event.
          * @enum {string}
@@ -1775,7 +1984,7 @@ export interface components {
         };
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
-            /** @description Alarms that are neither normal nor shelved nor out of service, by name, up to 50. */
+            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50. */
             alarms: {
                 [key: string]: components["schemas"]["AlarmView"];
             };
@@ -1791,10 +2000,14 @@ export interface components {
             order: string[];
             /** @description The number of alarms out of service. */
             out_of_service: number;
+            /** @description The declared plant states, in the order of the station's file. */
+            plant_states: components["schemas"]["DeclaredPlantState"][];
             /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
             problem: string | null;
             /** @description The number of shelved alarms. */
             shelved: number;
+            /** @description The number of alarms that a plant state suppresses. */
+            suppressed: number;
         };
         /** @description Data of the live stream. The event `snapshot` comes first and once. */
         LiveEvent: components["schemas"]["Snapshot"] | components["schemas"]["Change"];
@@ -2037,6 +2250,23 @@ export interface components {
             parts: components["schemas"]["PlantPart"][];
             /** @description The volumes; empty if nothing describes the plant. */
             volumes: components["schemas"]["PlantVolume"][];
+        };
+        /** @description A plant state. */
+        PlantStateView: {
+            /** @description The names of the alarms that it suppresses while it is declared. */
+            alarms: string[];
+            declared: components["schemas"]["DeclaredPlantState"] | null;
+            /** @description A sentence about it, from the station's file. */
+            description: string | null;
+            /**
+             * Format: int64
+             * @description The longest time in minutes for which it is declared or extended.
+             */
+            longest_minutes: number;
+            /** @description The name. */
+            name: string;
+            /** @description The lowest role that declares and extends it. */
+            role: components["schemas"]["Role"];
         };
         /** @description A plant identified from the samples of one gauge. */
         PlantView: {
@@ -2654,21 +2884,21 @@ export interface components {
             /** @description The sentence. */
             text: string;
         };
-        /** @description Why an alarm is shelved or out of service. */
+        /** @description Why an alarm is shelved, out of service or suppressed. */
         SuppressionView: {
             /**
              * Format: int64
              * @description When.
              */
             at_ms: number;
-            /** @description The reason. */
+            /** @description The reason; of a plant state with its name before it. */
             reason: string;
             /**
              * Format: int64
              * @description When it ends by itself; `null` if a user must return it to service.
              */
             until_ms: number | null;
-            /** @description The user who shelved it or took it out of service. */
+            /** @description The user who shelved it, took it out of service, or declared the plant state that suppresses it. */
             user: string;
         };
         /** @description Why an alarm is taken out of service, and for how long. */
@@ -4750,6 +4980,189 @@ export interface operations {
             };
         };
     };
+    defaults: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DefaultAlarmView"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_default: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the default alarm in the table `[alarms]`
+                 * @example stale
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeDefaultSettings"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DefaultAlarmSettings"];
+                };
+            };
+            /** @description The body is malformed, or the station's file would be wrong */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role engineer is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no default alarm of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The settings or the file have changed since, or the station has no file */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The file cannot be written, or the database cannot */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     directory: {
         parameters: {
             query?: never;
@@ -6171,6 +6584,445 @@ export interface operations {
             };
             /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    plant_states: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantStateView"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    declare: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the plant state
+                 * @example Vented
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Declare"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantStateView"];
+                };
+            };
+            /** @description The body is malformed, or the reason or the time is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role of the plant state is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no plant state of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state is declared already */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state is declared, but the database cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the plant state
+                 * @example Vented
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["End"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantStateView"];
+                };
+            };
+            /** @description The body is malformed, or the reason is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role operator is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no plant state of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state is not declared */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state has ended, but the database cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    extend: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description The name of the plant state
+                 * @example Vented
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Declare"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlantStateView"];
+                };
+            };
+            /** @description The body is malformed, or the reason or the time is out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The role of the plant state is needed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no plant state of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state is not declared, or has a later end already */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The plant state is extended, but the database cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

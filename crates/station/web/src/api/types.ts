@@ -94,6 +94,12 @@ export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
 export type ChangedAlarms = Schemas['ChangedAlarms']
 export type AlarmSettings = Schemas['AlarmSettings']
+/** What an operator declares about the plant, and the alarms that it suppresses. */
+export type PlantState = Schemas['PlantStateView']
+export type DeclaredPlantState = Schemas['DeclaredPlantState']
+/** An alarm that every gauge, every segment or the station has. */
+export type DefaultAlarm = Schemas['DefaultAlarmView']
+export type DefaultAlarmSettings = Schemas['DefaultAlarmSettings']
 export type AlarmPerformance = Schemas['AlarmPerformance']
 export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']

@@ -39,7 +39,7 @@ export const isSilent = ({ stored_ms }: StationState, now: number): boolean =>
 export const isOpen = ({ state }: ActiveAlarm): boolean =>
   state === 'unacknowledged' || state === 'acknowledged' || state === 'returned'
 
-const STATES: AlarmState[] = ['unacknowledged', 'returned', 'acknowledged', 'shelved', 'out-of-service']
+const STATES: AlarmState[] = ['unacknowledged', 'returned', 'acknowledged', 'shelved', 'out-of-service', 'suppressed']
 
 /** Alarms that are not acknowledged first, then by priority, then the latest. */
 export function byUrgency(one: ActiveAlarm, other: ActiveAlarm): number {

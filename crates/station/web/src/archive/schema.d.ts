@@ -127,7 +127,7 @@ export interface components {
             plant: string;
             /** @description The priority: `high`, `medium` or `low`. */
             priority: string;
-            /** @description The state: `unacknowledged`, `acknowledged`, `returned`, `shelved` or `out-of-service`. */
+            /** @description The state: `unacknowledged`, `acknowledged`, `returned`, `shelved`, `out-of-service` or `suppressed`. */
             state: string;
             /** @description The station. */
             station: string;

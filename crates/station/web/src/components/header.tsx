@@ -15,6 +15,7 @@ import { AccountMenu } from './account-menu.tsx'
 import { AlarmBadge } from './alarm-marks.tsx'
 import { ControlStatus } from './control.tsx'
 import { Choice, sameText } from './fields.tsx'
+import { PlantStateMark } from './plant-state-mark.tsx'
 
 interface Props {
   /** The path of the page that is shown. */
@@ -32,6 +33,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
         <strong>{snapshot?.station.name ?? 'profivac'}</strong>
         {!isLoggedOut && <Connection live={live} />}
         {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} />}
+        {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
       </div>
       {snapshot && !isLoggedOut && <ControlStatus control={snapshot.control_authority} now={live.now} />}
       <div class="choices">

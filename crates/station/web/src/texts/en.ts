@@ -184,6 +184,7 @@ export const en = {
         label: 'out of service',
         sentence: 'An engineer has taken the alarm out of service and given a reason.',
       },
+      suppressed: { label: 'suppressed', sentence: 'A declared plant state suppresses the alarm.' },
     } satisfies Record<AlarmState, Label>,
     changes: {
       raised: 'raised',
@@ -193,6 +194,8 @@ export const en = {
       unshelved: 'unshelved',
       'taken-out-of-service': 'taken out of service',
       'returned-to-service': 'returned to service',
+      suppressed: 'suppressed',
+      unsuppressed: 'no longer suppressed',
       removed: 'removed from the file',
       'settings-changed': 'settings changed',
     } satisfies Record<AlarmChange, string>,
@@ -303,6 +306,65 @@ export const en = {
     offDelay: 'Off-delay',
   },
 
+  plantStates: {
+    title: 'Plant states',
+    prefix: 'Plant state: ',
+    declared: 'declared',
+    notDeclared: 'not declared',
+    alarms: (count: number) => counted(count, 'alarm', 'alarms'),
+    suppresses: (alarms: string) => `suppresses ${alarms}`,
+    wouldSuppress: (alarms: string) => `would suppress ${alarms}`,
+    suppressedCount: (count: number) => `Suppressed alarms: ${count}`,
+    kinds: {
+      declare: {
+        verb: 'Declare',
+        title: 'Declare plant state',
+        sentence: (alarms: string) =>
+          `The plant state suppresses ${alarms} until its end. An alarm whose condition holds then is raised at once.`,
+      },
+      extend: {
+        verb: 'Extend',
+        title: 'Extend plant state',
+        sentence: (alarms: string) => `The plant state suppresses ${alarms} until the new end, from now.`,
+      },
+      end: {
+        verb: 'End',
+        title: 'End plant state',
+        sentence: (alarms: string) => `Of ${alarms}, those whose condition holds are raised at once.`,
+      },
+    },
+    reasonOptional: 'Reason (optional)',
+    suppressed: 'Suppressed',
+    suppressedTitle: (count: number) => `Suppressed: ${count}`,
+  },
+
+  defaultAlarms: {
+    title: 'Default alarms',
+    name: 'Name',
+    settings: 'Settings',
+    dialog: 'Default alarm settings',
+    apply:
+      'The new settings apply to all alarms of this kind at once and are written to the station’s file. The states of the alarms stay. An empty field has its default.',
+    limit: 'Telegrams per minute',
+    default: (priority: string) => `${priority} (default)`,
+    off: 'off',
+    exceptSegments: 'Except these segments, one in each line',
+    exceptGauges: 'Except these gauges, one in each line',
+    after: (time: string) => `after ${time}`,
+    endsAfter: (time: string) => `ends after ${time}`,
+    aboveLimit: (limit: number) => `above ${limit} telegrams per minute`,
+    except: (names: string) => `except ${names}`,
+    /** By the names of the table `alarms` of the station's file. */
+    about: {
+      fault: 'A gauge reports a fault.',
+      stale: 'A gauge delivers no new data.',
+      'not-measurable': 'The reading of a gauge does not decide a limit.',
+      segment: 'A segment is not running.',
+      damage: 'Many telegrams of a segment arrive damaged.',
+      database: 'The station does not record.',
+    },
+  },
+
   performance: {
     label: 'Alarm performance',
     title: 'Performance',
@@ -315,6 +377,7 @@ export const en = {
     figure: 'Figure',
     target: 'Target',
     alarms: 'alarms',
+    suppressed: 'suppressed by a plant state, not among them',
     perHour: 'per hour',
     perHourTarget: 'about 6, at most 12',
     worst: 'most in ten minutes',
@@ -905,6 +968,9 @@ export const en = {
       'taken-out-of-service': 'out of service',
       'returned-to-service': 'back in service',
       'alarm-settings': 'settings',
+      'plant-state-declared': 'plant state declared',
+      'plant-state-extended': 'plant state extended',
+      'plant-state-ended': 'plant state ended',
     } satisfies Record<AuditAction, string>,
     allTimes: 'all times',
     lastDay: 'last day',

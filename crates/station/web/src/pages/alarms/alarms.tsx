@@ -1,4 +1,4 @@
-// The alarms page: active alarms, shelved ones and those out of service, all alarms, their history, their figures, and the
+// The alarms page: active alarms, plant states, shelved alarms, those out of service and suppressed ones, all alarms, their history, their figures, and the
 // webhooks that report them.
 
 import type { JSX } from 'preact'
@@ -8,11 +8,13 @@ import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
+import { DefaultAlarms } from './default-alarms.tsx'
 import { AlarmHistory } from './history.tsx'
 import { Performance } from './performance.tsx'
+import { PlantStates } from './plant-states.tsx'
 import { SettingsDialog } from './settings-dialog.tsx'
 import { type Suppress, SuppressDialog } from './suppress-dialog.tsx'
-import { OutOfServiceList, ShelvedList } from './suppressed.tsx'
+import { OutOfServiceList, ShelvedList, SuppressedList } from './suppressed.tsx'
 import { Webhooks } from './webhooks.tsx'
 
 /** All alarms are fetched this often; every snapshot has the active ones. */
@@ -35,9 +37,12 @@ export function Alarms(): JSX.Element {
   return (
     <>
       <ActiveAlarmList error={error} run={run} suppress={setChosen} edit={setEdited} />
+      <PlantStates actions={actions} run={run} />
+      <SuppressedList alarms={alarms} />
       <ShelvedList alarms={alarms} run={run} />
       <OutOfServiceList alarms={alarms} run={run} />
       <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
+      <DefaultAlarms done={() => setActions((count) => count + 1)} />
       <AlarmHistory />
       <Performance />
       <Webhooks />

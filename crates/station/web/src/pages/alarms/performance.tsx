@@ -54,6 +54,7 @@ function rows(figures: AlarmPerformance): Row[] {
   const { high, medium, low } = by_priority
   return [
     { figure: t.performance.alarms, value: `${raised}`, target: '' },
+    { figure: t.performance.suppressed, value: `${figures.suppressed}`, target: '' },
     {
       figure: t.performance.perHour,
       value: per_hour == null ? '–' : per_hour.toFixed(1),

@@ -1,4 +1,4 @@
-// The alarms that are shelved or out of service, with the reason.
+// The alarms that are shelved, out of service or suppressed by a plant state, with the reason.
 
 import type { JSX } from 'preact'
 import { returnToService, unshelve } from '../../api/calls.ts'
@@ -73,6 +73,27 @@ export function OutOfServiceList({ alarms, run }: Props): JSX.Element | null {
           </AlarmItem>
         ))}
       </ul>
+    </section>
+  )
+}
+
+export function SuppressedList({ alarms }: Pick<Props, 'alarms'>): JSX.Element | null {
+  const suppressed = alarms.filter(({ state }) => state === 'suppressed')
+  if (suppressed.length === 0) return null
+  return (
+    <section class="panel" aria-label={t.plantStates.suppressed}>
+      <details>
+        <summary>
+          <h2>{t.plantStates.suppressedTitle(suppressed.length)}</h2>
+        </summary>
+        <ul class="alarm-list">
+          {suppressed.map((alarm) => (
+            <AlarmItem alarm={alarm} key={alarm.name} buttons={null}>
+              <Reason suppression={alarm.suppressed} />
+            </AlarmItem>
+          ))}
+        </ul>
+      </details>
     </section>
   )
 }
