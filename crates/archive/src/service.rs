@@ -182,18 +182,8 @@ async fn fetch(nats: &Nats, consumer: &Consumer<pull::Config>) -> Result<Vec<Mes
 }
 
 async fn store_messages(store: &mut Store, messages: &[Message]) -> Result<Stored, StoreError> {
-    let incoming: Vec<_> = messages.iter().map(|message| incoming(message)).collect();
+    let incoming: Vec<_> = messages.iter().map(|message| Incoming::of(message)).collect();
     store.store(&incoming, Micros::now()).await
-}
-
-/// What a message of the stream has for an archive.
-pub fn incoming(message: &async_nats::Message) -> Incoming {
-    let id = message.headers.as_ref().and_then(|headers| headers.get("Nats-Msg-Id"));
-    Incoming {
-        subject: message.subject.to_string(),
-        id: id.map(|id| id.as_str().to_owned()).unwrap_or_default(),
-        payload: message.payload.to_vec(),
-    }
 }
 
 /// Acknowledges what is committed. A lost acknowledgement brings the message again, which changes nothing.

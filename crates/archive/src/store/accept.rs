@@ -29,6 +29,19 @@ pub struct Incoming {
     pub payload: Vec<u8>,
 }
 
+impl Incoming {
+    /// What a message of NATS has for an archive.
+    #[must_use]
+    pub fn of(message: &async_nats::Message) -> Self {
+        let id = message.headers.as_ref().and_then(|headers| headers.get("Nats-Msg-Id"));
+        Self {
+            subject: message.subject.to_string(),
+            id: id.map(|id| id.as_str().to_owned()).unwrap_or_default(),
+            payload: message.payload.to_vec(),
+        }
+    }
+}
+
 /// A batch that can be stored.
 pub struct Accepted<'a> {
     pub plant: &'a str,

@@ -7,7 +7,7 @@ use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
 use crate::nats::{NatsError, SUBJECTS, connect_for};
 use crate::schema::{SchemaError, upgrade};
-use crate::service::incoming;
+use crate::store::Incoming;
 use futures_util::StreamExt;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::gateways::archive::Nats;
@@ -136,7 +136,7 @@ impl Watch {
         let client = connect_for(nats, "profivac archive, view", MAX_WAITING).await?.client();
         let mut batches = client.subscribe(SUBJECTS).await.map_err(|error| NatsError::new(nats, error))?;
         while let Some(message) = batches.next().await {
-            self.passing.take(&incoming(&message), &self.state, Micros::now());
+            self.passing.take(&Incoming::of(&message), &self.state, Micros::now());
         }
         Ok(())
     }
