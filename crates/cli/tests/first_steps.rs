@@ -194,9 +194,31 @@ fn every_step_to_a_plc_prints_what_the_page_shows() {
     follow("docs/plc.md");
 }
 
+/// A page with free TCP ports in place of its own, which another program on this computer may have.
+fn with_free_ports(page: &str) -> String {
+    const HOST: &str = "127.0.0.1:";
+    let mut parts = page.split(HOST);
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    let mut ports = BTreeMap::new();
+    // Held until each port of the page has another one.
+    let mut held = Vec::new();
+    for part in parts {
+        let end = part.find(|character: char| !character.is_ascii_digit()).unwrap_or(part.len());
+        let (port, rest) = part.split_at(end);
+        let free = ports.entry(port).or_insert_with(|| {
+            let listener = std::net::TcpListener::bind((HOST.trim_end_matches(':'), 0)).unwrap();
+            let free = listener.local_addr().unwrap().port();
+            held.push(listener);
+            free
+        });
+        text += &format!("{HOST}{free}{rest}");
+    }
+    text
+}
+
 /// Runs all steps of a page.
 fn follow(name: &str) {
-    let page = std::fs::read_to_string(sources().join(name)).unwrap();
+    let page = with_free_ports(&std::fs::read_to_string(sources().join(name)).unwrap());
     let mut workplace = Workplace::new();
     for step in steps(&page) {
         let output = workplace.follow(&step);
@@ -250,6 +272,16 @@ fn the_steps_of_a_page_are_parsed() {
         step(14, say(""), &[]),
     ];
     assert_eq!(steps(page), expected);
+}
+
+#[test]
+fn the_same_port_of_a_page_is_the_same_free_port() {
+    let text = with_free_ports("a 127.0.0.1:1/x 127.0.0.1:22 127.0.0.1:1");
+    let ports: Vec<&str> = text.split("127.0.0.1:").map(|part| part.trim_end().trim_end_matches("/x")).collect();
+    assert_eq!(ports[0], "a");
+    assert_eq!(ports[1], ports[3]);
+    assert_ne!(ports[1], ports[2]);
+    assert!(text.contains("/x 127.0.0.1:"), "{text}");
 }
 
 #[test]
