@@ -5,9 +5,9 @@
 //! | Part | Flow relative to A v/4 of the mean gas | Source |
 //! |---|---|---|
 //! | molecular | the transmission probability W(l/r) of opening and tube | Berman, J. Appl. Phys. 36 (1965) 3356 |
-//! | opening | (1 - s) (p1 - px) + s W_c p1 ψ(px/p1), s = δ^1.23 / (3.42 + δ^1.23) | isentropic nozzle; s: fitted to the table below |
-//! | tube | q ((1 - s) (1/W - 1) + s (3 l/8 r + 0.14 l/(l + r/2))) = G(δ)/G(0) (px - pe) - inertia; it leaves at the speed of sound at most: pe ≥ s (pc/p1) q / W_c | G: Sharipov and Seleznev, J. Phys. Chem. Ref. Data 27 (1998) 657 |
-//! | inertia | 3√π/32 δ s 1.687 q² / 2π ln(px/pe) / (1 + δ r / 268 l) | momentum of isothermal laminar flow, general knowledge; 1.687 and 268 fitted |
+//! | opening | (1 - s) (p1 - px) + s q_v, s = δ^1.16 / (2.45 + δ^1.16); q_v: the nozzle W_c p1 ψ(px/p1), for small differences (1.49 + 0.376 δ) (p1 - px), and between them both in series | isentropic nozzle, Sampson's law; s, 1.49 and the part in series: fitted to the table below |
+//! | tube | q ((1 - s) (1/W - 1) + s (3 l/8 r + 0.25 l/(l + 3.7 r))) = G(δ)/G(0) (px - pe) - inertia; it leaves at the speed of sound at most: pe ≥ s (pc/p1) q / W_c | G: Sharipov and Seleznev, J. Phys. Chem. Ref. Data 27 (1998) 657, with a minimum that is shallower by l/(l + 3.95 r) |
+//! | inertia | 3√π/32 δ s 1.6 q² / 2π ln(px/pe) / (1 + δ r / 910 l) | momentum of isothermal laminar flow, general knowledge; 1.6 and 910 fitted |
 //!
 //! The fitted numbers bring the flow into vacuum within 3 % of that of colliding molecules, for tubes from 0 to 10 radii and δ from
 //! 0.3 to 100 (`tests/collisions`, table in docs/vacuum.md).
