@@ -24,7 +24,9 @@ class Rise:
 
     leak: Interval
     outgassing: Interval
+    """The outgassing when the valve was closed."""
     total: Interval
+    """Both when the valve was closed: the indicated rate times the volume."""
     cause: str
     """``leak``, ``outgassing``, ``both``, ``undistinguished`` or ``no-rise``."""
     misfit: float

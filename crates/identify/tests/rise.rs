@@ -76,6 +76,30 @@ fn outgassing_after_one_hour_is_no_leak() {
     assert!(rise.leak.pa_m3_per_s.contains(0.0), "{:?}", rise.leak);
     near(rise.outgassing.pa_m3_per_s.mean, OUTGASSING_1H, 0.1);
     assert!(rise.shapes.straight < 0.01, "{:?}", rise.shapes);
+    let (total, indicated) = (rise.total.pa_m3_per_s, OUTGASSING_1H / Gas::H2o.ion_factor());
+    near(total.mean, indicated, 0.05);
+    assert!(total.contains(indicated) && total.high < 1.2 * total.low, "{total:?}");
+}
+
+/// The rate when the valve closes is known better than its parts. Each interval claims 95 %.
+#[test]
+fn the_intervals_of_the_whole_rate_contain_the_truth_as_often_as_they_claim() {
+    let (mut contained, mut widths) = (0, Vec::new());
+    for seed in 0..100 {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut between = |from: f64, to: f64| from * (to / from).powf(random.f64());
+        let (leak, outgassing, pumped_s) = (between(1e-7, 1e-5), between(1e-7, 1e-5), between(HOUR_S, 10.0 * HOUR_S));
+        let pa = |t: f64| 1e-4 + (leak * t + outgassing * pumped_s * (t / pumped_s).ln_1p()) / VOLUME_M3;
+        let mut noisy = |t: f64| (t, pa(t) * (1.0 + 0.01 * normal(&mut random)));
+        let samples: Vec<_> = (0..600).map(|number| noisy(3.0 * f64::from(number))).collect();
+        let total = analysed(&samples, pumped_s).total.pa_m3_per_s;
+        contained += u32::from(total.contains(leak + outgassing));
+        widths.push((total.high - total.low) / total.mean);
+    }
+    widths.sort_by(f64::total_cmp);
+    println!("{contained} of 100, median width {:.3}, widest {:.3}", widths[50], widths[99]);
+    assert!(contained >= 90, "{contained} of 100");
+    assert!(widths[50] < 0.02, "{widths:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What follows from the numbers of a plant: pressures and times to come, and what would help most.
 
 use super::fit::bounded;
-use super::model::Numbers;
+use super::model::{Numbers, State};
 use super::{LAW, Plant};
 use crate::interval::{Interval, SIGMAS};
 use nalgebra::DVector;
@@ -109,19 +109,26 @@ impl Plant {
     /// the pump.
     #[must_use]
     pub fn parts_pa(&self, seconds: f64) -> [Interval; 3] {
-        let speed = |numbers: &Numbers| numbers.speed(self.pressure(numbers, seconds));
-        let parts: [&dyn Fn(&Numbers) -> f64; 3] = [
-            &|numbers| (numbers.leak / speed(numbers)).max(f64::MIN_POSITIVE),
-            &|numbers| numbers.outgassed(seconds) / speed(numbers),
-            &|numbers| numbers.ultimate.max(f64::MIN_POSITIVE),
-        ];
-        parts.map(|part| self.band(part).widened(self.gauge_uncertainty))
+        let over_speed = |numbers: &Numbers, flow: &dyn Fn(State) -> f64| {
+            let state = self.state(numbers, seconds);
+            flow(state) / numbers.speed(state.pa())
+        };
+        // A leak may be zero, which has no logarithm: its band is that of the profiles alone.
+        let leak = self.hull(|numbers| over_speed(numbers, &|_| numbers.leak));
+        let walls = self.band(|numbers| over_speed(numbers, &|state| numbers.outgassed(state.age)));
+        let [leak, walls] = [leak, walls].map(|part| part.widened(self.gauge_uncertainty.hypot(LAW)));
+        [leak, walls, self.ultimate_pa]
     }
 
     /// The pressure if the pumping goes on from the first group until `seconds`.
     fn pressure(&self, numbers: &Numbers, seconds: f64) -> f64 {
+        self.state(numbers, seconds).pa()
+    }
+
+    /// The state of the chamber then.
+    fn state(&self, numbers: &Numbers, seconds: f64) -> State {
         let (from, state) = self.start;
-        if seconds > from { numbers.advance(state, seconds - from, true).pa() } else { state.pa() }
+        if seconds > from { numbers.advance(state, seconds - from, true) } else { state }
     }
 
     fn time(&self, numbers: &Numbers, target_pa: f64) -> f64 {
@@ -146,7 +153,7 @@ impl Plant {
     /// A quantity above zero with its 95 % band: the larger of 1.96 standard deviations of its logarithm and of the hull.
     fn band(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
         let found = self.hull(&quantity);
-        let variance = self.variance(&|values: &DVector<f64>| self.logarithm(&quantity, values));
+        let variance = self.variance(&|values: &DVector<f64>| self.at(&quantity, values).ln());
         let spread = (SIGMAS * variance.max(0.0).sqrt()).exp();
         if !spread.is_finite() {
             return found;
@@ -154,17 +161,18 @@ impl Plant {
         Interval { low: found.low.min(found.mean / spread), high: found.high.max(found.mean * spread), ..found }
     }
 
-    /// A quantity above zero with its range over the unknowns at the bounds of their intervals.
+    /// A quantity with its range over the unknowns at the bounds of their intervals.
     fn hull(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
-        let mean = self.logarithm(&quantity, &self.values);
-        let corners = self.corners.iter().map(|values| self.logarithm(&quantity, values));
+        let mean = self.at(&quantity, &self.values);
+        let corners = self.corners.iter().map(|values| self.at(&quantity, values));
         let [low, high] = corners.fold([mean; 2], |[low, high], value| [low.min(value), high.max(value)]);
-        Interval { mean: mean.exp(), low: low.exp(), high: high.exp() }
+        Interval { mean, low, high }
     }
 
-    fn logarithm(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
+    /// A quantity at values, which count as within their bounds.
+    fn at(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
         let inside = DVector::from_fn(values.len(), |index, _| bounded(index, values[index]));
-        quantity(&self.unknowns.numbers(&inside)).ln()
+        quantity(&self.unknowns.numbers(&inside))
     }
 
     /// The variance of a function of the unknowns.

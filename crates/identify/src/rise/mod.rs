@@ -138,7 +138,7 @@ pub struct Rise {
     pub leak: Flow,
     /// The outgassing at the time when the valve was closed.
     pub outgassing: Flow,
-    /// The total at that time, as the indicated slope times the volume.
+    /// Both at that time: the indicated rate times the volume.
     pub total: Flow,
     /// The cause.
     pub cause: Cause,

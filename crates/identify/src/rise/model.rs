@@ -19,11 +19,12 @@ pub(super) struct Model {
     pub best: Least,
 }
 
-/// One of the two rates.
+/// One of the two rates, or both together when the valve closes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rate {
     Leak,
     Outgassing,
+    Total,
 }
 
 impl Model {
@@ -57,6 +58,11 @@ impl Model {
                 let fixed = water * given - time * self.slope;
                 self.sums.least(fixed, [(time, unlimited), (other - water, others)])
             }
+            Rate::Total => {
+                // Outgassing is a part of the rate that slows down; that it may be two parts of all of it only widens an interval.
+                let others = if has_other { given } else { 0.0 };
+                self.sums.least(time * (given - self.slope), [(water - time, given), (other - time, others)])
+            }
         }
     }
 
@@ -73,6 +79,7 @@ impl Model {
         let within = match rate {
             Rate::Leak => self.leak,
             Rate::Outgassing => self.outgassing(),
+            Rate::Total => self.leak + self.outgassing(),
         };
         Some([0.0, self.most].map(|bound| crossing(within, bound, limit, |given| self.least(rate, given).chi2)))
     }

@@ -38,10 +38,8 @@ impl Record<'_> {
         // A fit that misses more than the noise has larger uncertainties.
         let variance = misfit.powi(2).max(1.0);
         let causes = self.causes(least.min(line), variance);
-        let [leak, outgassing] =
-            [Rate::Leak, Rate::Outgassing].map(|rate| self.interval(rate, least, variance, &causes));
-        let total =
-            Interval { mean: best.map_or(slope, |model| model.leak + model.outgassing()), ..self.slope(variance) };
+        let [leak, outgassing, total] =
+            [Rate::Leak, Rate::Outgassing, Rate::Total].map(|rate| self.interval(rate, least, variance, &causes));
         let shapes = self.shapes(least.min(line), variance);
         let saturating = self.models.iter().filter(|model| model.slowing.tau_s.is_some()).min_by(by_sum);
         let flow = |interval: Interval, factor: f64| Flow {
@@ -65,16 +63,6 @@ impl Record<'_> {
         }
     }
 
-    /// The mean slope with its uncertainty, in Pa/s.
-    fn slope(&self, variance: f64) -> Interval {
-        let sums = self.samples.iter().fold([0.0; 3], |[one, t, tt], (time, _, weight)| {
-            let square = weight * weight;
-            [one + square, t + square * time, tt + square * time * time]
-        });
-        let [one, t, tt] = sums;
-        Interval::normal(self.straight[1], (variance * one / (one * tt - t * t)).sqrt())
-    }
-
     /// The mean of a rate over the causes, and its 95 % interval.
     fn interval(&self, rate: Rate, least: f64, variance: f64, causes: &Causes) -> Interval {
         let limit = least + SIGMAS * SIGMAS * variance;
@@ -92,9 +80,12 @@ impl Record<'_> {
             sum += weight * given;
         }
         let with_both = if weights > 0.0 { sum / weights } else { low };
+        let leak_alone = causes.leak_alone * self.straight[1];
+        let outgassing_alone = causes.outgassing_alone * causes.outgassing;
         let alone = match rate {
-            Rate::Leak => causes.leak_alone * self.straight[1],
-            Rate::Outgassing => causes.outgassing_alone * causes.outgassing,
+            Rate::Leak => leak_alone,
+            Rate::Outgassing => outgassing_alone,
+            Rate::Total => leak_alone + outgassing_alone,
         };
         // Digits limit a slope too: they do not average out over the samples.
         let digits = SIGMAS * LEAST_NOISE * self.straight[1].abs();

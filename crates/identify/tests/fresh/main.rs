@@ -148,6 +148,25 @@ fn a_fit_in_a_flat_valley_ends() {
     }
 }
 
+/// The leak or the ultimate pressure that explains such a record may be zero, and the logarithm of its part has no bound then.
+#[test]
+fn the_parts_of_a_pressure_contain_the_truth_and_are_no_larger_than_it() {
+    let mut contained = 0;
+    for seed in 40_001..40_007 {
+        let truth = Truth { noise: 0.01, dosed: false, ..Truth::of(seed) };
+        let plant = identify(&truth.record(seed)).unwrap();
+        let whole = plant.predicted_pa(plant.end_s());
+        let parts = plant.parts_pa(plant.end_s());
+        for (part, true_pa) in parts.into_iter().zip(truth.parts_pa(plant.end_s())) {
+            assert!(part.low <= part.mean && part.mean <= part.high, "{seed}: {part:?}");
+            assert!(part.high < 1.1 * whole.high, "{seed}: {part:?} of {whole:?}");
+            contained += u32::from(part.contains(true_pa));
+        }
+        assert_eq!(parts[2], plant.ultimate_pa, "{seed}: the part of the pump is its ultimate pressure");
+    }
+    assert!(contained >= 16, "{contained} of 18");
+}
+
 /// A gauge that reads 10 % too high finds 10 % more gas; its uncertainty makes the interval hold the truth.
 #[test]
 fn the_uncertainty_of_the_gauge_widens_the_gas_and_not_the_speed() {

@@ -132,13 +132,25 @@ impl Truth {
 
     /// The pressure with the valve open all the time, in Pa.
     pub fn pumped_pa(&self, seconds: f64) -> f64 {
+        let [dry, water, _] = self.pumped(seconds);
+        dry + water
+    }
+
+    /// The parts of that pressure by the leak, by outgassing and by the pump, in Pa.
+    pub fn parts_pa(&self, seconds: f64) -> [f64; 3] {
+        let [dry, water, age] = self.pumped(seconds);
+        let speed = self.speed_at(dry + water);
+        [self.leak / speed, self.outgassed(age) / speed, self.ultimate_pa]
+    }
+
+    fn pumped(&self, seconds: f64) -> [f64; 3] {
         let (mut state, mut now) = ([self.range[1].min(1e3), 0.0, self.age_s], 0.0);
         while now < seconds {
             let step = self.short(now).min(seconds - now);
             state = self.step(state, step, true);
             now += step;
         }
-        state[0] + state[1]
+        state
     }
 
     /// A step that is short beside the age of the wall, and at first beside the time constant of the chamber.
