@@ -114,7 +114,7 @@ class Bus:
             for gauge in watched:
                 yield gauge, gauge.read(unit)
             due = max(due + interval, time.monotonic())
-            time.sleep(due - time.monotonic() if due > time.monotonic() else 0)
+            time.sleep(max(0.0, due - time.monotonic()))
 
     async def stream_async(
         self, *gauges: int | str, interval: float = 1.0, unit: Unit = Unit.PA

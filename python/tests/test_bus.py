@@ -195,6 +195,32 @@ def test_asyncio_waits_without_blocking_the_loop() -> None:
     assert asyncio.run(main()) == ([True, True], [5, 6, 5, 6])
 
 
+def test_a_stream_goes_on_when_its_time_passes_while_it_decides_to_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    slept: list[float] = []
+
+    class Clock:
+        """Each look at the clock takes 0.6 s."""
+
+        now = 0.0
+
+        @classmethod
+        def monotonic(cls) -> float:
+            cls.now += 0.6
+            return cls.now
+
+        @staticmethod
+        def sleep(seconds: float) -> None:
+            assert seconds >= 0.0, f"time.sleep refuses {seconds}"
+            slept.append(seconds)
+
+    with pv.VirtualSegment("psg550@5") as chamber:
+        monkeypatch.setattr("profivac._bus.time", Clock)
+        readings = chamber.bus.stream(5, interval=1.5)
+        for _ in range(5):
+            next(readings)
+    assert len(slept) == 4
+
+
 def test_a_stream_needs_a_gauge() -> None:
     with pv.VirtualSegment("bcg450@5") as chamber, pytest.raises(pv.Usage, match="expected the gauges to watch"):
         next(chamber.bus.stream())
