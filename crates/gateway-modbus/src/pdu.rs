@@ -85,15 +85,20 @@ fn identify(body: &[u8], identity: &Identity) -> Result<Vec<u8>, Exception> {
     const CONFORMITY: u8 = 0x82;
     let &[code, first] = body else { return Err(Exception::IllegalValue) };
     let objects = identity.objects();
-    let chosen: Vec<_> = match code {
-        1 => objects.into_iter().filter(|(number, _)| *number <= 2 && *number >= first).collect(),
-        2 | 3 => objects.into_iter().filter(|(number, _)| *number >= first).collect(),
-        4 => objects.into_iter().filter(|(number, _)| *number == first).collect(),
+    let last = match code {
+        1 => 2,
+        2..=4 => u8::MAX,
         _ => return Err(Exception::IllegalValue),
     };
-    if chosen.is_empty() && code == 4 {
-        return Err(Exception::IllegalAddress);
-    }
+    let offered = || objects.into_iter().filter(|(number, _)| *number <= last);
+    let is_offered = offered().any(|(number, _)| number == first);
+    let chosen: Vec<_> = match (code, is_offered) {
+        (4, true) => offered().filter(|(number, _)| *number == first).collect(),
+        (4, false) => return Err(Exception::IllegalAddress),
+        (_, true) => offered().filter(|(number, _)| *number >= first).collect(),
+        // An object that is not there counts as the first one.
+        (_, false) => offered().collect(),
+    };
     let mut answer = vec![0x2B, 0x0E, code, CONFORMITY, 0, 0, u8::try_from(chosen.len()).unwrap_or_default()];
     for (number, text) in chosen {
         // At most 64 octets each, so that all fit into one answer of 253 octets.
@@ -183,6 +188,9 @@ mod tests {
         assert!(regular.len() <= 253 && regular.get(6) == Some(&6), "{regular:?}");
         assert_eq!(refusal(&[0x2B, 0x0E, 4, 2]).0.get(7..), Some([2, 5, b'0', b'.', b'2', b'.', b'0'].as_slice()));
         assert_eq!(refusal(&[0x2B, 0x0E, 4, 3]).1, Some(Exception::IllegalAddress));
+        assert_eq!(refusal(&[0x2B, 0x0E, 2, 4]).0.get(6..8), Some([3, 4].as_slice()), "the rest of a stream");
+        assert_eq!(refusal(&[0x2B, 0x0E, 2, 200]).0, regular.iter().copied().collect::<Vec<_>>(), "from the beginning");
+        assert_eq!(refusal(&[0x2B, 0x0E, 1, 4]).0, basic, "object 4 is not a basic one");
         assert_eq!(refusal(&[0x2B, 0x0E, 5, 0]).1, Some(Exception::IllegalValue));
     }
 
