@@ -51,7 +51,7 @@ impl Family {
                 .collect::<Vec<_>>()
                 .join("_"),
         };
-        Self { name, form, unit: unit.filter(|_| !matches!(form, Form::Label(_))), help: signal.description() }
+        Self { name, form, unit: unit.filter(|_| !matches!(form, Form::Label(_))), help: help(signal) }
     }
 
     /// The name of its samples.
@@ -115,6 +115,14 @@ fn form(signal: Signal) -> Form {
             Kind::Choice(words) => Form::States("state", words),
             Kind::Text => Form::Text("text"),
         },
+    }
+}
+
+/// The description. A pressure that is not measured has no series, so the end of the range is never its value.
+const fn help(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Pressure => "Indicated pressure; absent while it is not measured",
+        other => other.description(),
     }
 }
 

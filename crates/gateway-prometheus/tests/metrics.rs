@@ -91,6 +91,8 @@ fn a_pressure_that_is_not_measured_is_absent_and_its_state_says_why() {
         for name in ["pressure_pascals", "pressure_log10", "corrected_pressure_pascals"] {
             assert_eq!(samples(&text, &format!("profivac_reading_{name}")), [""; 0], "{quality:?}");
         }
+        let help = text.lines().find(|line| line.starts_with("# HELP profivac_reading_pressure_pascals")).unwrap();
+        assert!(help.ends_with("Indicated pressure; absent while it is not measured."), "{help}");
         let state = format!("profivac_reading_state{{{LABELS},state=\"{word}\"}} 1");
         assert!(samples(&text, "profivac_reading_state").contains(&state.as_str()), "{state}");
     }
