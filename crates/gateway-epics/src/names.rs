@@ -295,16 +295,23 @@ fn plain(name: &str) -> String {
 }
 
 /// Shorter words for the names of parameters, which would soon fill the 60 characters of a name.
-const SHORT_WORDS: [(&str, &str); 12] = [
+const SHORT_WORDS: [(&str, &str); 19] = [
+    ("ANALOG", "ANA"),
     ("ATMOSPHERE", "ATM"),
     ("ATMOSPHERIC", "ATM"),
+    ("BLOCK", "BLK"),
+    ("DISCRETE", "DISC"),
     ("EMISSION", "EMIS"),
     ("FUNCTION", "FUNC"),
     ("HYSTERESIS", "HYST"),
+    ("INPUT", "IN"),
+    ("INSTANCE", "INST"),
+    ("OUTPUT", "OUT"),
     ("PERCENTAGE", "PCT"),
     ("POINT", "PT"),
     ("PRESSURE", "P"),
     ("PROCESS", "PROC"),
+    ("SENSOR", "SENS"),
     ("SETPOINT", "SP"),
     ("STATUS", "STAT"),
     ("THRESHOLD", "THR"),
@@ -345,6 +352,12 @@ const fn usual_name(signal: Signal) -> Option<&'static str> {
         Signal::SegmentUp => "SEG_OK",
         Signal::CycleTime => "CYCLE",
         Signal::SegmentRepetitions => "REPETITIONS",
+        Signal::AlarmAcknowledged => "ACKED",
+        Signal::AcknowledgedBy => "ACK_BY",
+        Signal::AcknowledgedAt => "ACK_AT",
+        Signal::OutOfService => "SUPPR_REASON",
+        Signal::SuppressedBy => "SUPPR_BY",
+        Signal::SuppressedUntil => "SUPPR_UNTIL",
         _ => return None,
     })
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Plant, config};
+use common::{Plant, config, parsed};
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
 use profivac_gateway_epics::database::World;
@@ -12,6 +12,8 @@ use profivac_gateway_epics::listing;
 use profivac_gateway_epics::names::NameError;
 use profivac_gateway_epics::record::{Answer, Data};
 use profivac_recorder::{Micros, Quality};
+use profivac_station::config::Config;
+use profivac_station::config::gateways::epics::Settings;
 use std::collections::BTreeSet;
 
 fn read<'a>(world: &'a World, name: &str) -> Answer<'a> {
@@ -43,8 +45,12 @@ fn close(number: f64, expected: f64) -> bool {
 
 fn names(epics: &str) -> Result<Vec<String>, NameError> {
     let (config, settings) = config(epics);
-    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
-    let table = listing::names(&config.name, &snapshot, &settings)?;
+    listed(&config, &settings)
+}
+
+fn listed(config: &Config, settings: &Settings) -> Result<Vec<String>, NameError> {
+    let snapshot = Modeller::default().next(Inputs::planned(config), Micros(1));
+    let table = listing::names(&config.name, &snapshot, settings)?;
     Ok(table.rows().iter().map(|row| row[0].clone()).collect())
 }
 
@@ -92,6 +98,27 @@ fn templates_presets_renames_and_aliases_make_the_names_of_a_site() {
     let placed =
         names("name = '{GAUGE}{channel}:{signal}'\n[epics.alias]\n'FE:VA{CCG:1}P-I' = 'fore line.2.pressure'").unwrap();
     assert!(placed.iter().any(|it| it == "FORE_LINE2:P") && placed.iter().any(|it| it == "FE:VA{CCG:1}P-I"));
+}
+
+/// The alarms that a station has without a row in its file are named after gauges too, and after the channel of a controller.
+#[test]
+fn the_usual_names_of_every_device_leave_20_characters_for_prefix_and_gauge() {
+    let segment = "[[segment]]\nname = 's'\nport = '/dev/ttyUSB0'\n".to_owned();
+    let gauge = |(address, device): (usize, &str)| {
+        let gauge = format!("[[segment.gauge]]\nname = 'g{address:02}'\naddress = {address}\ndevice = '{device}'\n");
+        let limited = if device.starts_with("tpg") || device.starts_with("img") { ".1" } else { "" };
+        (gauge, format!("[[alarm]]\nname = 'a{address}'\ngauge = 'g{address:02}{limited}'\nabove = '1e-3 mbar'\n"))
+    };
+    let devices = profivac_devices::catalog::MODELS.iter().map(|model| model.name);
+    let (gauges, alarms): (String, String) = (10..).zip(devices).map(gauge).unzip();
+    let (config, settings) = parsed(&format!("{segment}{gauges}{alarms}[epics]\n"));
+    let names = listed(&config, &settings).unwrap();
+    assert!(names.iter().any(|name| name == "ALARM:G10_LIMIT_NOT_MEASURABLE:ACKED"), "{names:?}");
+    for name in names {
+        let of_gauge = if name.contains("_1_LIMIT") { "G21_1" } else { "G10" };
+        let with_twenty = name.len() - of_gauge.len() + 20;
+        assert!(with_twenty <= 60, "{name} would have {with_twenty} characters");
+    }
 }
 
 #[test]

@@ -52,7 +52,12 @@ priority = "low"
 
 /// The plant with `[epics]` and this text in it.
 pub fn config(epics: &str) -> (Config, Settings) {
-    let config = Config::parse(&format!("{FILE}\n[epics]\n{epics}"), Path::new("plant.toml")).unwrap();
+    parsed(&format!("{FILE}\n[epics]\n{epics}"))
+}
+
+/// The plant of a file with a table `[epics]`.
+pub fn parsed(file: &str) -> (Config, Settings) {
+    let config = Config::parse(file, Path::new("plant.toml")).unwrap();
     let [GatewaySettings::Epics(settings)] = &config.gateways[..] else { panic!("one gateway") };
     let settings = settings.clone();
     (config, settings)
