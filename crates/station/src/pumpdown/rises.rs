@@ -28,6 +28,9 @@ pub struct RiseParts {
     pub leak_pa_per_s: Interval,
     /// The outgassing at the beginning, in Pa/s.
     pub outgassing_pa_per_s: Interval,
+    /// Both at the beginning divided by the pressure before it, in 1/s: with the valve open the pump has taken this part of the gas each
+    /// second, so times the volume it is the effective speed. Not stated if the rise is not certain.
+    pub pumped_per_s: Option<f64>,
 }
 
 /// A rise of the pressure.
@@ -67,7 +70,7 @@ fn in_section(section: &Section, begun: &[f64]) -> Vec<PressureRise> {
         }
         let is_over = y < decades(high) - OVER || index + 1 == points.len();
         if is_over && decades(high) - lowest >= HEIGHT {
-            found.extend(rise(&section.points, foot, high, begun));
+            found.extend(rise(section, foot, high, begun));
             (lowest, foot, high) = (y, index, index);
         } else if y <= lowest + BOTTOM {
             (lowest, foot, high) = (lowest.min(y), index, index);
@@ -76,18 +79,20 @@ fn in_section(section: &Section, begun: &[f64]) -> Vec<PressureRise> {
     found
 }
 
-fn rise(points: &[(f64, f64)], low: usize, high: usize, begun: &[f64]) -> Option<PressureRise> {
-    let points = points.get(low..=high)?;
+fn rise(section: &Section, low: usize, high: usize, begun: &[f64]) -> Option<PressureRise> {
+    let points = section.points.get(low..=high)?;
+    let (_, before_pa) = *section.smooth.get(low)?;
     let ((from_s, from_pa), (to_s, to_pa)) = (*points.first()?, *points.last()?);
     if to_s - from_s < SHORTEST_S || points.len() < SAMPLES {
         return None;
     }
     let pumped_s = begun.iter().copied().filter(|begun| *begun < from_s).reduce(f64::max).map(|begun| from_s - begun);
-    Some(PressureRise { from_s, to_s, from_pa, to_pa, pumped_s, fit: parts(points, from_s, pumped_s) })
+    Some(PressureRise { from_s, to_s, from_pa, to_pa, pumped_s, fit: parts(points, before_pa, pumped_s) })
 }
 
-/// The parts of a rise, as indicated.
-fn parts(points: &[(f64, f64)], from_s: f64, pumped_s: Option<f64>) -> Option<RiseParts> {
+/// The parts of a rise after a pressure in Pa, as indicated.
+fn parts(points: &[(f64, f64)], before_pa: f64, pumped_s: Option<f64>) -> Option<RiseParts> {
+    let (from_s, _) = *points.first()?;
     let samples: Vec<_> = points.iter().map(|(s, pa)| (s - from_s, *pa)).collect();
     // With 1 m³ a flow in Pa m³/s has the number of the rate in Pa/s.
     let setup = RiseSetup {
@@ -99,6 +104,8 @@ fn parts(points: &[(f64, f64)], from_s: f64, pumped_s: Option<f64>) -> Option<Ri
         gas_k: profivac_vacuum::atmosphere::ROOM_K,
     };
     let rise = analyse(&samples, &setup).ok().filter(|rise| rise.misfit <= MISFIT)?;
-    let [leak_pa_per_s, outgassing_pa_per_s] = [rise.leak, rise.outgassing].map(|flow| flow.pa_m3_per_s);
-    Some(RiseParts { cause: rise.cause, leak_pa_per_s, outgassing_pa_per_s })
+    let [leak_pa_per_s, outgassing_pa_per_s, total] =
+        [rise.leak, rise.outgassing, rise.total].map(|flow| flow.pa_m3_per_s);
+    let pumped_per_s = (rise.cause != Cause::NoRise).then_some(total.mean / before_pa);
+    Some(RiseParts { cause: rise.cause, leak_pa_per_s, outgassing_pa_per_s, pumped_per_s })
 }

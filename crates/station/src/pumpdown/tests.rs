@@ -278,6 +278,27 @@ fn a_closed_valve_is_a_rise_with_its_leak_rate() {
     assert_eq!(find(&samples, 0).len(), 1);
 }
 
+/// 20 l with outgassing behind a pump of 200 l/s that starts slowly: the fall shows a tenth of its speed, the rise all of it.
+#[test]
+fn a_rise_gives_the_speed_that_a_fall_hides() {
+    let (speed, volume, gas) = (0.2, 0.02, |s: f64| 1e-6 * 3_600.0 / s);
+    let closed = 3_000.0;
+    let samples = recorded(3_600.0, |s| {
+        let base = gas(s.max(60.0)) / speed;
+        if s < closed {
+            AIR * (-s / 20.0).exp() + base
+        } else {
+            base + gas(closed) * closed * (s / closed).ln() / volume
+        }
+    });
+    let trace = whole(&samples);
+    let fastest = quickest(&falls(&trace)).unwrap().per_s * volume;
+    assert!(fastest < 0.01 * speed, "{fastest}");
+    let rises = pressure_rises(&trace, &[0.0]);
+    let [rise] = rises[..] else { panic!("{rises:?}") };
+    near(rise.fit.unwrap().pumped_per_s.unwrap() * volume, speed, 6.0);
+}
+
 #[test]
 fn the_next_sample_gives_the_value_at_the_end() {
     let invalid = |s| Sample::new(at(s), None, Quality::Fault);

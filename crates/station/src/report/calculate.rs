@@ -185,6 +185,7 @@ fn rising(start: Micros, rise: &PressureRise, volume_m3: Option<f64>) -> Rising 
         outgassing_pa_per_s: outgassing.map(Into::into),
         leak_pa_m3_per_s: flow(leak),
         outgassing_pa_m3_per_s: flow(outgassing),
+        speed_m3_per_s: rise.fit.and_then(|fit| fit.pumped_per_s).zip(volume_m3).map(|(per_s, volume)| per_s * volume),
     }
 }
 

@@ -178,6 +178,9 @@ pub struct Rising {
     pub leak_pa_m3_per_s: Option<IntervalView>,
     /// The outgassing at the beginning, in Pa m³/s, if the volume is known.
     pub outgassing_pa_m3_per_s: Option<IntervalView>,
+    /// The effective pumping speed at the pressure before the rise in m³/s, if the volume is known: both at the beginning over that
+    /// pressure.
+    pub speed_m3_per_s: Option<f64>,
 }
 
 /// The data behind the numbers of a gauge.

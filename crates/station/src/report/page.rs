@@ -80,7 +80,12 @@ fn key_figures(report: &Report) -> String {
     if let Some((target, s)) = last.and_then(|(target, reached)| Some((target, reached.s?))) {
         put(&format!("Time to {}", escape(&target.words(report.unit))), &duration(s), "since the beginning");
     }
-    if let Some(fall) = lead.quickest {
+    // While a pump runs up and walls outgas, a fall shows less than the speed of the pump: a rise shows that at its beginning.
+    let by_rise = lead.rises.iter().find_map(|rise| Some((rise.from.pa, rise.speed_m3_per_s?)));
+    if let Some((pa, speed)) = by_rise {
+        let more = format!("at {}, from the rise", with_unit(pa, report.unit));
+        put("Effective speed", &format!("{} l/s", number(speed * 1e3)), &more);
+    } else if let Some(fall) = lead.quickest {
         let more = format!("near {}", with_unit(fall.pa, report.unit));
         match fall.speed_m3_per_s {
             Some(speed) => put("Highest effective speed", &format!("{} l/s", number(speed * 1e3)), &more),

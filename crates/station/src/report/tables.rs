@@ -183,14 +183,16 @@ pub fn rises(report: &Report) -> String {
             gauge.rises.iter().map(move |rise| named(style, gauge) + &rise_cells(report, rise))
         });
     let rows: Vec<String> = rows.collect();
-    let columns = ["Gauge", "From", "To", "Duration", "Leak", "Outgassing at the start", "Cause"];
+    let columns =
+        ["Gauge", "From", "To", "Duration", "Leak", "Outgassing at the start", "Effective speed before", "Cause"];
     let table = table("", &heads(&columns), &rows);
     if table.is_empty() {
         return table;
     }
     table
-        + "<p class=\"note\">A flow is valid only if the valve to the pump was closed during the rise, which the pressure alone does not show. \
-           Intervals of 95 % are as indicated: not corrected for the gas, without the uncertainty of the gauge.</p>\n"
+        + "<p class=\"note\">A flow and a speed are valid only if the valve to the pump was closed during the rise, which the pressure alone does \
+           not show. Intervals of 95 % are as indicated: not corrected for the gas, without the uncertainty of the gauge. The speed is the gas that \
+           the valve stopped divided by the pressure before.</p>\n"
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
@@ -224,7 +226,9 @@ fn rise_cells(report: &Report, rise: &Rising) -> String {
         Some(RiseCause::Undistinguished) => "leak and outgassing cannot be distinguished",
         Some(RiseCause::NoRise) => "no certain rise",
     };
-    [point(rise.from), point(rise.to), duration(rise.to.s - rise.from.s), leak, outgassing, words.to_owned()]
+    let speed = rise.speed_m3_per_s.map_or_else(|| "–".to_owned(), |speed| format!("{} l/s", number(speed * 1e3)));
+    let duration = duration(rise.to.s - rise.from.s);
+    [point(rise.from), point(rise.to), duration, leak, outgassing, speed, words.to_owned()]
         .map(|text| cell(&text))
         .concat()
 }
