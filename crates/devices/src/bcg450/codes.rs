@@ -6,18 +6,18 @@ use crate::model::code_table::{code_range, codes};
 use crate::model::{CodeTable, Codes, Precondition};
 
 code_range! {
-    /// 3.2.1.2
+    /// Channel Instance Selector: the instance that slot 1 shows. 3.2.1.2.
     pub Selector: u8 = INSTANCES.0, INSTANCES.1
 }
 
 codes! {
-    /// 3.2.5.6
+    /// Setpoint Function: what switches the relay of a set point. 3.2.5.6.
     pub SetpointFunction: Names;
     0 Potentiometer "potentiometer";
     1 Atmosphere    "atmosphere";
 }
 
-/// 3.2.5.7: 500 is 50 %.
+/// Percentage of atmosphere, in tenths of a percent: 500 is 50 %. 3.2.5.7.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Percentage {}
 
@@ -34,7 +34,7 @@ const CATHODE_LIFE: &str = "switches the hot cathode: at a pressure that is too 
 const EMISSION_ON: &[Precondition] = &[Executing, PressureBelow(Some(PIRANI.part.instance), CATHODE.on_pa)];
 
 codes! {
-    /// 3.3.3.9: the command in the high octet, its value in the low one.
+    /// Hot Cathode Block State Command: the command in the high octet, its value in the low one. 3.3.3.9.
     pub HotCathodeCommand: Commands;
     0x0000 Inactive      "inactive";
     0x0100 DegasOff      "degas-off";
@@ -47,7 +47,8 @@ codes! {
 }
 
 codes! {
-    /// 3.3.3.5, with the codes of (97). Writing 0 and 1 is the command above.
+    /// Emission Status. 3.3.3.5, with the codes of (97). Writing 0 and 1 is the command EmissionOff and EmissionOn of
+    /// [`HotCathodeCommand`].
     pub EmissionStatus: Names;
     0 Off             "off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     1 On25Microampere "on-25-microampere", needs EMISSION_ON, risk CATHODE_LIFE;
@@ -56,15 +57,15 @@ codes! {
 }
 
 codes! {
-    /// 3.3.3.7 (99)
+    /// Degas Status. 3.3.3.7 (99).
     pub DegasStatus: Names;
     0 Off "off";
     3 On  "on";
 }
 
 codes! {
-    /// 3.3.5.2 (116): the command in the high octet, its value in the low one. The gauge refuses it while the diaphragm reads no
-    /// ambient pressure (159).
+    /// Atmosphere gauge Block State Command: the command in the high octet, its value in the low one. The gauge refuses it while the
+    /// diaphragm reads no ambient pressure (159). 3.3.5.2 (116).
     pub AtmosphereCommand: Commands;
     0x0000 Inactive            "inactive";
     0x8000 AtmosphereAdjust    "atmosphere-adjust",

@@ -208,8 +208,8 @@ static CONFIGURATIONS: [Configuration; 8] = [
     configuration(Some(&T2), Some(&T7), &[0xC8, 0x89, 0x8E, 0x0A, 0x05, 0x05, 0x0A, 0x05, 0x05, 0x05, 0x08]),
 ];
 
-/// 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are the printed ones
-/// (83).
+/// The pressure units. 3.2.2.1 and 3.2.2.4; the codes are decimal (5), the factor of Micron is 1000 (60), the factors are
+/// the printed ones (83).
 #[rustfmt::skip]
 pub static UNITS: [Unit; 5] = [
     Unit { code: 1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },

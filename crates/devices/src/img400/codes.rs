@@ -8,7 +8,7 @@ use crate::model::{CodeTable, Codes};
 use crate::profile::DeviceState;
 use crate::profile::codes::device_state;
 
-/// 4.4.1: Device State with the same codes as everywhere, and one for INIT (20).
+/// Device State, with the codes of the gauges and one for INIT. 4.4.1 (20).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControllerState {}
 
@@ -28,7 +28,7 @@ impl CodeTable for ControllerState {
 }
 
 codes! {
-    /// 4.4.1, ID 203
+    /// Key Lock: the keys of the controller that are locked. 4.4.1, ID 203.
     pub KeyLock: Names;
     0 Off       "off";
     1 ParaLock  "para-lock";
@@ -37,7 +37,7 @@ codes! {
 }
 
 codes! {
-    /// 4.4.1, ID 205: one bit for each command; several may be set.
+    /// Reset Error Condition: one bit for each command; several may be set. 4.4.1, ID 205.
     pub ResetErrors: BitCommands;
     0x01 PowerSupplyAlarms        "reset-power-supply-alarms";
     0x02 PowerSupplyWarnings      "reset-power-supply-warnings";
@@ -52,7 +52,7 @@ codes! {
 const LARGEST_OFFSET: f64 = 0.05;
 
 codes! {
-    /// 4.4.2, ID 15: the target value says what is done.
+    /// Block Adjust Command of a channel; the target value says what is done. 4.4.2, ID 15.
     pub AdjustCommand: Commands;
     0x0000 DisableOffset "disable-offset", risk "takes back the zero adjustment of the channel";
     0x0001 ZeroAdjust    "zero-adjust", needs &[Executing, BelowPartOfFullScale(LARGEST_OFFSET)],
@@ -60,7 +60,7 @@ codes! {
 }
 
 code_range! {
-    /// 4.4.3, ID 27
+    /// Analog Input Sensor Function Block Instance: the channel that a trip point compares. 4.4.3, ID 27.
     pub ChannelNumber: u8 = 1, CHANNELS
 }
 
@@ -70,8 +70,8 @@ const CATHODE_LIFE: &str = "switches the hot cathode: at a pressure that is too 
                             tell which other gauge is in the same chamber, so the pressure is not checked";
 
 codes! {
-    /// 4.4.4: the command in the high octet, its value in the low one. The limit of degas depends on the gauge that is
-    /// fitted; the controller knows it.
+    /// Hot Cathode Block State Command: the command in the high octet, its value in the low one. The limit of degas depends on the
+    /// gauge that is fitted; the controller knows it. 4.4.4.
     pub HotCathodeCommand: Commands;
     0x0000 Inactive              "inactive";
     0x0100 DegasOff              "degas-off";
@@ -83,14 +83,14 @@ codes! {
 }
 
 codes! {
-    /// 4.4.4, ID 105
+    /// Emission Status. 4.4.4, ID 105.
     pub EmissionStatus: Names;
     0 Off "off", risk "the channel measures nothing without emission; set points on it switch";
     1 On  "on", needs &[Executing], risk CATHODE_LIFE;
 }
 
 codes! {
-    /// 4.4.4, ID 107: a float that holds a code (147).
+    /// Emission Current: a float that holds a code. 4.4.4, ID 107 (147).
     pub EmissionCurrent: Names;
     0 Milliampere0  "0-mA";
     1 Milliampere01 "0.1-mA";
@@ -102,7 +102,7 @@ codes! {
 }
 
 codes! {
-    /// 4.4.4, ID 110
+    /// Degas Status. 4.4.4, ID 110.
     pub DegasStatus: Names;
     0 Off "off";
     1 On  "on";

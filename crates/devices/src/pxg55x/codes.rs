@@ -8,28 +8,29 @@ const ZERO_RISK: &str = "moves the zero: the pressure must be two decades below 
 const SCALE_RISK: &str = "moves the scale: the chamber must be at atmospheric pressure";
 
 codes! {
-    /// 8.1.1: the command in the high octet; a target value is not used (78). The Pirani tells whether the diaphragm is in vacuum.
+    /// AIBlockAdjust Command of the diaphragm: the command in the high octet; a target value is not used (78). The Pirani tells whether
+    /// the diaphragm is in vacuum. 8.1.1.
     pub CdgAdjust: Commands;
     0x0000 ZeroAdjust "zero-adjust", needs &[Executing, PressureBelow(Some(PCG_PIRANI.part.instance), CDG_ZERO_PA)],
                       risk ZERO_RISK;
 }
 
 codes! {
-    /// 8.2.1
+    /// AIBlockAdjust Command of the Pirani: the command in the high octet. 8.2.1.
     pub PiraniAdjust: Commands;
     0x0000 ZeroAdjust "zero-adjust", needs &[Executing, PressureBelow(None, LARGEST_PIRANI_ZERO_PA)], risk ZERO_RISK;
     0x0100 GainAdjust "gain-adjust", needs &[Executing, PressureAbove(None, LOWEST_AIR_PA)], risk SCALE_RISK;
 }
 
 codes! {
-    /// 8.3.1: the sensor is adjusted to the diaphragm.
+    /// AIBlockAdjust Command of the atmosphere sensor, which is adjusted to the diaphragm. 8.3.1.
     pub AtmAdjust: Commands;
     0x0100 GainAdjust "gain-adjust", needs &[Executing, PressureAbove(Some(CDG.part.instance), ATM.limits.under_pa)],
                       risk SCALE_RISK;
 }
 
 codes! {
-    /// 11.2.13; 3 is missing on purpose (100).
+    /// Setpoint Mode: where the points of a trip point come from. 11.2.13; the manual has no number 3 (100).
     pub SetpointMode: Names;
     0 Setpoint         "setpoint-mode";
     1 LowByAtmosphere  "low-trip-point-by-atmosphere";
@@ -38,7 +39,7 @@ codes! {
 }
 
 codes! {
-    /// 12.2.5
+    /// Pirani OFF: when the filament of the Pirani is not heated. 12.2.5.
     pub PiraniOff: Names;
     0 AlwaysOn  "always-on";
     1 Automatic "automatic";

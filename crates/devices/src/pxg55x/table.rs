@@ -281,7 +281,7 @@ const fn has(mut rows: &[Row], index: u8) -> bool {
     false
 }
 
-/// A PCG55x without an atmosphere sensor (8.3, 12.3).
+/// The blocks of a PCG55x without an atmosphere sensor (8.3, 12.3).
 #[rustfmt::skip]
 pub static PCG_BLOCKS: [PlacedBlock; 11] = [
     PlacedBlock { block: &DeviceBlock::BLOCK,      locations: &[DEVICE] },
@@ -297,7 +297,7 @@ pub static PCG_BLOCKS: [PlacedBlock; 11] = [
     PlacedBlock { block: &DiscreteOutput::BLOCK,   locations: &[RELAY_1, RELAY_2] },
 ];
 
-/// A PSG55x: the Pirani is instance 1 (8).
+/// The blocks of a PSG55x, whose Pirani is instance 1 (8).
 #[rustfmt::skip]
 pub static PSG_BLOCKS: [PlacedBlock; 11] = [
     PlacedBlock { block: &PsgDeviceBlock::BLOCK,   locations: &[DEVICE] },
@@ -403,7 +403,7 @@ static CONFIGURATIONS: [Configuration; 13] = [
 /// 8.1.3: mbar per Torr (83).
 const TORR: f64 = 1.333_223_69;
 
-/// 8.1.6; the codes are hexadecimal (14), and there is no micron (62).
+/// The pressure units. 8.1.6; the codes are hexadecimal (14), and there is no micron (62).
 #[rustfmt::skip]
 pub static UNITS: [Unit; 4] = [
     Unit { code: 0x1001, name: "COUNTS", alias: "counts", scale: Scale::Counts },
@@ -438,8 +438,9 @@ static CHANNEL_RULES: ChannelRules = ChannelRules {
     error_codes: &[(AccessError::NotInChannel, 13)],
 };
 
-/// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59). free choice: the
-/// numbers.
+/// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59).
+///
+/// free choice: the numbers.
 pub const FIRMWARE: &str = "010100";
 /// Revision of the PROFIBUS adapter's hardware, likewise.
 pub const HARDWARE: &str = "010000";

@@ -4,7 +4,7 @@ use super::CHANNELS;
 use crate::model::Codes;
 use crate::model::code_table::{CodeTable, code_range, codes};
 
-/// 3.2.3.2 (131)
+/// Program version. 3.2.3.2 (131).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgramVersion {}
 
@@ -15,19 +15,19 @@ impl CodeTable for ProgramVersion {
 }
 
 code_range! {
-    /// 3.2.3.2 (132)
+    /// Authorized access code. 3.2.3.2 (132).
     pub AccessCode: u16 = 0, 9999
 }
 
 codes! {
-    /// 3.2.3.2
+    /// Pressure under-range control: what a relay does while its channel is below the range. 3.2.3.2.
     pub UnderrangeControl: Names;
     0 RelayRemainsOn           "relay-remains-on";
     1 RelayWaitsForValidValue  "relay-waits-for-valid-value";
 }
 
 codes! {
-    /// 3.2.3.2, errata-bpg-bcg-tpg 143: a command; the readable value is lost with the power.
+    /// Volatility: a command that stores the settings; the readable value is lost with the power. 3.2.3.2 (143).
     pub Volatility: Commands;
     0 ReadyToStore     "ready-to-store";
     1 Store            "store", risk "stores all settings as they are now";
@@ -35,7 +35,7 @@ codes! {
 }
 
 codes! {
-    /// 3.2.4.1 (146)
+    /// Filter time constant of a channel. 3.2.4.1 (146).
     pub Filter: Names;
     1 Fast   "fast";
     2 Medium "medium";
@@ -55,8 +55,8 @@ impl Filter {
 }
 
 codes! {
-    /// 3.2.4.1. A gauge that is not plugged in is an error too: its board is there, and "no hardware" is a channel
-    /// without a board (124).
+    /// Measurement status of a channel. A gauge that is not plugged in is an error too: its board is there, and "no hardware" is a
+    /// channel without a board (124). 3.2.4.1.
     pub MeasurementStatus: Names;
     0 Ok         "ok";
     1 Underrange "underrange";
@@ -67,19 +67,19 @@ codes! {
 }
 
 codes! {
-    /// 3.2.4.2
+    /// Threshold validation: opens a set of thresholds for changes, and closes it. 3.2.4.2.
     pub Validation: Names;
     0 OpenForChanges "open-for-changes";
     1 Valid          "valid";
 }
 
 code_range! {
-    /// 3.2.4.2: the slot of a channel (140).
+    /// Threshold source: the slot of the channel that is compared. 3.2.4.2 (140).
     pub Source: u8 = 1, CHANNELS
 }
 
 codes! {
-    /// 3.2.4.2 (141)
+    /// Setpoint status. 3.2.4.2 (141).
     pub SetpointStatus: Names;
     0 Activated   "activated";
     1 Deactivated "deactivated";

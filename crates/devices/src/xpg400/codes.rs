@@ -5,7 +5,7 @@ use crate::model::Precondition::{DegasOff, EmissionOn, Executing, PressureAbove,
 use crate::model::code_table::{code_range, codes};
 
 codes! {
-    /// 3.2.1.1: "for adjusting the gauge at atmospheric pressure".
+    /// The command "for adjusting the gauge at atmospheric pressure". 3.2.1.1.
     pub AdjustCommand: Commands;
     0 Inactive        "inactive";
     1 FullScaleAdjust "full-scale-adjust",
@@ -14,12 +14,12 @@ codes! {
 }
 
 code_range! {
-    /// 3.2.1.3
+    /// Channel Instance Selector: the instance that slot 1 shows. 3.2.1.3.
     pub Selector: u8 = INSTANCES.0, INSTANCES.1
 }
 
 codes! {
-    /// 3.3.3.5, with the codes of (97): 0 switches off, 1 switches on.
+    /// Emission Status: writing 0 switches off, 1 switches on. 3.3.3.5, with the codes of (97).
     pub EmissionStatus: Names;
     0 Off    "off", risk "the ionisation part measures nothing without emission; set points in its range switch";
     1 On     "on", needs &[Executing],
@@ -29,7 +29,7 @@ codes! {
 }
 
 codes! {
-    /// 3.3.3.8: the command in the high octet, its value in the low one.
+    /// Hot Cathode Block State Command: the command in the high octet, its value in the low one. 3.3.3.8.
     pub HotCathodeCommand: Commands;
     0x0000 Inactive "inactive";
     0x0100 DegasOff "degas-off";
@@ -39,7 +39,7 @@ codes! {
 }
 
 codes! {
-    /// 3.3.3.7 (99)
+    /// Degas Status. 3.3.3.7 (99).
     pub DegasStatus: Names;
     0 Off "off";
     3 On  "on";

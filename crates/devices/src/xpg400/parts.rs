@@ -7,7 +7,7 @@ use crate::profile::{PotentiometerScale, Thresholds};
 /// The first and the last instance of slot 1 that the selector can name.
 pub const INSTANCES: (u8, u8) = (1, 4);
 
-/// 10^(COUNTS/2000 - 12.5) mbar for every instance of the BPG400-SP (59).
+/// COUNTS of every instance of the BPG400-SP: a pressure is 10^(COUNTS/2000 - 12.5) mbar (59).
 pub const BPG_COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 25000.0 };
 
 // The HPG400-SP has three scales (64).
@@ -15,20 +15,20 @@ pub const BPG_COUNTS: Counts = Counts::Log { per_decade: 2000.0, at_1_mbar: 2500
 const HPG_PIRANI_COUNTS: Counts = Counts::Log { per_decade: 4000.0 / 6.0, at_1_mbar: 42.5 * 4000.0 / 6.0 };
 /// 10^(6 x COUNTS/16000 - 9.125) mbar.
 const HP_COUNTS: Counts = Counts::Log { per_decade: 16000.0 / 6.0, at_1_mbar: 9.125 * 16000.0 / 6.0 };
-/// 10^((COUNTS - 22999)/2444) mbar, with the printed constants (65).
+/// COUNTS of the set points: a pressure is 10^((COUNTS - 22999)/2444) mbar, with the printed constants (65).
 pub const HPG_SET_POINT_COUNTS: Counts = Counts::Log { per_decade: 2444.0, at_1_mbar: 22999.0 };
 
 /// The Pirani of both gauges.
 pub const PIRANI: Part = Part { instance: 1, principle: Principle::Pirani };
 const ION: Part = Part { instance: 2, principle: Principle::HotCathode };
 
-/// free choice: below this pressure the Pirani is not in air.
+/// Below this pressure in Pa the Pirani is not in air (free choice).
 pub const LOWEST_AIR_PA: f64 = mbar(100.0);
 
 /// The measuring parts.
 pub static PARTS: [Part; 2] = [PIRANI, ION];
 
-/// 3.2.2.6, 3.2.2.9, 3.2.2.10. Above overrange the gauge shows the value as measured (53).
+/// The Pirani of the BPG400-SP. Above overrange the gauge shows the value as measured (53). 3.2.2.6, 3.2.2.9, 3.2.2.10.
 pub static BPG_PIRANI: PartSpec = PartSpec {
     part: PIRANI,
     limits: Limits { under_pa: mbar(5.5e-3), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) },
@@ -44,7 +44,7 @@ pub static HPG_PIRANI: PartSpec = PartSpec {
     counts: HPG_PIRANI_COUNTS,
 };
 
-/// 3.2.3.6, 3.2.3.9, 3.2.3.10 (61)
+/// The Bayard-Alpert part of the BPG400-SP. 3.2.3.6, 3.2.3.9, 3.2.3.10 (61).
 pub static BA: PartSpec = PartSpec {
     part: ION,
     limits: Limits { under_pa: mbar(5e-10), over_pa: mbar(2e-2), full_scale_pa: mbar(2e-2) },
@@ -75,8 +75,9 @@ pub struct Switchover {
     pub emission: Thresholds,
 }
 
-/// free choice: the manual has no thresholds of the emission, these are those of the BCG450-SP. The operating
-/// current changes at the limit of degas.
+/// The switchover of the BPG400-SP. The operating current changes at the limit of degas.
+///
+/// free choice: the manual has no thresholds of the emission, these are those of the BCG450-SP.
 pub static BPG_SWITCHOVER: Switchover = Switchover {
     pa: mbar(5.5e-3),
     emission: Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) },
