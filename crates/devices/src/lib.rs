@@ -6,8 +6,8 @@
 //! | Module | Contents |
 //! |---|---|
 //! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
-//! | [`SimulatedDevice`] and the types around it | a device without hardware |
 //! | [`store`] | the nonvolatile memory of a device |
+//! | [`SimulatedDevice`] and the types around it | a device without hardware |
 //! | [`reading`] | the quality of a reading, which all programs share |
 //! | [`profile`] | the features that all block devices share |
 //! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`], [`xpg400`] | one device or family each: its tables beside its behaviour |
@@ -57,7 +57,8 @@
 //!
 //! # How to add a device
 //!
-//! Everything about a device is in one folder here and one under `tests`; this file gets its name.
+//! Everything about a device is in one folder here and one under `tests`; this file gets its name. CONTRIBUTING.md of the repository
+//! lists the places outside this crate.
 //!
 //! 1. **`src/NAME/table.rs`**, with the manual open beside it, from the first page to the last:
 //!    - one `block!` for each block table, with the columns ID, identifier, name as printed, data type (`UINT8`,
