@@ -4,7 +4,7 @@
 //!
 //! | Module | Holds | Reference |
 //! |---|---|---|
-//! | [`link`] | bit times, addresses, frame count bits, the token ring | profibus-wire 1 |
+//! | [`link`] | bit times, the receiver, addresses, frame count bits, the token ring | profibus-wire 1 |
 //! | [`slave`] | the services of a passive DP station | profibus-wire 2 to 5 |
 //! | [`master`] | a master and its slaves, acyclic services of both classes | profibus-wire 2 to 6 |
 //!

@@ -59,7 +59,7 @@ pub(super) enum ControlMessage {
 #[derive(Clone, Copy, Debug)]
 struct PendingCommand {
     control: GlobalControl,
-    /// The begin of the first cycle after the call. The command is sent once every selected slave has exchanged data since.
+    /// The beginning of the first cycle after the call. The command is sent once every selected slave has exchanged data since.
     since: Option<BitTime>,
 }
 

@@ -123,7 +123,7 @@ pub struct Master<const SLAVES: usize, const OCTETS: usize, const EVENTS: usize 
     /// The index of the next slave in the cycle; `None` between two cycles.
     next_in_list: Option<usize>,
     cycles: u32,
-    /// The begin of the present cycle, and the duration of the one before from begin to begin.
+    /// The beginning of the present cycle, and the duration of the one before, from beginning to beginning.
     began: BitTime,
     cycle_tbit: u64,
     controls: Controls,

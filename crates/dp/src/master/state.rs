@@ -9,7 +9,7 @@ use core::fmt;
 pub enum HandlerState {
     /// No answer yet: the master sends FDL status until one comes.
     Offline,
-    /// Slave_Diag: checks that the slave is free and has the right ident number.
+    /// Slave_Diag: checks that the slave is free and has the expected Ident_Number.
     Diag1,
     /// Set_Prm.
     Prm,
@@ -17,7 +17,7 @@ pub enum HandlerState {
     Cfg,
     /// Slave_Diag, until the slave is ready.
     Diag2 {
-        /// The begin of this state.
+        /// The beginning of this state.
         since: BitTime,
         /// The number of diagnoses with Prm_Req since.
         prm_reqs: u8,

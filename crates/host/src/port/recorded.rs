@@ -18,7 +18,7 @@ pub enum Direction {
 /// Characters that the program gave to the port, or got from it, at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedChunk {
-    /// When the program sent or got them, since the begin of the recording.
+    /// When the program sent or got them, since the beginning of the recording.
     pub at: Duration,
     /// The sender.
     pub direction: Direction,
@@ -86,7 +86,7 @@ impl Recording {
         self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The time since the begin.
+    /// The time since the beginning of the recording.
     #[must_use]
     pub fn elapsed(&self) -> Duration {
         self.begin.elapsed()

@@ -128,7 +128,7 @@ impl Port for HostilePort {
 struct Window {
     baud: Baud,
     is_timed: bool,
-    /// The silence before the begin: a line without a rate is idle when a segment begins.
+    /// The silence before the beginning: a line without a rate is idle when a segment begins.
     idle_before: u64,
     timeout_tbit: u64,
     heard: Vec<u8>,

@@ -8,8 +8,9 @@ const MAX_ADDRESS: u8 = 125;
 
 /// The bus parameters of an active station. All times are in bit times.
 ///
-/// [`new`](Self::new) gives the defaults of a transmission rate; every field may be changed afterwards. A port of an
-/// operating system delays every answer by milliseconds, which `slot_tbit` must include.
+/// [`new`](Self::new) gives the defaults of a transmission rate; every field may be changed afterwards, and
+/// [`check`](Self::check) checks the ranges. A port of an operating system delays every answer by milliseconds, which
+/// `slot_tbit` must include.
 ///
 /// ```
 /// use profivac_dp::link::Baud;
@@ -23,25 +24,25 @@ const MAX_ADDRESS: u8 = 125;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusParameters {
-    /// TS, the address of this station.
+    /// TS, the address of this station: 0 to 125.
     pub address: u8,
-    /// T_SL: the time in which the first character of an answer must come, from the end of the request.
+    /// T_SL: the time in which the first character of an answer must come, from the end of the request. At least max T_SDR + 15.
     pub slot_tbit: u32,
-    /// min T_SDR: no answer begins earlier.
+    /// min T_SDR: no answer begins earlier. From 11, below max T_SDR.
     pub min_tsdr_tbit: u16,
-    /// max T_SDR: no answer begins later.
+    /// max T_SDR: no answer begins later. From T_SYN + T_SM to 1023.
     pub max_tsdr_tbit: u16,
     /// T_SET: from an event to the reaction to it.
     pub setup_tbit: u16,
     /// T_QUI: the time a transmitter or repeater cannot receive after sending.
     pub quiet_tbit: u16,
-    /// How often the station repeats a request whose answer is missing or damaged.
+    /// max_retry_limit: how often the station repeats a request whose answer is missing or damaged, 0 to 15.
     pub retry_limit: u8,
-    /// G: the pause between two scans of the GAP, in target rotation times.
+    /// G: the pause between two scans of the GAP, in target rotation times, 1 to 100.
     pub gap_factor: u8,
-    /// HSA: the highest address in the GAP.
+    /// HSA: the highest address in the GAP, from the own address to 126.
     pub hsa: u8,
-    /// T_TR, the target token rotation time.
+    /// T_TR, the target token rotation time: 256 to 16,777,960.
     pub rotation_tbit: u32,
     /// The idle time after a token to itself; `None` is T_ID1, because a station that passes the token to itself has received
     /// it. profibus-wire 8.2 and 1.13 count like that, 1.12 and 8.1 have T_ID2 as after other unconfirmed telegrams.
@@ -63,7 +64,7 @@ pub enum BusParameter {
     MinTsdr,
     /// T_SL.
     SlotTime,
-    /// The number of repetitions.
+    /// max_retry_limit, the number of repetitions.
     RetryLimit,
     /// G.
     GapFactor,

@@ -1,10 +1,11 @@
 //! The parameter channel of a master: one task in the cyclic data of a slave, and its answer. profibus-wire 6.1,
 //! tira56e1 4.3, tira36e1 2.2.1, tira41d1 2.2.1, BG 5530 4.3.2, IF300P manual 3.2.2.
 //!
-//! The master sends AK 0 in the outputs until the slave answers AK 0, then the task until the slave answers it, then AK 0
-//! again. An answer between the two AK 0 therefore belongs to this task and not to one before, also with a slave that answers
-//! a cycle or two later (errata-bpg-bcg-tpg 25 and 153, errata-pxg55x-img400 10 and 11). The master ignores an answer about
-//! something else; if no better one comes, the last one gives the reason of the failure.
+//! AK, the high nibble of the first octet, says what a task requests and how it was answered; AK 0 is no task. The master sends
+//! AK 0 in the outputs until the slave answers AK 0, then the task until the slave answers it, then AK 0 again. An answer
+//! between the two AK 0 therefore belongs to this task and not to one before, also with a slave that answers a cycle or two
+//! later (errata-bpg-bcg-tpg 25 and 153, errata-pxg55x-img400 10 and 11). The master ignores an answer about something else;
+//! if no better one comes, the last one gives the reason of the failure.
 //!
 //! The channel addresses slot and index. Where a slot has several instances, the Channel Instance Selector selects one of
 //! them, as with MS1 and MS2: write that parameter first.
