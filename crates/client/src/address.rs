@@ -37,11 +37,11 @@ pub enum AddressError {
     },
     /// The slave refuses the service.
     #[error(
-        "the slave at address {0} does not take an address over the bus: its address switch holds, or it does not have the service ({1:?})"
+        "the slave at address {0} does not take an address over the bus: its address switch sets the address, or it does not have the service ({1:?})"
     )]
     ServiceClosed(u8, Status),
     /// The slave accepted the telegram and kept its address.
-    #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch holds")]
+    #[error("the slave at address {0} kept its address: it is locked against changes, or its address switch sets it")]
     NotChanged(u8),
     /// No answer to the telegram arrived.
     #[error("the slave at address {address} did not answer: {failure}")]
@@ -61,7 +61,8 @@ pub enum AddressError {
     },
 }
 
-/// Checks that the slave at `from` is free and that the address `to` is free.
+/// Checks that no master owns the slave at `from`, and that no station answers at `to`. Returns the identity and the owner of the
+/// slave. Changes nothing.
 ///
 /// ```
 /// # use profivac_client::{Bus, address};
@@ -95,8 +96,8 @@ fn find(session: &mut BusSession, address: u8) -> Result<Option<FoundStation>, S
     probe(session, address)
 }
 
-/// Gives the slave at `from` with this Ident_Number the address `to` and verifies it. With `lock` the slave accepts no
-/// other address afterwards.
+/// Gives the slave at `from` with this Ident_Number the address `to`, 0 to 125, and verifies it. With `lock` the slave accepts
+/// no other address afterwards.
 ///
 /// ```
 /// # use profivac_client::{Bus, address};

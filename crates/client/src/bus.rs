@@ -54,10 +54,11 @@ impl Bus {
         BusBuilder::new(PortSource::Open(port))
     }
 
-    /// Finds the gauge at `address` and reads it over MS2.
+    /// Identifies the gauge at `address`, 0 to 126. Its parameters are then read and written over MS2.
     ///
     /// # Errors
-    /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`].
+    /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`]; [`ClientError::Session`] if the port
+    /// failed.
     pub fn gauge(&mut self, address: u8) -> Result<Gauge<Ms2<'_>>, ClientError> {
         Gauge::open(&mut self.session, address)
     }
@@ -155,7 +156,7 @@ impl BusBuilder {
         self
     }
 
-    /// Sets the station address of this master. No other station of the bus may have it.
+    /// Sets the station address of this master, 0 to 125. No other station of the bus may have it.
     #[must_use]
     pub const fn master(mut self, address: u8) -> Self {
         self.master = address;

@@ -87,7 +87,8 @@ impl CyclicError {
 }
 
 impl CyclicSlave {
-    /// Finds the slave at `address` on behalf of `master`. Waits at most for the timeout of the session.
+    /// Finds the slave at `address` for the master at the address `master`, which may own it already. Waits at most for the timeout of
+    /// the session.
     ///
     /// It changes nothing in a slave with DP-V1. A slave without it (TPG300, TPG500) reports its unit in the parameter channel only:
     /// this master parameterises it, with Set_Prm, and releases it afterwards.

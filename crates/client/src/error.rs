@@ -217,7 +217,7 @@ pub enum AccessReason {
         marks: &'static str,
     },
     /// The parameter is part of the cyclic data only.
-    #[error("it travels in the cyclic data only (access {marks})")]
+    #[error("it is in the cyclic data only (access {marks})")]
     CyclicOnly {
         /// The access column.
         marks: &'static str,

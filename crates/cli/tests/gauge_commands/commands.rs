@@ -34,7 +34,7 @@ fn an_address_that_cannot_be_set_is_refused() {
     };
     fails(&["--from", "126", "--to", "6"], 2, "address 6 is taken: a station answers there");
     fails(&["--from", "9", "--to", "10"], 3, "no slave answers at address 9");
-    let switch = "the slave at address 6 does not take an address over the bus: its address switch holds, or it does not have \
+    let switch = "the slave at address 6 does not take an address over the bus: its address switch sets the address, or it does not have \
                   the service (ServiceNotActivated)";
     fails(&["--from", "6", "--to", "7"], 1, switch);
     fails(&["--from", "126", "--to", "0"], 2, "--to 0 is the address of this master; choose another with --master N");
@@ -48,7 +48,7 @@ fn a_locked_slave_keeps_its_address() {
     let line = Line::with(&["bcg450@126"]);
     let (code, printed, message) = address(&line, &["--from", "126", "--to", "5", "--lock", "--yes"]);
     assert_eq!((code, printed.as_str()), (0, "0x08E6 (bcg450): address 126 -> 5, locked\n"), "{message}");
-    let kept = "profivac: the slave at address 5 kept its address: it is locked against changes, or its address switch holds\n";
+    let kept = "profivac: the slave at address 5 kept its address: it is locked against changes, or its address switch sets it\n";
     assert_eq!(address(&line, &["--from", "5", "--to", "9"]), (1, String::new(), kept.to_owned()));
 }
 

@@ -105,7 +105,7 @@ fn the_error_for_a_wrong_target_names_alternatives() {
     let channel = "tpg300 or tpg500 at address 6, a1.pressure-unit (slot 1, index 22): the manual allows it only by the parameter channel (access ac_r, \
                    ac_w); say --via pkw";
     fails(6, "a1.pressure-unit", 1, channel);
-    let cyclic = "tpg300 or tpg500 at address 6, a1.measured-value (slot 1, index 20): it travels in the cyclic data only (access c_r); \
+    let cyclic = "tpg300 or tpg500 at address 6, a1.measured-value (slot 1, index 20): it is in the cyclic data only (access c_r); \
                   `profivac monitor` shows those";
     fails(6, "a1.measured-value", 1, cyclic);
     let fitted = "pcg554 has no parameter or command \"atm.process-value\"; did you mean cdg.process-value or pirani.process-value?";

@@ -76,7 +76,8 @@ enum KnownUnit {
 }
 
 impl<'a> Gauge<Ms2<'a>> {
-    /// Finds the gauge at `address` and reads it over MS2. Needs no parameterisation and changes nothing.
+    /// Identifies the gauge at `address`, 0 to 126. Its parameters are then read and written over MS2. Needs no parameterisation and
+    /// changes nothing.
     ///
     /// ```
     /// use profivac_client::{Bus, Gauge};
@@ -88,7 +89,8 @@ impl<'a> Gauge<Ms2<'a>> {
     /// ```
     ///
     /// # Errors
-    /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`].
+    /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`]; [`ClientError::Session`] if the port
+    /// failed.
     pub fn open(session: &'a mut BusSession, address: u8) -> Result<Self, ClientError> {
         let status = identify::wait_for_slave(session, address)?;
         Self::new(Ms2::new(session, address), address, status.ident)

@@ -282,7 +282,7 @@ impl ParameterNames {
             .filter(move |named| (named.parameter.location.slot, named.parameter.row.index) == (slot, index))
     }
 
-    /// Finds the parameter that `text` names.
+    /// Finds the parameter that `text` names. `device` is the name of the model, for the text of an error.
     ///
     /// # Errors
     /// [`TargetError`] with the most similar names, or with all that match.
