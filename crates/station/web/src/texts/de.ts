@@ -157,7 +157,7 @@ export const de: Texts = {
         label: 'außer Betrieb',
         sentence: 'Ein Ingenieur hat den Alarm außer Betrieb genommen und einen Grund genannt.',
       },
-      suppressed: { label: 'unterdrückt', sentence: 'Ein erklärter Anlagenzustand unterdrückt den Alarm.' },
+      suppressed: { label: 'unterdrückt', sentence: 'Ein gesetzter Anlagenzustand unterdrückt den Alarm.' },
     },
     changes: {
       raised: 'gekommen',
@@ -268,7 +268,7 @@ export const de: Texts = {
     rise: 'Anstieg in Dekaden je Minute',
     repetitions: 'Wiederholungen in Prozent',
     lost: 'Verlorene Zyklen in Prozent',
-    damaged: 'Beschädigte in Prozent',
+    damaged: 'Beschädigte Telegramme in Prozent',
     hysteresis: 'Hysterese in Dekaden',
     riseHysteresis: 'Hysterese in Dekaden je Minute',
     halfTheRise: 'der halbe Anstieg',
@@ -282,16 +282,16 @@ export const de: Texts = {
   plantStates: {
     title: 'Anlagenzustände',
     prefix: 'Anlagenzustand: ',
-    declared: 'erklärt',
-    notDeclared: 'nicht erklärt',
+    declared: 'gesetzt',
+    notDeclared: 'nicht gesetzt',
     alarms: (count) => counted(count, 'Alarm', 'Alarme'),
     suppresses: (alarms) => `unterdrückt ${alarms}`,
     wouldSuppress: (alarms) => `würde ${alarms} unterdrücken`,
     suppressedCount: (count) => `Unterdrückte Alarme: ${count}`,
     kinds: {
       declare: {
-        verb: 'Erklären',
-        title: 'Anlagenzustand erklären',
+        verb: 'Setzen',
+        title: 'Anlagenzustand setzen',
         sentence: (alarms) =>
           `Der Anlagenzustand unterdrückt ${alarms} bis zu seinem Ende. Ein Alarm, dessen Bedingung dann erfüllt ist, kommt sofort.`,
       },
@@ -303,10 +303,10 @@ export const de: Texts = {
       end: {
         verb: 'Beenden',
         title: 'Anlagenzustand beenden',
-        sentence: (alarms) => `Von ${alarms} kommen sofort, deren Bedingung erfüllt ist.`,
+        sentence: (alarms) => `Betroffen: ${alarms}. Alarme, deren Bedingung erfüllt ist, kommen sofort.`,
       },
     },
-    reasonOptional: 'Grund (freiwillig)',
+    reasonOptional: 'Grund (optional)',
     suppressed: 'Unterdrückt',
     suppressedTitle: (count) => `Unterdrückt: ${count}`,
   },
@@ -440,7 +440,7 @@ export const de: Texts = {
 
   segmentStates: {
     waiting: 'wartet auf den Anschluss',
-    listening: 'hört den Bus ab',
+    listening: 'hört am Bus mit',
     running: 'läuft',
   },
 
@@ -483,10 +483,10 @@ export const de: Texts = {
   filter: {
     search: 'Messgeräte suchen',
     group: 'Gruppe',
-    tag: 'Merkmal',
+    tag: 'Schlagwort',
     location: 'Ort',
     allGroups: 'Alle Gruppen',
-    allTags: 'Alle Merkmale',
+    allTags: 'Alle Schlagwörter',
     allLocations: 'Alle Orte',
     states: {
       '': 'Jeder Zustand',
@@ -643,7 +643,7 @@ export const de: Texts = {
     reference: 'Referenz',
     referenceAt: (time) => `Referenz ${time}`,
     noReference:
-      'Drücken Sie in das Diagramm, um eine Referenz zu setzen: die Liste zeigt dann Unterschiede und Steigungen von dort bis zum Cursor.',
+      'Klicken oder tippen Sie in das Diagramm, um eine Referenz zu setzen: die Liste zeigt dann Unterschiede und Steigungen von dort bis zum Cursor.',
     removeReference: 'Referenz entfernen',
     before: (age) => `die Werte liegen ${age} davor`,
     after: (age) => `die Werte liegen ${age} danach`,
@@ -697,9 +697,9 @@ export const de: Texts = {
     cycle: 'Zykluszeit',
     damaged: 'beschädigte Telegramme',
     sends: 'sendet',
-    listensOnly: 'nichts: die Station hört nur zu',
+    listensOnly: 'nichts: die Station hört nur mit',
     master: 'Master-Adresse',
-    press: 'Drücken Sie auf eine Adresse für Einzelheiten.',
+    press: 'Wählen Sie eine Adresse für Einzelheiten.',
     notWorking: (problem) => `Gestört: ${problem}.`,
     segmentIs: (state) => `Zustand des Segments: ${state}.`,
     allExchange: 'Alle Messgeräte sind im Datenaustausch.',
@@ -741,18 +741,18 @@ export const de: Texts = {
     done: { read: 'gelesen', written: 'geschrieben', refused: 'abgelehnt' },
     events: 'Ereignisse auf dem Bus',
     captures: 'Mitschnitte',
-    makeCapture: 'Mitschnitt machen',
+    makeCapture: 'Mitschnitt erstellen',
   },
 
   gauge: {
     showTrend: 'Verlauf zeigen',
     unknown: (name) => `Ein Messgerät ${name} gibt es nicht. Wählen Sie oben ein Messgerät.`,
     none: 'Die Station hat keine Messgeräte.',
-    listenOnly: 'Nur zuhören',
+    listenOnly: 'Nur mithören',
     listening:
-      'Dieses Messgerät gehört einem anderen Master. Die Station hört auf dessen Bus zu und sendet nichts; darum kann sie Parameter weder lesen noch ändern und keine Befehle senden.',
+      'Dieses Messgerät gehört einem anderen Master. Die Station hört an dessen Bus mit und sendet nichts; darum kann sie Parameter weder lesen noch ändern und keine Befehle senden.',
     readings: 'Messwerte',
-    tags: 'Merkmale',
+    tags: 'Schlagwörter',
     calibrated: 'Kalibriert',
     validUntil: (day) => `, gültig bis ${day}`,
     commands: 'Befehle',
@@ -820,16 +820,17 @@ export const de: Texts = {
     causes: {
       leak: {
         title: 'Ein Leck',
-        sentence: 'Luft durch ein Leck oder Gas durch eine Dichtung ist sicher. Ausgasung ist nicht sicher.',
+        sentence:
+          'Luft durch ein Leck oder Gas durch eine Dichtung ist nachgewiesen. Ausgasung ist nicht nachgewiesen.',
       },
       outgassing: {
         title: 'Ausgasung',
         sentence:
-          'Ausgasung von Oberflächen ist sicher. Ein Leck ist nicht sicher: sein Intervall enthält die größte mögliche Leckrate.',
+          'Ausgasung von Oberflächen ist nachgewiesen. Ein Leck ist nicht nachgewiesen: sein Intervall enthält die größte mögliche Leckrate.',
       },
       both: {
         title: 'Ein Leck und Ausgasung',
-        sentence: 'Beide sind sicher. Ausgasung nimmt mit der Zeit ab, ein Leck nicht.',
+        sentence: 'Beide sind nachgewiesen. Ausgasung nimmt mit der Zeit ab, ein Leck nicht.',
       },
       undistinguished: {
         title: 'Leck und Ausgasung sind nicht zu unterscheiden',
@@ -842,7 +843,7 @@ export const de: Texts = {
       },
     },
     misfit: {
-      title: 'Die Anpassung passt nicht zur Kurve',
+      title: 'Die Anpassung beschreibt die Kurve nicht',
       sentence:
         'Der Druckanstieg ist weder der eines Lecks noch der von Ausgasung: ein Ventil kann sich bewegt haben, oder Anfang und Ende sind falsch gesetzt. Verlassen Sie sich nicht auf die Zahlen darunter.',
     },
@@ -859,17 +860,17 @@ export const de: Texts = {
     volume: 'Volumen',
     accuracy: 'Genauigkeit des Messgeräts aus dem Handbuch, ±',
     target: 'Zieldruck',
-    gas: 'Korrektur der Gasart',
-    times: 'Zeiten der Aufzeichnung, Volumen aus einer Dosis',
+    gas: 'Gasartkorrektur',
+    times: 'Zeiten der Aufzeichnung, Volumen aus einer Gasmenge',
     from: 'Anfang des Abpumpens',
     to: 'Ende der Aufzeichnung',
     closed: 'Ventil geschlossen (leer: wird gesucht)',
     opened: 'Ventil geöffnet (leer: wird gesucht)',
-    dose: 'Dosis an Stelle des Volumens',
-    doseAt: 'Dosis eingelassen',
+    dose: 'Gasmenge anstelle des Volumens',
+    doseAt: 'Gasmenge eingelassen',
     submit: 'Bestimmen',
     choosePumpDown: 'Wählen Sie einen Abpumpvorgang, oder geben Sie die Zeiten der Aufzeichnung ein.',
-    enterVolume: 'Geben Sie das Volumen ein, oder eine Dosis und ihre Zeit.',
+    enterVolume: 'Geben Sie das Volumen ein, oder eine Gasmenge und ihre Zeit.',
     chart: (series, unit) => `Gemessener, angepasster und vorhergesagter Druck von ${series} in ${unit} über Sekunden`,
     measured: 'gemessen',
     fit: 'Anpassung',
@@ -899,13 +900,13 @@ export const de: Texts = {
       'larger-pump': 'eine Pumpe mit doppeltem Saugvermögen',
       'better-pump': 'eine Pumpe mit einem Zehntel des Enddrucks',
     },
-    numbers: 'Zahlen der Anlage',
+    numbers: 'Kenngrößen der Anlage',
     quantity: 'Größe',
     interval: '95-%-Intervall',
     volumeName: 'Volumen',
     asGiven: 'wie angegeben',
     notes: {
-      volume: 'nicht bestimmbar: die Dosis erhöht den Druck zu wenig. Lassen Sie eine größere ein',
+      volume: 'nicht bestimmbar: die Gasmenge erhöht den Druck zu wenig. Lassen Sie eine größere ein',
       speed:
         'bei diesem Druck nicht bestimmbar: das einströmende Gas verdeckt es. Zeichnen Sie einen Druckanstieg bei geschlossenem Ventil auf',
       leak: 'nicht bestimmbar: Ausgasung erklärt die Aufzeichnung ebenso. Zeichnen Sie einen Druckanstieg nach längerem Pumpen auf',
@@ -958,7 +959,7 @@ export const de: Texts = {
       'taken-out-of-service': 'außer Betrieb',
       'returned-to-service': 'wieder in Betrieb',
       'alarm-settings': 'Einstellungen',
-      'plant-state-declared': 'Anlagenzustand erklärt',
+      'plant-state-declared': 'Anlagenzustand gesetzt',
       'plant-state-extended': 'Anlagenzustand verlängert',
       'plant-state-ended': 'Anlagenzustand beendet',
     },
