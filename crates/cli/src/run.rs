@@ -1,6 +1,7 @@
 //! `profivac run`: runs the station.
 
 use crate::console::Signals;
+use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::gateways::{self, Gateways};
 use crate::names;
@@ -60,7 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         config.check_ports()?;
         Server::check(&setup)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
-        out(&format!("{}: {} segments, {gauges} gauges", arguments.file.display(), config.segments.len()));
+        let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
+        out(&format!("{}: {segments}, {gauges}", arguments.file.display()));
         return Ok(());
     }
     let stop = Signals::of(&[SIGINT, SIGTERM])?;

@@ -36,7 +36,7 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
     let checked = run(&["run", &file, "--check"]);
-    assert_eq!(String::from_utf8_lossy(&checked.stdout), format!("{file}: 1 segments, 2 gauges\n"));
+    assert_eq!(String::from_utf8_lossy(&checked.stdout), format!("{file}: 1 segment, 2 gauges\n"));
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     let ready = station.ready();
     let address = ready.strip_prefix("http://").unwrap();
