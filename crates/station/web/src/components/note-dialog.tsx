@@ -5,6 +5,7 @@ import { useState } from 'preact/hooks'
 import { makeNote } from '../api/calls.ts'
 import { moment } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
+import { FormEnd } from './form-dialog.tsx'
 import { errorText, useModal } from './hooks.ts'
 
 const LONGEST_NOTE = 500
@@ -48,19 +49,7 @@ export function NoteDialog({ at, made, close }: Props): JSX.Element {
             onInput={(event) => setText(event.currentTarget.value)}
           />
         </label>
-        {error !== null && (
-          <p class="error" role="alert">
-            {error}
-          </p>
-        )}
-        <div class="buttons">
-          <button type="submit" class="main" disabled={isBusy}>
-            {t.note.submit}
-          </button>
-          <button type="button" onClick={close}>
-            {t.common.cancel}
-          </button>
-        </div>
+        <FormEnd submit={t.note.submit} close={close} error={error} isBusy={isBusy} />
       </form>
     </dialog>
   )

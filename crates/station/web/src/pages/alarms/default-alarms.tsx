@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { changeDefaultAlarm, fetchDefaultAlarms } from '../../api/calls.ts'
 import type { DefaultAlarm } from '../../api/types.ts'
+import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
 import {
   about,
@@ -16,8 +17,6 @@ import {
 } from '../../lib/default-alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
-
-const LONGEST_REASON = 500
 
 const PRIORITIES = ['high', 'medium', 'low', 'off'] as const
 
@@ -145,29 +144,8 @@ function DefaultAlarmDialog({ alarm, done, close }: DialogProps): JSX.Element {
             <textarea rows={3} value={form.except} onInput={(event) => set('except', event.currentTarget.value)} />
           </label>
         )}
-        <label>
-          {t.common.reason}
-          <input
-            required
-            maxLength={LONGEST_REASON}
-            pattern=".*\S.*"
-            value={reason}
-            onInput={(event) => setReason(event.currentTarget.value)}
-          />
-        </label>
-        {error && (
-          <p class="error" role="alert">
-            {error}
-          </p>
-        )}
-        <div class="buttons">
-          <button type="submit" class="main">
-            {t.alarmSettings.submit}
-          </button>
-          <button type="button" onClick={close}>
-            {t.common.cancel}
-          </button>
-        </div>
+        <ReasonField reason={reason} setReason={setReason} />
+        <FormEnd submit={t.alarmSettings.submit} close={close} error={error} />
       </form>
     </dialog>
   )

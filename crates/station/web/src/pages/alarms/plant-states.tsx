@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { declarePlantState, endPlantState, extendPlantState, fetchPlantStates } from '../../api/calls.ts'
 import type { DeclaredPlantState, PlantState } from '../../api/types.ts'
+import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { useModal, useQuery } from '../../components/hooks.ts'
 import { alarmCount, durationsUpTo } from '../../lib/plant-states.ts'
 import { useLive } from '../../live.ts'
@@ -14,8 +15,6 @@ import { type RunAction, shortTime } from './item.tsx'
 
 /** The plant states are fetched this often; every snapshot has the declared ones. */
 const REFRESH_MS = 10_000
-
-const LONGEST_REASON = 500
 
 type Kind = 'declare' | 'extend' | 'end'
 
@@ -127,16 +126,7 @@ function PlantStateDialog({ chosen: { kind, state }, run, close }: DialogProps):
       {state.description && <p>{state.description}</p>}
       <p class="muted">{sentence(alarmCount(state))}</p>
       <form onSubmit={submit}>
-        <label>
-          {kind === 'end' ? t.plantStates.reasonOptional : t.common.reason}
-          <input
-            required={kind !== 'end'}
-            maxLength={LONGEST_REASON}
-            pattern={kind === 'end' ? undefined : '.*\\S.*'}
-            value={reason}
-            onInput={(event) => setReason(event.currentTarget.value)}
-          />
-        </label>
+        <ReasonField reason={reason} setReason={setReason} isOptional={kind === 'end'} />
         {kind !== 'end' && (
           <label>
             {t.suppress.duration}
@@ -149,14 +139,7 @@ function PlantStateDialog({ chosen: { kind, state }, run, close }: DialogProps):
             </select>
           </label>
         )}
-        <div class="buttons">
-          <button type="submit" class="main">
-            {verb}
-          </button>
-          <button type="button" onClick={close}>
-            {t.common.cancel}
-          </button>
-        </div>
+        <FormEnd submit={verb} close={close} />
       </form>
     </dialog>
   )

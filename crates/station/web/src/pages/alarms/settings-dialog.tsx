@@ -5,12 +5,11 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { changeAlarmSettings, fetchAlarmSettings } from '../../api/calls.ts'
 import type { Alarm, AlarmSettings } from '../../api/types.ts'
+import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
 import { changed, FIELDS, type Field, formOf, hasSettings, type SettingsForm } from '../../lib/alarm-settings.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
-
-const LONGEST_REASON = 500
 
 const priorities = (): [string, string][] => [['', t.alarmSettings.defaultPriority], ...Object.entries(t.priorities)]
 
@@ -97,29 +96,8 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
           </select>
         </label>
       </div>
-      <label>
-        {t.common.reason}
-        <input
-          required
-          maxLength={LONGEST_REASON}
-          pattern=".*\S.*"
-          value={reason}
-          onInput={(event) => setReason(event.currentTarget.value)}
-        />
-      </label>
-      {error && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
-      <div class="buttons">
-        <button type="submit" class="main">
-          {t.alarmSettings.submit}
-        </button>
-        <button type="button" onClick={close}>
-          {t.common.cancel}
-        </button>
-      </div>
+      <ReasonField reason={reason} setReason={setReason} />
+      <FormEnd submit={t.alarmSettings.submit} close={close} error={error} />
     </form>
   )
 }

@@ -5,11 +5,10 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { shelve, takeOutOfService } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
+import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { useModal } from '../../components/hooks.ts'
 import { t } from '../../texts/texts.ts'
 import { type RunAction, refusals } from './item.tsx'
-
-const LONGEST_REASON = 500
 
 /** What the dialog does to which alarms. */
 export interface Suppress {
@@ -78,16 +77,7 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
       <p class="muted">{t.suppress.silent(names.length)}</p>
       {names.length > 1 && <p class="names">{names.join(', ')}</p>}
       <form onSubmit={submit}>
-        <label>
-          {t.common.reason}
-          <input
-            required
-            maxLength={LONGEST_REASON}
-            pattern=".*\S.*"
-            value={reason}
-            onInput={(event) => setReason(event.currentTarget.value)}
-          />
-        </label>
+        <ReasonField reason={reason} setReason={setReason} />
         <label>
           {t.suppress.duration}
           <select value={duration} onChange={(event) => setDuration(Number(event.currentTarget.value))}>
@@ -98,14 +88,7 @@ export function SuppressDialog({ suppress: { kind, alarms }, run, close }: Props
             ))}
           </select>
         </label>
-        <div class="buttons">
-          <button type="submit" class="main">
-            {verb}
-          </button>
-          <button type="button" onClick={close}>
-            {t.common.cancel}
-          </button>
-        </div>
+        <FormEnd submit={verb} close={close} />
       </form>
     </dialog>
   )
