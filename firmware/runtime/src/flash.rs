@@ -73,6 +73,14 @@ struct Writer {
     page: usize,
     offset: usize,
     checksum: u32,
+    /// The memory has every word that was written.
+    is_kept: bool,
+}
+
+impl Writer {
+    const fn new(page: usize, offset: usize) -> Self {
+        Self { page, offset, checksum: !0, is_kept: true }
+    }
 }
 
 impl<P: Pages> FlashStore<P> {
@@ -174,10 +182,10 @@ impl<P: Pages> FlashStore<P> {
 
     /// Appends the values behind the last save; the end of the entries if they do not fit, with the value that did not.
     fn append(&mut self, page: usize, values: &mut dyn Iterator<Item = (Key, Octets)>) -> Result<(), Appended> {
-        let mut writer = Writer { page, offset: self.end, checksum: !0 };
+        let mut writer = Writer::new(page, self.end);
         for (key, octets) in values {
             if !self.put(&mut writer, key.to_u32(), &octets) {
-                return Err(Appended { end: writer.offset, next: (key, octets) });
+                return Err(Appended { end: writer.offset, is_kept: writer.is_kept, next: (key, octets) });
             }
         }
         if self.finish(&mut writer) {
@@ -223,17 +231,16 @@ impl<P: Pages> FlashStore<P> {
     fn put_word(&mut self, writer: &mut Writer, word: u32) {
         writer.checksum = summed(writer.checksum, word);
         self.pages.program(writer.page, writer.offset, word);
+        writer.is_kept &= self.pages.word(writer.page, writer.offset) == word;
         writer.offset = writer.offset.saturating_add(WORD);
     }
 
-    /// Ends a save. Returns whether the memory has it.
+    /// Ends a save. Returns whether the memory has every word of it.
     fn finish(&mut self, writer: &mut Writer) -> bool {
-        let end_at = writer.offset;
         self.put_word(writer, END);
         let checksum = writer.checksum;
         self.put_word(writer, checksum);
-        self.word(writer.page, end_at) == Some(END)
-            && self.word(writer.page, end_at.saturating_add(WORD)) == Some(checksum)
+        writer.is_kept
     }
 
     /// Writes the new values, and the newest of all other keys, to the other page. `appended` are new ones that are on the present
@@ -247,7 +254,7 @@ impl<P: Pages> FlashStore<P> {
         #[cfg(feature = "defmt")]
         defmt::info!("flash: erases page {=usize} and copies all values to it", to);
         self.pages.erase(to);
-        let mut writer = Writer { page: to, offset: HEADER, checksum: !0 };
+        let mut writer = Writer::new(to, HEADER);
         let (new_end, next) = appended.map_or((self.end, None), |appended| (appended.end, Some(appended.next)));
         self.copy(&mut writer, self.end, new_end)?;
         for (key, octets) in next.into_iter().chain(values) {
@@ -273,6 +280,8 @@ impl<P: Pages> FlashStore<P> {
 /// New values that are on a page without an end, and the one that did not fit.
 struct Appended {
     end: usize,
+    /// The page has every word of them.
+    is_kept: bool,
     next: (Key, Octets),
 }
 
@@ -327,7 +336,8 @@ impl<P: Pages> FlashStore<P> {
         self.is_clean = false;
         let before = self.end;
         match self.append(page, &mut values) {
-            Err(appended) => self.change_page(Some(appended), &mut values),
+            Err(appended) if appended.is_kept => self.change_page(Some(appended), &mut values),
+            Err(_) => Err(StoreError),
             Ok(()) if self.end == before => Err(StoreError),
             Ok(()) => {
                 self.is_clean = true;

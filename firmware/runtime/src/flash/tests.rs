@@ -26,12 +26,14 @@ struct Ram {
     words: [[u32; PAGE / WORD]; 2],
     operations: u32,
     cut: Option<(u32, Cut)>,
+    /// A bit that stays 1, by the place of its word.
+    worn: Option<(usize, usize, u32)>,
 }
 
 impl Ram {
     const fn new() -> Self {
         // As a page that was used for something else.
-        Self { words: [[0x1234_5678; PAGE / WORD]; 2], operations: 0, cut: None }
+        Self { words: [[0x1234_5678; PAGE / WORD]; 2], operations: 0, cut: None, worn: None }
     }
 
     /// What this operation does: its mask of bits, `None` for nothing.
@@ -61,6 +63,11 @@ impl Pages for Ram {
             let position = &mut self.words[page][offset / WORD];
             assert!(self.cut.is_some() || *position == ERASED, "a word is programmed once");
             *position &= word | !mask;
+            if let Some((worn_page, worn_offset, bit)) = self.worn
+                && (worn_page, worn_offset) == (page, offset)
+            {
+                *position |= bit;
+            }
         }
     }
 
@@ -148,6 +155,35 @@ fn a_power_cut_at_any_operation_leaves_all_old_or_all_new_values() {
         store = whole;
     }
     assert!(cuts > 2000, "{cuts}");
+}
+
+/// A save that was answered as stored is there after power-up, and one that was not leaves the values of before.
+#[test]
+fn a_worn_bit_loses_no_value() {
+    let mut refused = 0;
+    for (page, offset) in [0, 1].into_iter().flat_map(|page| (0..PAGE).step_by(WORD).map(move |offset| (page, offset)))
+    {
+        for bit in [1, 1 << 16, 1 << 31] {
+            let mut store = FlashStore::new(Ram { worn: Some((page, offset, bit)), ..Ram::new() });
+            for number in 0..20 {
+                let old = values(&store);
+                let saved = store.save_all(&mut save(number).into_iter());
+                let new = values(&store);
+                store = FlashStore::new(store.pages().clone());
+                assert_eq!(values(&store), new, "page {page}, {offset}, save {number}");
+                if saved.is_err() {
+                    refused += 1;
+                    assert_eq!(new, old, "page {page}, {offset}, save {number}");
+                } else {
+                    for (key, octets) in save(number) {
+                        let position = KEYS.iter().position(|it| *it == key).unwrap();
+                        assert_eq!(new[position].as_deref(), Some(&*octets), "page {page}, {offset}, save {number}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused > 0);
 }
 
 #[test]
