@@ -36,8 +36,8 @@ pub trait Sensor {
     /// Measures. May take as long as it needs, since it runs beside the bus.
     fn measure(&mut self) -> Measurement;
 
-    /// Whether the user asks for an adjustment, at a push button of the board: the device does what its button does.
-    fn adjustment_requested(&mut self) -> bool {
+    /// Whether the user holds a push button of the board. When it is pressed, the device does what its first button does.
+    fn is_button_held(&mut self) -> bool {
         false
     }
 }
@@ -48,12 +48,14 @@ pub struct Attached<T> {
     sensor: T,
     part: usize,
     status: SensorStatus,
+    /// The button was held at the last measurement.
+    is_held: bool,
 }
 
 impl<T: Sensor> Attached<T> {
     /// The sensor of a part: 0 for the first in [`SimulatedDevice::parts`].
     pub const fn new(sensor: T, part: usize) -> Self {
-        Self { sensor, part, status: SensorStatus::Good }
+        Self { sensor, part, status: SensorStatus::Good, is_held: false }
     }
 
     /// The sensor.
@@ -70,7 +72,9 @@ impl<T: Sensor> Attached<T> {
             self.status = status;
             self.report(device);
         }
-        if self.sensor.adjustment_requested() {
+        // Once for each time that it is pressed: what the button sets is stored.
+        let was_held = core::mem::replace(&mut self.is_held, self.sensor.is_button_held());
+        if self.is_held && !was_held {
             // A device without a button has no such adjustment.
             let _ = device.operate(Action::Button(1));
         }
@@ -96,8 +100,41 @@ mod tests {
     extern crate std;
     use super::*;
     use profivac_devices::bcg450::Bcg450;
+    use profivac_devices::img400::{Gauges, Img400};
     use profivac_devices::profile::Setup;
     use profivac_devices::store::RamStore;
+    use profivac_dp::slave::Device;
+
+    /// A button that is held or not.
+    struct Button(bool);
+
+    impl Sensor for Button {
+        fn measure(&mut self) -> Measurement {
+            Measurement { pa: 1e-4, status: SensorStatus::Good }
+        }
+
+        fn is_button_held(&mut self) -> bool {
+            self.0
+        }
+    }
+
+    /// The key of an IMG400 switches the emission of a channel on and off.
+    #[test]
+    fn a_button_that_is_held_acts_once() {
+        let mut controller: Img400<RamStore> = Img400::new(RamStore::default(), Setup::new(5), Gauges::default());
+        controller.set_prm(&[0, 0, 0, 0x13, 0x08]).unwrap();
+        controller.chk_cfg(&[0x45, 0x90, 5, 8, 8, 8, 8]).unwrap();
+        controller.set_exchanging(true);
+        controller.settle();
+        let mut sensor = Attached::new(Button(true), 0);
+        let mut emission = std::vec::Vec::new();
+        for is_held in [true, true, true, false, true, true] {
+            sensor.sensor_mut().0 = is_held;
+            sensor.serve(&mut controller);
+            emission.push(controller.report().emission.iter().next().copied());
+        }
+        assert_eq!(emission, [true, true, true, true, false, false].map(Some));
+    }
 
     struct Broken(SensorStatus, Drive);
 
