@@ -1,7 +1,7 @@
 //! What all boards have: registers, the handlers, and the exceptions of every Cortex-M.
 
 use crate::Handlers;
-use crate::start::{reset, unexpected};
+use crate::start::{may_work, reset, unexpected};
 use core::cell::UnsafeCell;
 use core::ptr::{read_volatile, write_volatile};
 
@@ -83,6 +83,13 @@ pub fn request_work() {
     write(ICSR, 1 << 28);
 }
 
+/// Ends all writes before the next instruction.
+#[cfg_attr(any(feature = "qemu", feature = "rp2040"), allow(dead_code))]
+pub fn barrier() {
+    // SAFETY: has no effect on memory.
+    unsafe { core::arch::asm!("dsb") };
+}
+
 /// Waits for an interrupt.
 pub fn wait() {
     // SAFETY: has no effect on memory.
@@ -100,7 +107,9 @@ pub fn restart() -> ! {
 extern "C" fn on_tick() {}
 
 extern "C" fn on_work() {
-    if let Some(handlers) = handlers() {
+    if may_work()
+        && let Some(handlers) = handlers()
+    {
         (handlers.work)();
     }
 }

@@ -1,7 +1,8 @@
 //! The octets that are being sent.
 
+use crate::start::{mask, unmask};
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 /// The longest telegram.
 const BUFFER: usize = 256;
@@ -13,9 +14,12 @@ pub struct Outgoing {
     length: AtomicU32,
     next: AtomicU32,
     end: AtomicU32,
+    /// The gauge drives the line: from the first octet until the last bit has left.
+    drives: AtomicBool,
 }
 
-// SAFETY: `prepare` writes the octets only while `next` equals `end`, and `take` reads them only while it does not.
+// SAFETY: `prepare` writes the octets only while nothing is prepared and `next` equals `end`, so no interrupt can begin to send;
+// `take` reads them only while `next` is before `end`.
 unsafe impl Sync for Outgoing {}
 
 /// The octets of the bus.
@@ -24,6 +28,7 @@ pub static OUTGOING: Outgoing = Outgoing {
     length: AtomicU32::new(0),
     next: AtomicU32::new(0),
     end: AtomicU32::new(0),
+    drives: AtomicBool::new(false),
 };
 
 impl Outgoing {
@@ -37,6 +42,7 @@ impl Outgoing {
         let length = self.length.load(Ordering::Acquire);
         self.length.store(0, Ordering::Relaxed);
         if length > 0 {
+            self.drives.store(true, Ordering::Relaxed);
             self.next.store(0, Ordering::Relaxed);
             self.end.store(length, Ordering::Release);
         }
@@ -55,21 +61,56 @@ impl Outgoing {
         octet
     }
 
-    /// Drops what was prepared or is being sent.
-    pub fn cancel(&self) {
+    /// The last bit has left.
+    pub fn ended(&self) {
+        self.drives.store(false, Ordering::Release);
+    }
+
+    /// Drops what was prepared and has not begun.
+    pub fn withdraw(&self) {
         self.length.store(0, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+    }
+
+    /// Drops what was prepared or is being sent.
+    #[cfg(feature = "qemu")]
+    pub fn cancel(&self) {
+        self.withdraw();
         self.next.store(self.end.load(Ordering::Relaxed), Ordering::Relaxed);
+        self.ended();
+    }
+
+    /// Whether nothing is being sent or waits to be sent.
+    fn is_silent(&self) -> bool {
+        self.length.load(Ordering::Acquire) == 0 && !self.drives.load(Ordering::Acquire)
     }
 }
 
-/// Copies octets that `send` sends. Returns whether nothing is being sent and the octets fit.
+/// Copies octets that `send` sends, in place of those that wait. Returns whether nothing is being sent and the octets fit.
 pub fn prepare(octets: &[u8]) -> bool {
+    // From here on an alarm begins nothing.
+    OUTGOING.withdraw();
     if !OUTGOING.is_over() {
         return false;
     }
-    // SAFETY: nothing is being sent, so the interrupt does not read the octets.
+    // SAFETY: nothing is prepared and nothing is being sent, so no interrupt reads the octets.
     let Some(target) = (unsafe { &mut *OUTGOING.octets.get() }).get_mut(..octets.len()) else { return false };
     target.copy_from_slice(octets);
     OUTGOING.length.store(octets.len() as u32, Ordering::Release);
     true
+}
+
+/// Calls `action`, in which the processor may stand still, as soon as no answer is being sent or waits. No other context runs meanwhile.
+///
+/// An answer that stops in its middle holds the line for all stations, and one that begins late meets the telegram of another one.
+pub fn while_silent<R>(action: impl FnOnce() -> R) -> R {
+    loop {
+        let before = mask();
+        if OUTGOING.is_silent() {
+            let result = action();
+            unmask(before);
+            return result;
+        }
+        unmask(before);
+    }
 }

@@ -87,7 +87,13 @@ pub fn send() {
     }
 }
 
-/// Drops what was prepared or is being sent, and the alarm.
+/// Drops what waits to be sent, and the alarm.
+pub fn withdraw() {
+    write(ALARM, 0);
+    OUTGOING.withdraw();
+}
+
+/// Drops what waits or is being sent, and the alarm.
 pub fn cancel() {
     write(ALARM, 0);
     OUTGOING.cancel();
@@ -148,11 +154,11 @@ extern "C" fn on_received() {
 extern "C" fn on_sent() {
     write(BUS + INTERRUPT, 0b01);
     send_next();
-    if OUTGOING.is_over()
-        && read(BUS + STATE) & 1 == 0
-        && let Some(handlers) = handlers()
-    {
-        (handlers.sent)();
+    if OUTGOING.is_over() && read(BUS + STATE) & 1 == 0 {
+        OUTGOING.ended();
+        if let Some(handlers) = handlers() {
+            (handlers.sent)();
+        }
     }
 }
 
@@ -217,7 +223,8 @@ fn write_all(port: usize, octets: &[u8]) {
 
 /// The two pages for nonvolatile values.
 pub mod flash {
-    use super::{AtomicU32, Ordering, read_volatile, restart, write_volatile};
+    use super::{ALARM, AtomicU32, BUS, CONTROL, Ordering, read, read_volatile, restart, write_volatile};
+    use crate::outgoing::while_silent;
 
     /// The octets of a page.
     pub const PAGE: usize = 4096;
@@ -231,6 +238,9 @@ pub mod flash {
 
     /// The number of operations since the start.
     static OPERATIONS: AtomicU32 = AtomicU32::new(0);
+
+    /// The number of operations while an answer waited or was being sent.
+    static DISTURBING: AtomicU32 = AtomicU32::new(0);
 
     /// The address of a word, inside the pages in any case.
     fn address(page: usize, offset: usize) -> usize {
@@ -246,21 +256,25 @@ pub mod flash {
 
     /// Writes a word: bits become 0, none becomes 1.
     pub fn program(page: usize, offset: usize, value: u32) {
-        operate();
-        // SAFETY: as in `word`.
-        unsafe { write_volatile(address(page, offset) as *mut u32, word(page, offset) & value) }
+        while_silent(|| {
+            operate();
+            // SAFETY: as in `word`.
+            unsafe { write_volatile(address(page, offset) as *mut u32, word(page, offset) & value) }
+        });
     }
 
     /// Erases a page: all bits become 1.
     pub fn erase(page: usize) {
-        for offset in (0..PAGE).step_by(4) {
-            // A power cut may leave a page half erased.
-            if offset == PAGE / 2 {
-                operate();
+        while_silent(|| {
+            for offset in (0..PAGE).step_by(4) {
+                // A power cut may leave a page half erased.
+                if offset == PAGE / 2 {
+                    operate();
+                }
+                // SAFETY: as in `word`.
+                unsafe { write_volatile(address(page, offset) as *mut u32, u32::MAX) }
             }
-            // SAFETY: as in `word`.
-            unsafe { write_volatile(address(page, offset) as *mut u32, u32::MAX) }
-        }
+        });
     }
 
     /// Lets the power fail before the operation of this number from now on, 1 for the next.
@@ -273,6 +287,18 @@ pub mod flash {
     #[must_use]
     pub fn operations() -> u32 {
         OPERATIONS.load(Ordering::Relaxed)
+    }
+
+    /// The number of operations since the start that came while an answer waited for its time or was being sent: those of a
+    /// microcontroller would stop its processor meanwhile.
+    #[must_use]
+    pub fn disturbing() -> u32 {
+        DISTURBING.load(Ordering::Relaxed)
+    }
+
+    /// Whether the alarm runs, or the interrupt of the transmitter is on.
+    fn is_answering() -> bool {
+        read(ALARM) & 1 != 0 || read(BUS + CONTROL) & 0b100 != 0
     }
 
     /// Whether the power has failed at an operation; the question clears the mark.
@@ -289,6 +315,9 @@ pub mod flash {
     fn operate() {
         let count = OPERATIONS.load(Ordering::Relaxed).wrapping_add(1);
         OPERATIONS.store(count, Ordering::Relaxed);
+        if is_answering() {
+            DISTURBING.store(disturbing().wrapping_add(1), Ordering::Relaxed);
+        }
         if count == CUT_AFTER.load(Ordering::Relaxed) {
             // SAFETY: as in `power_has_failed`.
             unsafe { write_volatile(MARK as *mut u32, FAILED) };

@@ -14,6 +14,7 @@ use crate::cortex::{
 };
 use crate::outgoing::OUTGOING;
 use crate::{Handlers, Light, LineError};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 /// The name of the board.
 pub const NAME: &str = "RP2040";
@@ -44,11 +45,20 @@ const TIMER: usize = 0x4005_4000;
 const WATCHDOG: usize = 0x4005_8000;
 const SIO: usize = 0xD000_0000;
 
+/// Interrupts that the program causes. At these offsets of every register a write sets or clears its bits at once, so that no interrupt
+/// comes between a read and a write.
+const TIMER_FORCE: usize = TIMER + 0x3C;
+const SET: usize = 0x2000;
+const CLEAR: usize = 0x3000;
+
 const UART_INTERRUPT: usize = 20;
 /// The answer begins.
 const ALARM_INTERRUPT: usize = 0;
 /// The last octet has left.
 const END_INTERRUPT: usize = 1;
+/// Ends a wait every 10 ms: SysTick, which counts cycles, wraps after 175 ms only.
+const TICK_INTERRUPT: usize = 2;
+const TICKS_PER_WAIT: u32 = TICKS_PER_SECOND / 100;
 
 const UART_CONTROL: usize = UART + 0x30;
 const UART_FLAGS: usize = UART + 0x18;
@@ -67,7 +77,7 @@ const FAULT_LIGHT: u32 = 3;
 const WATCHDOG_LOAD: u32 = 4_000_000;
 
 /// The ticks of a character at the present rate.
-static CHARACTER: core::sync::atomic::AtomicU32 = core::sync::atomic::AtomicU32::new(0);
+static CHARACTER: AtomicU32 = AtomicU32::new(0);
 
 /// 96 MHz: 12 MHz x 96 / 6 / 2. The timer and the watchdog count microseconds of the crystal.
 fn start_clock() {
@@ -139,8 +149,9 @@ pub fn start(handlers: &'static Handlers) {
     // Enabled, transmitter, receiver; no FIFO, so an interrupt for each character.
     write(UART_CONTROL, 1 | 1 << 8 | 1 << 9);
     write(UART_MASK, ON_RECEIVED);
-    write(TIMER + 0x38, 0b11);
-    start_interrupts(&[UART_INTERRUPT, ALARM_INTERRUPT, END_INTERRUPT]);
+    write(TIMER + 0x38, 0b111);
+    start_interrupts(&[UART_INTERRUPT, ALARM_INTERRUPT, END_INTERRUPT, TICK_INTERRUPT]);
+    set_timer(TICK_INTERRUPT, TICKS_PER_WAIT);
     // All but the oscillators restart.
     write(POWER_ON + 0x8, 0x1_FFFC);
     write(WATCHDOG + 0x4, WATCHDOG_LOAD);
@@ -152,13 +163,19 @@ pub fn set_rate(bits_per_second: u32) -> bool {
     if !(RATES.0..=RATES.1).contains(&bits_per_second) {
         return false;
     }
+    // A port that is on does not take another divisor; it ends the character of before first.
+    let control = read(UART_CONTROL);
+    write(UART_CONTROL, 0);
+    let start = ticks();
+    while ticks().wrapping_sub(start) < CHARACTER.load(Ordering::Relaxed) {}
     // In 64ths of 16 bits.
     let divisor = (TICKS_PER_SECOND * 4 + bits_per_second / 2) / bits_per_second;
     write(UART + 0x24, divisor / 64);
     write(UART + 0x28, divisor % 64);
     // Eight bits, even parity. Written last: it takes the divisor over.
     write(UART + 0x2C, 0b11 << 5 | 1 << 2 | 1 << 1);
-    CHARACTER.store(11 * (TICKS_PER_SECOND / bits_per_second + 1), core::sync::atomic::Ordering::Relaxed);
+    write(UART_CONTROL, control);
+    CHARACTER.store(11 * (TICKS_PER_SECOND / bits_per_second + 1), Ordering::Relaxed);
     true
 }
 
@@ -181,12 +198,12 @@ fn set_timer(alarm: usize, after: u32) {
     write(TIMER + 0x10 + 4 * alarm, at);
     // The timer compares for equality: a time that has passed would come in an hour.
     if read(TIMER + 0x28).wrapping_sub(at) < u32::MAX / 2 && read(TIMER + 0x20) & 1 << alarm != 0 {
-        modify(TIMER + 0x3C, 0, 1 << alarm);
+        write(TIMER_FORCE + SET, 1 << alarm);
     }
 }
 
 fn acknowledge(alarm: usize) {
-    modify(TIMER + 0x3C, 1 << alarm, 0);
+    write(TIMER_FORCE + CLEAR, 1 << alarm);
     write(TIMER + 0x20, 1 << alarm);
     write(TIMER + 0x34, 1 << alarm);
 }
@@ -205,10 +222,10 @@ pub fn send() {
     }
 }
 
-/// Drops what was prepared or is being sent, and the alarm.
-pub fn cancel() {
+/// Drops what waits to be sent, and the alarm.
+pub fn withdraw() {
     acknowledge(ALARM_INTERRUPT);
-    OUTGOING.cancel();
+    OUTGOING.withdraw();
 }
 
 /// The interrupt comes when the register for the next octet is empty, which is before the last octet has left.
@@ -217,7 +234,7 @@ fn send_next() {
         Some(octet) => write(UART, u32::from(octet)),
         None => {
             write(UART_MASK, ON_RECEIVED);
-            set_timer(END_INTERRUPT, CHARACTER.load(core::sync::atomic::Ordering::Relaxed));
+            set_timer(END_INTERRUPT, CHARACTER.load(Ordering::Relaxed));
         }
     }
 }
@@ -248,9 +265,15 @@ extern "C" fn on_end() {
     acknowledge(END_INTERRUPT);
     while read(UART_FLAGS) & BUSY != 0 {}
     write(SIO + 0x18, 1 << DIRECTION);
+    OUTGOING.ended();
     if let Some(handlers) = handlers() {
         (handlers.sent)();
     }
+}
+
+extern "C" fn on_tick() {
+    acknowledge(TICK_INTERRUPT);
+    set_timer(TICK_INTERRUPT, TICKS_PER_WAIT);
 }
 
 /// Tells the watchdog that the program runs.
@@ -276,9 +299,9 @@ pub fn set_light(light: Light, on: bool) {
 /// The two pages for nonvolatile values: the last two sectors of 2 MiB.
 ///
 /// While a sector is erased or written the processor cannot read its program: the gauge answers nothing for up to 0.4 s. The functions
-/// of the ROM do both.
+/// of the ROM do both, when no answer is being sent or waits.
 pub mod flash {
-    use crate::masked;
+    use crate::outgoing::while_silent;
     use core::ptr::{null, read_volatile};
 
     /// The octets of a page.
@@ -359,7 +382,7 @@ pub mod flash {
         // By its address, because RAM is too far from flash for a branch.
         let operate = core::hint::black_box(operate as unsafe extern "C" fn(&Rom, u32, *const u8));
         // SAFETY: no interrupt runs, and the other core has not been started. `at` is in the last two sectors.
-        masked(|| unsafe { operate(&rom, at as u32, data) });
+        while_silent(|| unsafe { operate(&rom, at as u32, data) });
     }
 
     /// Programs a word that is erased: the other octets of the write are ones, which change nothing.
@@ -430,5 +453,9 @@ static BOOT: [u8; 256] = {
 /// The vector table: exceptions, interrupts 0 to 25.
 #[used]
 #[unsafe(link_section = ".vectors")]
-static VECTORS: [Vector; EXCEPTIONS + 26] =
-    vectors(&[(ALARM_INTERRUPT, on_alarm), (END_INTERRUPT, on_end), (UART_INTERRUPT, on_uart)]);
+static VECTORS: [Vector; EXCEPTIONS + 26] = vectors(&[
+    (ALARM_INTERRUPT, on_alarm),
+    (END_INTERRUPT, on_end),
+    (TICK_INTERRUPT, on_tick),
+    (UART_INTERRUPT, on_uart),
+]);

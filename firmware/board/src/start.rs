@@ -1,7 +1,9 @@
 //! Start of the processor, and what all Cortex-M have.
 
+use crate::cortex::request_work;
 use core::arch::asm;
 use core::ptr::{read_volatile, write_volatile};
+use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
 
 unsafe extern "C" {
     static mut __data_start: u32;
@@ -116,29 +118,40 @@ pub fn unmask(before: u32) {
     }
 }
 
-/// Calls `action` while the work context does not run; the character context goes on where the processor allows it.
-#[cfg(target_abi = "eabihf")]
+/// The main context holds the work context up, which has been requested meanwhile.
+static IS_HELD: AtomicBool = AtomicBool::new(false);
+static IS_DUE: AtomicBool = AtomicBool::new(false);
+
+/// Calls `action` while the work context does not run; the character context goes on.
 #[inline]
 pub fn hold_work<R>(action: impl FnOnce() -> R) -> R {
-    // The work context has the lowest priority, so only the main context calls this, with a mask of 0.
-    // SAFETY: the mask is taken away below.
-    unsafe {
-        asm!("msr BASEPRI, {}", in(reg) 0xF0_u32);
-        asm!("isb");
-    }
+    IS_HELD.store(true, Ordering::Relaxed);
+    compiler_fence(Ordering::SeqCst);
     let result = action();
-    // SAFETY: as above.
-    unsafe {
-        asm!("msr BASEPRI, {}", in(reg) 0_u32);
-    }
+    release_work();
     result
 }
 
-/// Calls `action` while the work context does not run: this processor has no mask for priorities, so nothing else runs.
-#[cfg(not(target_abi = "eabihf"))]
+#[inline(never)]
+fn release_work() {
+    compiler_fence(Ordering::SeqCst);
+    IS_HELD.store(false, Ordering::Relaxed);
+    compiler_fence(Ordering::SeqCst);
+    // If the work context runs here, it runs once more, for nothing.
+    if IS_DUE.load(Ordering::Relaxed) {
+        IS_DUE.store(false, Ordering::Relaxed);
+        request_work();
+    }
+}
+
+/// Whether the work context may run now; else it is requested again when the main context ends [`hold_work`].
 #[inline]
-pub fn hold_work<R>(action: impl FnOnce() -> R) -> R {
-    masked(action)
+pub(crate) fn may_work() -> bool {
+    let is_held = IS_HELD.load(Ordering::Relaxed);
+    if is_held {
+        IS_DUE.store(true, Ordering::Relaxed);
+    }
+    !is_held
 }
 
 /// An exception that no program expects: waits for the watchdog.

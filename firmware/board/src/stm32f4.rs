@@ -193,10 +193,10 @@ pub fn set_rate(bits_per_second: u32) -> bool {
     true
 }
 
-/// Drops what was prepared or is being sent, and the alarm.
-pub fn cancel() {
+/// Drops what waits to be sent, and the alarm.
+pub fn withdraw() {
     modify(TIMER_2 + 0xC, 1 << 1, 0);
-    OUTGOING.cancel();
+    OUTGOING.withdraw();
 }
 
 /// The time; wraps.
@@ -250,6 +250,7 @@ extern "C" fn on_usart() {
     } else if status & 1 << 6 != 0 && control & ON_COMPLETE != 0 {
         write(USART_CONTROL, CONTROL);
         write(GPIO_A + 0x18, 1 << (8 + 16));
+        OUTGOING.ended();
         if let Some(handlers) = handlers() {
             (handlers.sent)();
         }
@@ -287,9 +288,12 @@ pub fn set_light(light: Light, on: bool) {
 
 /// The two pages for nonvolatile values: sectors 1 and 2, of which the first 4 KiB are used.
 ///
-/// While a sector is erased the processor cannot read its program: the gauge answers nothing for up to 0.8 s.
+/// While a sector is erased or a word is written the processor cannot read its program: the gauge answers nothing for up to 0.8 s or
+/// 100 us. Both wait until no answer is being sent or waits.
 pub mod flash {
     use super::{FLASH, modify, read, read_volatile, write, write_volatile};
+    use crate::cortex::barrier;
+    use crate::outgoing::while_silent;
 
     /// The octets of a page.
     pub const PAGE: usize = 4096;
@@ -312,15 +316,19 @@ pub mod flash {
     }
 
     fn operate(control: u32, action: impl FnOnce()) {
-        write(KEY, 0x4567_0123);
-        write(KEY, 0xCDEF_89AB);
-        // Errors of before.
-        write(STATUS, 0xF2);
-        // 32 bits at a time.
-        write(CONTROL, control | 0b10 << 8);
-        action();
-        while read(STATUS) & 1 << 16 != 0 {}
-        write(CONTROL, 1 << 31);
+        while_silent(|| {
+            write(KEY, 0x4567_0123);
+            write(KEY, 0xCDEF_89AB);
+            // Errors of before.
+            write(STATUS, 0xF2);
+            // 32 bits at a time.
+            write(CONTROL, control | 0b10 << 8);
+            action();
+            // The write has reached the flash before its state is read.
+            barrier();
+            while read(STATUS) & 1 << 16 != 0 {}
+            write(CONTROL, 1 << 31);
+        });
     }
 
     /// Programs a word that is erased.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `s` | prints the free octets of RAM and the deepest stack |
 //! | `c` | prints the counters of the bus |
-//! | `o` | prints the number of operations of the flash |
+//! | `o` | prints the number of operations of the flash, and of those while an answer waited or was being sent |
 //! | `l` | prints the lights: bus, fault |
 //! | `x`, `y` | sets the rate to 12 Mbit/s, which the port does not have, and back |
 //! | `g` | after a power cut: begins to work |
@@ -46,7 +46,7 @@ pub fn serve() {
                 set_rate(if octet == b'x' { Baud::B12000000 } else { Baud::B19200 }, board::ticks());
                 numbers(&[]);
             }
-            b'o' => numbers(&[flash::operations()]),
+            b'o' => numbers(&[flash::operations(), flash::disturbing()]),
             0x80.. => {
                 flash::cut_power_after(u32::from(octet & 0x7F));
                 numbers(&[]);

@@ -53,7 +53,11 @@ pub(crate) fn work() {
     TELEGRAM.with(|buffer| {
         let taken = board::masked(|| LINE.with(|line| line.take(buffer)));
         match taken.flatten() {
-            Some((end, octets)) => serve(end, octets),
+            Some((end, octets)) => {
+                // The master of an answer that still waits has gone on.
+                board::withdraw();
+                serve(end, octets);
+            }
             None => poll(),
         }
     });
@@ -182,7 +186,12 @@ pub(crate) fn start_bus<B: Behaviour, S: Store>(device: &BlockDevice<B, S>, baud
 }
 
 fn with_bus<R>(action: impl FnOnce(&mut BusStation<BusSide>) -> R) -> Option<R> {
-    board::hold_work(|| BUS.with(action))
+    #[cfg(feature = "diagnostics")]
+    let start = board::ticks();
+    let result = board::hold_work(|| BUS.with(action));
+    #[cfg(feature = "diagnostics")]
+    crate::measure::work_was_held(board::ticks().wrapping_sub(start));
+    result
 }
 
 /// Whether a master wants something.

@@ -4,6 +4,7 @@
 //! interrupt, which the processor does without instructions, are not in it.
 
 use crate::gauge::{adopt, character, publish, start_bus, work};
+use core::sync::atomic::{AtomicU32, Ordering};
 use profivac_board as board;
 use profivac_devices::profile::beside::Application;
 use profivac_devices::profile::{Behaviour, BlockDevice};
@@ -21,6 +22,15 @@ pub struct Request {
     pub saps: Option<(u8, u8)>,
     /// The data unit.
     pub du: &'static [u8],
+}
+
+/// The longest time in which the main context has held the work context up, in ticks.
+static LONGEST_HOLD: AtomicU32 = AtomicU32::new(0);
+
+/// The main context has held the work context up for these ticks.
+pub(crate) fn work_was_held(ticks: u32) {
+    let longest = LONGEST_HOLD.load(Ordering::Relaxed).max(ticks);
+    LONGEST_HOLD.store(longest, Ordering::Relaxed);
 }
 
 /// The address of the gauge.
@@ -61,17 +71,19 @@ pub fn measure<B: Behaviour, S: Store>(device: &mut BlockDevice<B, S>, requests:
             character(Ok(*last));
             work();
         });
+        // Without interrupts the answer never leaves, and the flash would wait for its end.
+        board::cancel();
         let after = time(|| {
             adopt(&mut application);
             publish(&mut application);
             // Nothing has come: the slave prepares its next answer.
             work();
         });
-        board::cancel();
         row(request.name, &[answer.saturating_sub(empty), after.saturating_sub(empty)]);
     }
     let passing = time(|| SimulatedTime::advance(&mut application)).saturating_sub(empty);
     row("advance and sense", &[0, passing]);
+    row("longest hold", &[0, instructions(LONGEST_HOLD.load(Ordering::Relaxed))]);
     row("octet, mean and worst", &[sum.checked_div(octets).unwrap_or(0), worst]);
     let (free, used) = board::free_stack();
     row("stack, free and used", &[free, used]);
