@@ -62,8 +62,8 @@ pub struct Handlers {
 /// A light of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Light {
-    /// Data exchange.
+    /// Green: on in data exchange, flashing without it.
     Bus,
-    /// A fault of the device, or a bit rate that the port does not have.
+    /// Red: a fault of the device, or a bit rate that the port does not have.
     Fault,
 }

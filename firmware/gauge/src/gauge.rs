@@ -19,6 +19,9 @@ const SECONDS_PER_TICK: f64 = 1.0 / board::TICKS_PER_SECOND as f64;
 
 const TICKS_PER_US: u32 = board::TICKS_PER_SECOND / 1_000_000;
 
+/// A light that flashes is on for these ticks and off for as many: the power of two in half a second. free choice
+const FLASH_TICKS: u32 = 1 << (board::TICKS_PER_SECOND / 2).ilog2();
+
 /// What the character context owns.
 static LINE: Exclusive<Line> = Exclusive::new();
 
@@ -214,8 +217,11 @@ pub(crate) fn publish<B: Behaviour, S: Store>(application: &mut Application<'_, 
         bus.device_mut().publish(&snapshot);
         bus.slave().device().is_exchanging()
     });
-    board::set_light(board::Light::Bus, is_exchanging == Some(true));
-    board::set_light(board::Light::Fault, is_deaf() || application.device().has_alarm());
+    // As the NET light of a PCG550 (3.4): red at an alarm; else green in data exchange, and flashing green without it.
+    let is_red = is_deaf() || application.device().has_alarm();
+    let is_green = is_exchanging == Some(true) || board::ticks() & FLASH_TICKS != 0;
+    board::set_light(board::Light::Bus, is_green && !is_red);
+    board::set_light(board::Light::Fault, is_red);
 }
 
 /// Numbers for a diagnosis of the bus.
