@@ -179,6 +179,12 @@ pub fn address_switch() -> u8 {
     5
 }
 
+/// The next conversion of the analogue input, in steps of 12 bits; the emulated board has none, and always the same.
+#[must_use]
+pub fn analog_input() -> u16 {
+    1750
+}
+
 static LIGHTS: [AtomicBool; 2] = [AtomicBool::new(false), AtomicBool::new(false)];
 
 /// Switches a light on or off; the emulated board keeps its state.

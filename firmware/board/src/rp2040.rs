@@ -6,6 +6,7 @@
 //! | GP2 | direction of the transceiver, high while the gauge sends |
 //! | GP8 ... GP15 | address switch, closed to ground for 1 |
 //! | GP25, GP3 | lights: data exchange, fault |
+//! | GP26 | analogue input |
 //!
 //! Registers and their bits are those of the RP2040 datasheet. 96 MHz is 16 times 6 Mbit/s, and every slower rate has a divisor.
 
@@ -41,6 +42,7 @@ const PADS: usize = 0x4001_C000;
 const CRYSTAL: usize = 0x4002_4000;
 const PLL: usize = 0x4002_8000;
 const UART: usize = 0x4003_4000;
+const CONVERTER: usize = 0x4004_C000;
 const TIMER: usize = 0x4005_4000;
 const WATCHDOG: usize = 0x4005_8000;
 const SIO: usize = 0xD000_0000;
@@ -72,6 +74,7 @@ const DIRECTION: u32 = 2;
 const SWITCHES: u32 = 8;
 const BUS_LIGHT: u32 = 25;
 const FAULT_LIGHT: u32 = 3;
+const ANALOG: u32 = 26;
 
 /// The watchdog restarts after two seconds; it counts twice for each tick of 1 us.
 const WATCHDOG_LOAD: u32 = 4_000_000;
@@ -285,6 +288,23 @@ pub fn feed_watchdog() {
 #[must_use]
 pub fn address_switch() -> u8 {
     !(read(SIO + 0x4) >> SWITCHES) as u8
+}
+
+/// The next conversion of the analogue input, in steps of 12 bits.
+#[must_use]
+pub fn analog_input() -> u16 {
+    // The clock of the converter: half of 96 MHz.
+    write(CLOCKS + 0x64, 2 << 8);
+    write(CLOCKS + 0x60, 1 << 11 | 1 << 5);
+    release(1);
+    // The pin with neither output, input, nor resistors.
+    write(PADS + 4 + 4 * ANALOG as usize, 1 << 7);
+    // On, and one conversion of the first channel.
+    write(CONVERTER, 1);
+    while read(CONVERTER) & 1 << 8 == 0 {}
+    write(CONVERTER, 1 | 1 << 2);
+    while read(CONVERTER) & 1 << 8 == 0 {}
+    read(CONVERTER + 0x4) as u16
 }
 
 /// Switches a light on or off.

@@ -7,6 +7,7 @@
 //! | direction of the transceiver, high while the gauge sends | PA8 | PA8 |
 //! | address switch, closed to ground for 1 | PE8 ... PE15 | PA0 ... PA7 |
 //! | lights: data exchange, fault | PD12, PD14 | PC13 (low is on), PB12 |
+//! | analogue input | PB1 | PB1 |
 //!
 //! PB2 is BOOT1, which both boards pull down; PA9 has the capacitor of a USB supply on the Discovery board. Registers and their bits are
 //! those of the reference manuals RM0090 and RM0383.
@@ -97,6 +98,7 @@ const POWER: usize = 0x4000_7000;
 const USART_1: usize = 0x4001_1000;
 const TIMER_2: usize = 0x4000_0000;
 const WATCHDOG: usize = 0x4000_3000;
+const CONVERTER: usize = 0x4001_2000;
 
 const USART_STATUS: usize = USART_1;
 const USART_DATA: usize = USART_1 + 0x4;
@@ -275,6 +277,23 @@ pub fn feed_watchdog() {
 pub fn address_switch() -> u8 {
     let (port, first) = chip::SWITCHES;
     !(read(port + 0x10) >> first) as u8
+}
+
+/// The next conversion of the analogue input, in steps of 12 bits.
+#[must_use]
+pub fn analog_input() -> u16 {
+    // ADC1, and PB1 analogue.
+    modify(RCC + 0x44, 0, 1 << 8);
+    modify(GPIO_B, 0, 0b11 << 2);
+    // A quarter of the clock of APB2; channel 9, sampled for 480 cycles.
+    modify(CONVERTER + 0x304, 0b11 << 16, 0b01 << 16);
+    modify(CONVERTER + 0x10, 0, 0b111 << 27);
+    write(CONVERTER + 0x34, 9);
+    write(CONVERTER, 0);
+    modify(CONVERTER + 0x8, 0, 1);
+    modify(CONVERTER + 0x8, 0, 1 << 30);
+    while read(CONVERTER) & 1 << 1 == 0 {}
+    read(CONVERTER + 0x4C) as u16
 }
 
 /// Switches a light on or off.
