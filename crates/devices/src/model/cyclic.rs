@@ -146,10 +146,17 @@ pub struct Configuration {
     pub octets: &'static [u8],
 }
 
+/// The octets of the longest inputs and outputs of a device. free choice: a firmware copies them.
+pub const MAX_IMAGE: usize = 48;
+
+/// The octets of the longest outputs without the parameter channel.
+pub const MAX_COMMANDS: usize = 8;
+
 /// A configuration of a table, checked against its telegrams at compile time.
 ///
 /// # Panics
-/// If the configuration data do not fit the telegrams: in a `static` or `const`, which is where it belongs, that does not compile.
+/// If the configuration data do not fit the telegrams, or a telegram is longer than [`MAX_IMAGE`] or [`MAX_COMMANDS`]: in a `static` or
+/// `const`, which is where it belongs, that does not compile.
 #[must_use]
 pub const fn configuration(
     outputs: Option<&'static Telegram>,
@@ -158,6 +165,10 @@ pub const fn configuration(
 ) -> Configuration {
     let configuration = Configuration { outputs, inputs, octets };
     assert!(configuration.is_consistent(), "the configuration data do not fit the telegrams");
+    assert!(
+        configuration.is_short(),
+        "at most 48 octets of inputs or outputs, 8 of outputs without the parameter channel"
+    );
     configuration
 }
 
@@ -193,6 +204,13 @@ impl Configuration {
             Field::ProcessValue(number) | Field::ChannelValue(_, number) => Some(*number),
             _ => None,
         })
+    }
+
+    /// Whether the inputs and outputs are not too long.
+    const fn is_short(&self) -> bool {
+        self.input_octets() <= MAX_IMAGE
+            && self.output_octets() <= MAX_IMAGE
+            && command_octets(self.outputs) <= MAX_COMMANDS
     }
 
     /// Whether the octets announce the telegrams: both lengths, consistency over the whole length
@@ -236,6 +254,20 @@ const fn octets_of(telegram: Option<&Telegram>) -> usize {
         Some(telegram) => telegram.octets(),
         None => 0,
     }
+}
+
+/// The octets of outputs without the parameter channel.
+const fn command_octets(outputs: Option<&Telegram>) -> usize {
+    let Some(outputs) = outputs else { return 0 };
+    let (mut fields, mut sum) = (outputs.fields, 0usize);
+    while let [field, rest @ ..] = fields {
+        sum = match field {
+            Field::ParameterChannel => sum,
+            _ => sum.saturating_add(field.octets()),
+        };
+        fields = rest;
+    }
+    sum
 }
 
 /// A length octet of the special format: octets, consistent over the whole length.
@@ -345,6 +377,18 @@ mod tests {
         assert!(is_consistent(&CHANNEL, &RELAYS, PCG_204));
         assert!(is_consistent(&CHANNEL, &CHANNELS, IMG_14));
         assert!(is_consistent(&MODULES_OUT, &MODULES_IN, MODULES));
+    }
+
+    #[test]
+    fn telegrams_have_a_limit() {
+        static SHORT: Telegram = telegram(1, &[Field::ParameterChannel, Field::Ignored(8)]);
+        static LONG: Telegram = telegram(1, &[Field::Ignored(9)]);
+        static IMAGE: Telegram = telegram(1, &[Field::Ignored(48)]);
+        static LONG_IMAGE: Telegram = telegram(1, &[Field::Ignored(49)]);
+        let is_short = |outputs, inputs| Configuration { outputs, inputs, octets: &[] }.is_short();
+        assert!(is_short(Some(&SHORT), Some(&IMAGE)));
+        assert!(!is_short(Some(&LONG), None));
+        assert!(!is_short(None, Some(&LONG_IMAGE)));
     }
 
     #[test]

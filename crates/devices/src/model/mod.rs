@@ -32,7 +32,7 @@ pub use alarm_words::{AlarmBit, AlarmWords};
 pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, RowTexts, Storage, text};
 pub use code_table::{CodeTable, UnknownCode};
 pub use codes::{Code, Codes, Precondition, code};
-pub use cyclic::{Configuration, Field, Telegram, configuration, telegram};
+pub use cyclic::{Configuration, Field, MAX_COMMANDS, MAX_IMAGE, Telegram, configuration, telegram};
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};
 #[doc(hidden)]
 pub use fault::faults;

@@ -1,7 +1,7 @@
 //! The measurement, the parameters and the nonvolatile memory of a device beside its slave.
 
-use super::exchanged::{Access, ChannelRead, Commands, Done, Job, MAX_IMAGE, Snapshot, Tasks};
-use crate::model::{AccessError, AccessPath, Octets};
+use super::exchanged::{Access, ChannelRead, Commands, Done, Job, Snapshot, Tasks};
+use crate::model::{AccessError, AccessPath, MAX_IMAGE, Octets};
 use crate::profile::device::path_of;
 use crate::profile::{Behaviour, BlockDevice};
 use crate::store::Store;

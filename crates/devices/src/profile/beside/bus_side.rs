@@ -1,9 +1,7 @@
 //! The device as its slave sees it: tables, a copy of the inputs, and the requests of masters.
 
-use super::exchanged::{
-    Access, ChannelRead, Commands, Done, Job, MAX_CHANGES, MAX_IMAGE, Record, Snapshot, Tasks, Via,
-};
-use crate::model::{AccessError, Configuration, Field, Model, Octets, Telegram, UserPrm};
+use super::exchanged::{Access, ChannelRead, Commands, Done, Job, MAX_CHANGES, Record, Snapshot, Tasks, Via};
+use crate::model::{AccessError, Configuration, Field, MAX_IMAGE, Model, Octets, Telegram, UserPrm};
 use crate::profile::Behaviour;
 use crate::profile::device::BlockDevice;
 use crate::profile::parameter_channel::{self, ParameterChannel, Task};

@@ -1,14 +1,8 @@
 //! The data that bus side and application copy to each other.
 
-use crate::model::{AccessError, Configuration, Octets, UserPrm};
+use crate::model::{AccessError, Configuration, MAX_COMMANDS, MAX_IMAGE, Octets, UserPrm};
 use crate::profile::parameter_channel::WriteTask;
 use profivac_dp::slave::Relation;
-
-/// The octets of the longest inputs and outputs of a device in this crate.
-pub const MAX_IMAGE: usize = 48;
-
-/// The octets of the longest outputs without the parameter channel.
-pub const MAX_COMMANDS: usize = 8;
 
 /// The changes of the outputs that are kept until the application takes them.
 pub const MAX_CHANGES: usize = 4;
