@@ -289,8 +289,13 @@ pub fn analog_input() -> u16 {
     modify(CONVERTER + 0x304, 0b11 << 16, 0b01 << 16);
     modify(CONVERTER + 0x10, 0, 0b111 << 27);
     write(CONVERTER + 0x34, 9);
+    if read(CONVERTER + 0x8) & 1 == 0 {
+        write(CONVERTER + 0x8, 1);
+        // It is stable after 3 us.
+        let start = ticks();
+        while ticks().wrapping_sub(start) < chip::TIMER_HZ / 250_000 {}
+    }
     write(CONVERTER, 0);
-    modify(CONVERTER + 0x8, 0, 1);
     modify(CONVERTER + 0x8, 0, 1 << 30);
     while read(CONVERTER) & 1 << 1 == 0 {}
     read(CONVERTER + 0x4C) as u16

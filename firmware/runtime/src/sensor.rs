@@ -120,7 +120,7 @@ mod tests {
 
     /// The key of an IMG400 switches the emission of a channel on and off.
     #[test]
-    fn a_button_that_is_held_acts_once() {
+    fn a_button_that_is_held_counts_once() {
         let mut controller: Img400<RamStore> = Img400::new(RamStore::default(), Setup::new(5), Gauges::default());
         controller.set_prm(&[0, 0, 0, 0x13, 0x08]).unwrap();
         controller.chk_cfg(&[0x45, 0x90, 5, 8, 8, 8, 8]).unwrap();
