@@ -89,7 +89,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
             let payload = load.batch(second).encode_compressed()?;
             octets += payload.len() as u64;
             let mut headers = HeaderMap::new();
-            headers.insert("Nats-Msg-Id", format!("{station}/{now}/{number}").as_str());
+            headers.insert("Profivac-Batch", format!("{station}/{now}/{number}").as_str());
             let subject = format!("profivac.v1.load.{station}.batch");
             waiting.push_back(jetstream.publish_with_headers(subject, headers, payload.into()).await?);
             if waiting.len() >= MAX_WAITING

@@ -3,7 +3,7 @@
 use async_nats::jetstream::{self, Context};
 use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
 use profivac_station::client_tls::{fault, is_of_another_name};
-use profivac_station::config::gateways::archive::Nats;
+use profivac_station::config::gateways::archive::{Nats, is_name};
 use std::time::Duration;
 use thiserror::Error;
 use tokio_rustls::rustls;
@@ -46,16 +46,26 @@ const MAX_WAITING: usize = 512;
 /// # Errors
 /// [`NatsError`] when there is none, or it refuses the login.
 pub async fn connect(nats: &Nats, name: &str) -> Result<Context, NatsError> {
-    connect_for(nats, name, MAX_WAITING).await
+    connect_for(nats, name, MAX_WAITING, INBOX).await
 }
 
-/// Connects, with room for `waiting` messages of a subscription.
+/// The subjects of the answers to an archive.
+pub const INBOX: &str = "_INBOX";
+
+/// The subjects of the answers to a station begin with it. Each station has subjects of its own: a user who may read the subjects of all
+/// answers reads the batches that the servers send to the archives, and could acknowledge them.
+pub fn inbox(plant: &str, station: &str) -> String {
+    format!("profivac.v1.{plant}.{station}.inbox")
+}
+
+/// Connects, with room for `waiting` messages of a subscription, and with answers on subjects that begin with `inbox`.
 ///
 /// # Errors
 /// As [`connect`].
-pub async fn connect_for(nats: &Nats, name: &str, waiting: usize) -> Result<Context, NatsError> {
+pub async fn connect_for(nats: &Nats, name: &str, waiting: usize, inbox: &str) -> Result<Context, NatsError> {
     let mut options = ConnectOptions::new()
         .name(name)
+        .custom_inbox_prefix(inbox)
         .connection_timeout(Duration::from_secs(5))
         .request_timeout(Some(TIMEOUT))
         .ping_interval(PING_INTERVAL)
@@ -107,12 +117,16 @@ pub fn subject(plant: &str, station: &str) -> String {
 pub fn of_subject(subject: &str) -> Option<(&str, &str)> {
     let mut parts = subject.strip_prefix("profivac.v1.")?.strip_suffix(".batch")?.split('.');
     match (parts.next(), parts.next(), parts.next()) {
-        (Some(plant), Some(station), None) if !plant.is_empty() && !station.is_empty() => Some((plant, station)),
+        (Some(plant), Some(station), None) if is_name(plant) && is_name(station) => Some((plant, station)),
         _ => None,
     }
 }
 
-/// The id of a message: the servers drop a second message with the same id for a while.
+/// The header with the id of a message. It is not `Nats-Msg-Id`: with that, the servers drop a second message of any station, so that one
+/// could take the ids of another.
+pub const BATCH_HEADER: &str = "Profivac-Batch";
+
+/// The id of a message.
 pub fn message_id(station: &str, epoch: i64, number: i64) -> String {
     format!("{station}/{epoch}/{number}")
 }
@@ -134,6 +148,13 @@ mod tests {
         for wrong in ["profivac.v1.a.batch", "profivac.v1.a.b.c.batch", "profivac.v1..b.batch", "profivac.v2.a.b.batch"]
         {
             assert_eq!(of_subject(wrong), None, "{wrong}");
+        }
+        for name in ["*", ">", "a/b", "<b>", "a'b", "ü", &"x".repeat(61)] {
+            assert_eq!(
+                (of_subject(&subject("hall", name)), of_subject(&subject(name, "hall-1"))),
+                (None, None),
+                "{name}"
+            );
         }
         for wrong in ["hall-1/5", "hall-2/5/7", "hall-1/0/7", "hall-1/5/-7", "hall-1/5/7/8", ""] {
             assert_eq!(of_message_id(wrong, "hall-1"), None, "{wrong}");

@@ -3,7 +3,7 @@
 //! The cursor of the database moves when JetStream has acknowledged a batch, or the archive has committed it. Without a network batches
 //! wait in the database; the segments, the recorder and the dashboard do not notice.
 
-use crate::nats::{NatsError, connect_for, message_id, subject};
+use crate::nats::{BATCH_HEADER, NatsError, connect_for, inbox, message_id, subject};
 use crate::post::{PostError, Poster};
 use crate::responder::{self, MAX_WAITING, Responder};
 use async_nats::HeaderMap;
@@ -70,7 +70,8 @@ impl Destination {
     async fn open(settings: &Settings) -> Result<Self, PublisherError> {
         Ok(match &settings.transport {
             Transport::Nats(nats) => {
-                Self::JetStream(nats.clone(), connect_for(nats, &settings.station, MAX_WAITING).await?)
+                let inbox = inbox(&settings.plant, &settings.station);
+                Self::JetStream(nats.clone(), connect_for(nats, &settings.station, MAX_WAITING, &inbox).await?)
             }
             Transport::Https(https) => Self::Archive(Poster::new(https)?),
         })
@@ -182,7 +183,7 @@ async fn publish_page(
     let (mut waiting, mut published) = (Vec::new(), Ok(()));
     for Waiting { number, payload } in page.batches {
         let mut headers = HeaderMap::new();
-        headers.insert("Nats-Msg-Id", message_id(&settings.station, page.epoch, number).as_str());
+        headers.insert(BATCH_HEADER, message_id(&settings.station, page.epoch, number).as_str());
         let sent = jetstream.publish_with_headers(subject.clone(), headers, payload.into());
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, sent).await {
             Ok(Ok(acknowledgement)) => waiting.push((number, acknowledgement)),
@@ -197,8 +198,8 @@ async fn publish_page(
     for (number, acknowledgement) in waiting {
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
             Ok(Ok(_stored)) => *cursor = (page.epoch, number),
-            Ok(Err(error)) => return (count, failed(explained(&error, &subject))),
-            Err(_) => return (count, failed("no acknowledgement".to_owned())),
+            Ok(Err(error)) => return (count, failed(explained(&error, settings))),
+            Err(_) => return (count, failed(explained(&PublishErrorKind::TimedOut.into(), settings))),
         }
         count = count.saturating_add(1);
     }
@@ -206,7 +207,8 @@ async fn publish_page(
 }
 
 /// The error of an acknowledgement, with what to do.
-fn explained(error: &PublishError, subject: &str) -> String {
+fn explained(error: &PublishError, settings: &Settings) -> String {
+    let Settings { plant, station, .. } = settings;
     match error.kind() {
         PublishErrorKind::StreamNotFound => {
             format!("no stream takes the batches ({error}): start `profivac archive` once, which creates it")
@@ -214,7 +216,10 @@ fn explained(error: &PublishError, subject: &str) -> String {
         // A server does not answer a message that its user may not send.
         PublishErrorKind::TimedOut => {
             format!(
-                "the batch was not stored: {error}; check that the server runs, and that the user of the station may publish to {subject}"
+                "the batch was not stored: {error}; check that the server runs, and that the user of the station may publish to {} and \
+                 subscribe to {}.>",
+                subject(plant, station),
+                inbox(plant, station)
             )
         }
         _ => format!("the batch was not stored: {error}"),
@@ -239,6 +244,8 @@ async fn pause(context: &mut Context, time: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_recorder::Forward;
+    use profivac_station::config::gateways::archive::Requests;
 
     #[test]
     fn the_limit_counts_the_time_that_sending_took() {
@@ -250,8 +257,20 @@ mod tests {
 
     #[test]
     fn a_missing_stream_says_what_creates_it() {
-        let explained = |kind: PublishErrorKind| explained(&PublishError::from(kind), "profivac.v1.a.b.batch");
+        let settings = Settings {
+            plant: "a".to_owned(),
+            station: "b".to_owned(),
+            samples: Forward::All,
+            limit: None,
+            transport: Transport::Nats(Nats { servers: Vec::new(), tls: false, credentials: None, ca_file: None }),
+            requests: Requests::Off,
+        };
+        let explained = |kind: PublishErrorKind| explained(&PublishError::from(kind), &settings);
         assert!(explained(PublishErrorKind::StreamNotFound).ends_with("which creates it"));
-        assert!(explained(PublishErrorKind::TimedOut).ends_with("may publish to profivac.v1.a.b.batch"));
+        let refused = explained(PublishErrorKind::TimedOut);
+        assert!(
+            refused.ends_with("publish to profivac.v1.a.b.batch and subscribe to profivac.v1.a.b.inbox.>"),
+            "{refused}"
+        );
     }
 }

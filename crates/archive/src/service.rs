@@ -120,7 +120,6 @@ async fn consumer(
         max_bytes: config.stream_octets,
         max_message_size: MAX_MESSAGE_OCTETS,
         num_replicas: config.replicas,
-        duplicate_window: Duration::from_secs(120),
         ..stream::Config::default()
     };
     let stream = jetstream.get_or_create_stream(stream).await.map_err(|error| failed(&error))?;

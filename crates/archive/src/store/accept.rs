@@ -1,6 +1,6 @@
 //! A message becomes a batch, or is refused with the reason.
 
-use crate::nats::{of_message_id, of_subject};
+use crate::nats::{BATCH_HEADER, of_message_id, of_subject};
 use profivac_recorder::batch::{Batch, BatchError, Samples, Span};
 use profivac_recorder::{Micros, Sample};
 use thiserror::Error;
@@ -33,7 +33,7 @@ impl Incoming {
     /// What a message of NATS has for an archive.
     #[must_use]
     pub fn of(message: &async_nats::Message) -> Self {
-        let id = message.headers.as_ref().and_then(|headers| headers.get("Nats-Msg-Id"));
+        let id = message.headers.as_ref().and_then(|headers| headers.get(BATCH_HEADER));
         Self {
             subject: message.subject.to_string(),
             id: id.map(|id| id.as_str().to_owned()).unwrap_or_default(),

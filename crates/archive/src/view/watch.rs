@@ -5,7 +5,7 @@ use super::passing::Passing;
 use super::state::{ActiveAlarm, LatestReading, State, StationState};
 use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
-use crate::nats::{NatsError, SUBJECTS, connect_for};
+use crate::nats::{INBOX, NatsError, SUBJECTS, connect_for};
 use crate::schema::{SchemaError, upgrade};
 use crate::store::Incoming;
 use futures_util::StreamExt;
@@ -133,7 +133,7 @@ impl Watch {
 
     /// One connection to the servers. The library connects again after a failure, and subscribes again.
     async fn follow(&self, nats: &Nats) -> Result<(), NatsError> {
-        let client = connect_for(nats, "profivac archive, view", MAX_WAITING).await?.client();
+        let client = connect_for(nats, "profivac archive, view", MAX_WAITING, INBOX).await?.client();
         let mut batches = client.subscribe(SUBJECTS).await.map_err(|error| NatsError::new(nats, error))?;
         while let Some(message) = batches.next().await {
             self.passing.take(&Incoming::of(&message), &self.state, Micros::now());
