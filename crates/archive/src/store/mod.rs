@@ -210,7 +210,9 @@ impl Store {
         self.client
             .execute("SELECT profivac_data.drop_days(date '1970-01-01' + $1::int)", &[&day_number(before)])
             .await?;
-        self.days.retain(|day| *day >= before);
+        // An administrator may have dropped partitions and deleted series.
+        self.days.clear();
+        self.series.clear();
         self.client.execute("DELETE FROM profivac_data.batch WHERE stored < now() - interval '30 days'", &[]).await?;
         self.limit_rejected().await
     }
@@ -234,7 +236,11 @@ impl Store {
         let mut rest = messages;
         while !rest.is_empty() {
             let (stored, taken) = match self.store_together(rest, now).await {
-                Err(error) if error.is_of_rows() => (self.store_one_by_one(rest, now, &error).await?, rest.len()),
+                Err(error) if error.is_of_rows() => {
+                    // An administrator may have dropped a partition.
+                    self.days.clear();
+                    (self.store_one_by_one(rest, now, &error).await?, rest.len())
+                }
                 stored => stored?,
             };
             sum.add(stored);
