@@ -270,6 +270,12 @@ impl Batch {
         }
     }
 
+    /// The number of octets before the compression.
+    #[must_use]
+    pub fn octets(&self) -> usize {
+        self.encoded_len()
+    }
+
     /// The number of samples.
     #[must_use]
     pub fn sample_count(&self) -> usize {

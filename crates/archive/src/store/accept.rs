@@ -1,7 +1,7 @@
 //! A message becomes a batch, or is refused with the reason.
 
 use crate::nats::{BATCH_HEADER, of_message_id, of_subject};
-use profivac_recorder::batch::{Batch, BatchError, Samples, Span};
+use profivac_recorder::batch::{AlarmChange, Audit, Batch, BatchError, Event, Samples, Span};
 use profivac_recorder::{Micros, Sample};
 use thiserror::Error;
 
@@ -14,6 +14,13 @@ const MAX_AHEAD: i64 = 3_600 * Micros::SECOND;
 /// The most octets of a name that an index of the database holds: PostgreSQL refuses a longer one than 2,704, and then the whole
 /// transaction. Names in the file of a station have at most 120 characters.
 const MAX_NAME: usize = 1_000;
+
+/// The most octets of another text: of a sentence, or of a value in the audit trail. free choice: a note has at most 500 characters, and
+/// an answer of the view has up to 10,000 events.
+const MAX_TEXT: usize = 32 << 10;
+
+/// The octets of a batch that a transaction counts as one row, so that long texts do not fill the memory. free choice.
+const OCTETS_OF_ROW: usize = 64;
 
 /// The most decades from 1 Pa of a mean: beyond, PostgreSQL has no number for it, and no query that reads such a row has an answer.
 const MAX_DECADES: f64 = 300.0;
@@ -53,9 +60,10 @@ pub struct Accepted<'a> {
 }
 
 impl Accepted<'_> {
-    /// The number of rows and samples.
+    /// The number of rows and samples; long texts count as several rows.
     pub fn weight(&self) -> usize {
-        self.batch.sample_count().saturating_add(self.batch.row_count())
+        let rows = self.batch.sample_count().saturating_add(self.batch.row_count());
+        rows.saturating_add(self.batch.octets() / OCTETS_OF_ROW)
     }
 }
 
@@ -74,13 +82,29 @@ pub enum Refusal {
     /// The batch cannot be decoded.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// A name is too long for an index.
-    #[error("a name of {found} octets, and at most {MAX_NAME} are stored: {beginning:?}")]
-    LongName {
+    /// A name is too long for an index, or a text for a page.
+    #[error("a {what} of {found} octets, and at most {most} are stored: {beginning:?}")]
+    Long {
+        /// `name` or `text`.
+        what: &'static str,
+        /// The most octets.
+        most: usize,
         /// The number of octets.
         found: usize,
         /// Its first characters.
         beginning: String,
+    },
+    /// The level of a span has no number in the database.
+    #[error(
+        "the span of series {series} that begins {start_us} µs since 1970 has the level {level}, expected 2, 3 or 4"
+    )]
+    Level {
+        /// The series.
+        series: String,
+        /// The start of the span.
+        start_us: i64,
+        /// The level.
+        level: u32,
     },
     /// The mean of a span is no number.
     #[error(
@@ -104,6 +128,15 @@ pub enum Refusal {
         /// How far.
         seconds: i64,
     },
+    /// The database of the station began in the future.
+    #[error(
+        "the database of the station began {seconds} s ahead of the clock of the archive: set the clock of the station, and restore a \
+         backup of its database, which begins another epoch"
+    )]
+    EpochAhead {
+        /// How far.
+        seconds: i64,
+    },
     /// The station belongs to another plant.
     #[error("the station {station} belongs to plant {plant}, and this batch names {found}")]
     OtherPlant {
@@ -117,7 +150,8 @@ pub enum Refusal {
     /// Two stations have one name.
     #[error(
         "two databases send as station {station}: one that began at {known}, and this one of {found}, both in microseconds since 1970; \
-         give each station a name of its own"
+         give each station a name of its own; if this one was begun with a clock that was behind, restore a backup of it, which begins \
+         another epoch"
     )]
     TwoDatabases {
         /// The station.
@@ -134,40 +168,73 @@ pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, Refusal> 
     let (plant, station) = of_subject(&message.subject).ok_or(Refusal::Subject)?;
     let id = of_message_id(&message.id, station);
     let (epoch, number) = id.ok_or_else(|| Refusal::Id { station: station.to_owned() })?;
+    let latest = now.0.saturating_add(MAX_AHEAD);
+    if epoch > latest {
+        return Err(Refusal::EpochAhead { seconds: epoch.saturating_sub(now.0) / Micros::SECOND });
+    }
     let batch = Batch::decode_compressed(&message.payload)?;
     let unpack = |series: &Samples| Ok((text(&series.series), series.unpack()?));
     let samples = batch.samples.iter().map(unpack).collect::<Result<Vec<_>, BatchError>>()?;
-    check_names(&batch, station)?;
+    check_texts(&batch)?;
     batch.spans.iter().try_for_each(check_span)?;
-    check_times(&batch, &samples, now)?;
+    check_times(&batch, &samples, now, latest)?;
     Ok(Accepted { plant, station, epoch, number, batch, samples })
 }
 
-/// Names are keys of tables.
-fn check_names(batch: &Batch, station: &str) -> Result<(), Refusal> {
+/// Names are keys of tables, and pages show texts.
+fn check_texts(batch: &Batch) -> Result<(), Refusal> {
     let of_samples = batch.samples.iter().map(|series| series.series.as_str());
     let of_spans = batch.spans.iter().map(|span| span.series.as_str());
-    let of_alarms = batch.alarms.iter().map(|row| row.alarm.as_str());
-    let long = of_samples.chain(of_spans).chain(of_alarms).chain([station]).find(|name| name.len() > MAX_NAME);
-    long.map_or(Ok(()), |name| Err(Refusal::LongName { found: name.len(), beginning: name.chars().take(64).collect() }))
+    let of_events = batch.events.iter().flat_map(names_of_event);
+    let names = of_samples.chain(of_spans).chain(of_events).chain(batch.alarms.iter().flat_map(names_of_alarm));
+    check_lengths("name", MAX_NAME, names)?;
+    let of_events = batch.events.iter().map(|row| row.text.as_str());
+    let texts = of_events.chain(batch.alarms.iter().map(|row| row.text.as_str()));
+    check_lengths("text", MAX_TEXT, texts.chain(batch.audit.iter().flat_map(texts_of_audit)))
 }
 
-/// The mean of a span is a number.
+fn names_of_event(row: &Event) -> impl Iterator<Item = &str> {
+    [row.series.as_deref(), Some(&row.kind)].into_iter().flatten()
+}
+
+fn names_of_alarm(row: &AlarmChange) -> impl Iterator<Item = &str> {
+    let always = [&row.alarm, &row.change, &row.state, &row.priority].map(|name| Some(name.as_str()));
+    always.into_iter().chain([row.subject.as_deref(), row.user.as_deref(), row.unit.as_deref()]).flatten()
+}
+
+fn texts_of_audit(row: &Audit) -> impl Iterator<Item = &str> {
+    let always = [&row.action, &row.user, &row.role].map(|text| Some(text.as_str()));
+    let others = [&row.peer, &row.gauge, &row.target, &row.before, &row.after, &row.outcome];
+    always.into_iter().chain(others.map(|text| text.as_deref())).flatten()
+}
+
+fn check_lengths<'a>(what: &'static str, most: usize, mut texts: impl Iterator<Item = &'a str>) -> Result<(), Refusal> {
+    let long = texts.find(|text| text.len() > most);
+    long.map_or(Ok(()), |text| {
+        Err(Refusal::Long { what, most, found: text.len(), beginning: text.chars().take(64).collect() })
+    })
+}
+
+/// The level of a span is one that the database holds, and its mean is a number.
 fn check_span(span: &Span) -> Result<(), Refusal> {
+    let Span { start_us, level, .. } = *span;
+    let series = || span.series.chars().take(64).collect();
+    if i16::try_from(level).is_err() {
+        return Err(Refusal::Level { series: series(), start_us, level });
+    }
     if span.log10_sum.abs() <= MAX_DECADES * f64::from(span.count) {
         return Ok(());
     }
-    Err(Refusal::NoMean { series: span.series.chars().take(64).collect(), start_us: span.start_us })
+    Err(Refusal::NoMean { series: series(), start_us })
 }
 
 /// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
 /// years.
-fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros) -> Result<(), Refusal> {
+fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros, latest: i64) -> Result<(), Refusal> {
     let of_samples = samples.iter().flat_map(|(_, samples)| samples.iter().map(|sample| sample.at.0));
     let of_lists = batch.events.iter().map(|row| row.at_us).chain(batch.alarms.iter().map(|row| row.at_us));
     let all = of_samples.chain(of_lists).chain(batch.audit.iter().map(|row| row.at_us));
     let all = all.chain(batch.spans.iter().map(|span| span.start_us)).chain([batch.made_us]);
-    let latest = now.0.saturating_add(MAX_AHEAD);
     let wrong = all.into_iter().find(|at| !(EARLIEST..=latest).contains(at));
     wrong.map_or(Ok(()), |at| match at < EARLIEST {
         true => Err(Refusal::ClockNotSet { at_us: at }),
@@ -184,7 +251,7 @@ pub fn text(text: &str) -> String {
 mod tests {
     use super::*;
     use profivac_recorder::Quality;
-    use profivac_recorder::batch::{AlarmChange, FORMAT};
+    use profivac_recorder::batch::FORMAT;
 
     const NOW: Micros = Micros(1_700_000_000 * Micros::SECOND);
 
@@ -213,6 +280,48 @@ mod tests {
         assert!(reason(Incoming { id: "hall-2/5/7".to_owned(), ..message(NOW.0) }).contains("hall-1/EPOCH/NUMBER"));
         assert!(reason(Incoming { subject: "x".to_owned(), ..message(NOW.0) }).contains("the subject is not"));
         assert!(reason(Incoming { payload: vec![255; 9], ..message(NOW.0) }).contains("the batch is damaged"));
+    }
+
+    #[test]
+    fn a_database_that_began_in_the_future_is_refused() {
+        let with_epoch = |seconds: i64| {
+            let id = format!("hall-1/{}/7", NOW.0 + seconds * Micros::SECOND);
+            accept(&Incoming { id, ..message(NOW.0) }, NOW).err().map(|refusal| refusal.to_string())
+        };
+        assert_eq!(with_epoch(3_600), None);
+        assert!(with_epoch(3_601).unwrap().contains("began 3601 s ahead"));
+        let last = Incoming { id: format!("hall-1/{}/7", i64::MAX), ..message(NOW.0) };
+        assert!(matches!(accept(&last, NOW), Err(Refusal::EpochAhead { .. })));
+    }
+
+    #[test]
+    fn long_texts_count_as_rows_and_texts_that_no_page_shows_are_refused() {
+        let event = |text: String| Batch {
+            format: FORMAT,
+            made_us: NOW.0,
+            events: vec![Event { id: 1, at_us: NOW.0, text, ..Event::default() }],
+            ..Batch::default()
+        };
+        let of = |batch: Batch| Incoming { payload: batch.encode_compressed().unwrap(), ..message(NOW.0) };
+        let long = of(event("x".repeat(MAX_TEXT)));
+        assert!(accept(&long, NOW).unwrap().weight() >= MAX_TEXT / OCTETS_OF_ROW);
+        let refused = accept(&of(event("x".repeat(MAX_TEXT + 1))), NOW).err().unwrap().to_string();
+        assert!(refused.starts_with("a text of 32769 octets, and at most 32768 are stored"), "{refused}");
+        let outcome = Some("x".repeat(MAX_TEXT + 1));
+        let audit = vec![Audit { at_us: NOW.0, outcome, ..Audit::default() }];
+        assert!(accept(&of(Batch { audit, ..event(String::new()) }), NOW).is_err());
+        let alarms = vec![AlarmChange { at_us: NOW.0, unit: Some("x".repeat(MAX_NAME + 1)), ..AlarmChange::default() }];
+        assert!(accept(&of(Batch { alarms, ..event(String::new()) }), NOW).is_err());
+    }
+
+    #[test]
+    fn levels_that_the_database_would_store_as_one_are_refused() {
+        let span = |level| Span { series: "chamber".to_owned(), level, start_us: NOW.0, ..Span::default() };
+        let batch = |spans| Batch { format: FORMAT, made_us: NOW.0, spans, ..Batch::default() }.encode_compressed();
+        let of = |spans| Incoming { payload: batch(spans).unwrap(), ..message(NOW.0) };
+        assert!(accept(&of(vec![span(2), span(32_767)]), NOW).is_ok());
+        let refused = accept(&of(vec![span(40_000), span(50_000)]), NOW).err().unwrap().to_string();
+        assert!(refused.ends_with("has the level 40000, expected 2, 3 or 4"), "{refused}");
     }
 
     #[test]

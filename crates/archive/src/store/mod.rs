@@ -21,7 +21,8 @@ use tokio_postgres::{Client, Transaction};
 /// A former database that still makes batches this time after its successor began is that of another station with the same name.
 const SUCCESSION: i64 = 60 * Micros::SECOND;
 
-/// A transaction takes no further batch once it has this many rows and samples: hostile batches must not fill the memory.
+/// A transaction takes no further batch once it has this many rows and samples, see [`Accepted::weight`]: hostile batches must not fill the
+/// memory.
 const MAX_WEIGHT: usize = 200_000;
 
 /// The most names of series in memory.
@@ -57,9 +58,9 @@ pub enum StoreError {
     TooManySeries(String),
 }
 
-/// The classes of SQL states that the rows themselves cause, so that the same rows fail again: a value without a form, one that breaks a
-/// constraint, one that is too large for an index.
-const OF_ROWS: [&str; 3] = ["22", "23", "54"];
+/// The classes of SQL states that the rows themselves cause, so that the same rows fail again: two rows with one key, a value without a
+/// form, one that breaks a constraint, one that is too large for an index.
+const OF_ROWS: [&str; 4] = ["21", "22", "23", "54"];
 
 impl StoreError {
     /// Whether the rows themselves are the cause.

@@ -111,6 +111,7 @@ impl Row for SpanRow {
 
     async fn write(&self, copy: CopyIn<'_>) -> Result<(), Error> {
         let Self { series, epoch, batch, span } = self;
+        // `accept` refuses another one.
         let level = i16::try_from(span.level).unwrap_or(i16::MAX);
         let qualities = i16::try_from(span.qualities).unwrap_or(i16::MAX);
         let (start, count) = (time(span.start_us), i64::from(span.count));
