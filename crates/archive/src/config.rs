@@ -35,6 +35,7 @@
 //! [[plant]]
 //! name = "hall"
 //! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
+//! users = ["ada"]               # users of the page who see them; unless given, all users
 //! ```
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
@@ -56,8 +57,16 @@ const STREAM_OCTETS: i64 = 10_000_000_000;
 /// The least octets of the stream: some batches of the largest size. free choice.
 const LEAST_STREAM_OCTETS: i64 = 10_000_000;
 
-/// Plants, with the roles that may read them.
-pub type Plants = Vec<(String, Vec<String>)>;
+/// A plant: a group of stations.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plant {
+    /// Its name.
+    pub name: String,
+    /// Roles of PostgreSQL that may read its stations.
+    pub readers: Vec<String>,
+    /// Users of the view who see its stations; `None`: all.
+    pub users: Option<Vec<String>>,
+}
 
 /// The settings of an archive.
 #[derive(Clone, Debug)]
@@ -74,8 +83,8 @@ pub struct Config {
     pub https: Option<Https>,
     /// The database.
     pub database: Database,
-    /// Plants, with the roles that may read them.
-    pub plants: Plants,
+    /// Plants, with those who may read them.
+    pub plants: Vec<Plant>,
     /// The page of all stations, if the archive serves it.
     pub view: Option<View>,
 }
@@ -184,6 +193,11 @@ pub enum ValueProblem {
          --role viewer FILE.toml` adds the first"
     )]
     ViewNeedsUsers,
+    /// `users` of a `[[plant]]`, and a page without a login.
+    #[error(
+        "users of [[plant]] are users of the page: add users = \"archive.users\" to [view], or delete users of [[plant]]"
+    )]
+    PlantNeedsUsers,
     /// The archive has no users.
     #[error("expected users = \"archive.users\" in [view], found none: the page of this archive has no users")]
     NoUsersFile,
@@ -281,6 +295,8 @@ struct PlantToml {
     name: Spanned<String>,
     /// Roles of PostgreSQL that may read it, which exist.
     readers: Vec<String>,
+    /// Users of the page who see it. Default: all users.
+    users: Option<Vec<String>>,
 }
 
 impl Config {
@@ -306,6 +322,11 @@ impl Config {
         if nats.is_none() && https.is_none() {
             return Err(wrong(ValueProblem::NoSource));
         }
+        let view = toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?;
+        let has_users = view.as_ref().is_none_or(|view| view.users.is_some());
+        if !has_users && plants.iter().any(|plant| plant.users.is_some()) {
+            return Err(wrong(ValueProblem::PlantNeedsUsers));
+        }
         let ArchiveToml { samples_days, replicas, stream_octets } = toml.archive;
         let found = replicas.unwrap_or(1);
         let replicas = usize::try_from(found).ok().filter(|it| [1, 3, 5].contains(it));
@@ -326,7 +347,7 @@ impl Config {
             database: Database::new(&toml.postgres, folder)
                 .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
             plants,
-            view: toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?,
+            view,
         })
     }
 }
@@ -384,9 +405,16 @@ fn https(toml: Option<HttpsToml>, stations: Vec<Sender>, folder: &Path) -> Resul
 }
 
 /// The plants with their readers, or the offset of what is wrong and the reason. A plant with another name has no station.
-fn plants(toml: Vec<PlantToml>) -> Result<Plants, (usize, String)> {
-    let plant = |PlantToml { name, readers }| check_name(&name).map(|()| (name.into_inner(), readers));
-    toml.into_iter().map(plant).collect()
+fn plants(toml: Vec<PlantToml>) -> Result<Vec<Plant>, (usize, String)> {
+    let mut all: Vec<Plant> = Vec::new();
+    for PlantToml { name, readers, users } in toml {
+        check_name(&name)?;
+        if all.iter().any(|other| other.name == *name.get_ref()) {
+            return Err((name.span().start, format!("the plant {} is given twice: join both tables", name.get_ref())));
+        }
+        all.push(Plant { name: name.into_inner(), readers, users });
+    }
+    Ok(all)
 }
 
 fn check_name(name: &Spanned<String>) -> Result<(), (usize, String)> {
@@ -490,6 +518,18 @@ mod tests {
                 "needs users: add users = \"archive.users\" to [view]",
             ),
             (format!("{NATS}{POSTGRES}[view]\nlisten = \"[::1]:1\"\nhosts = [\"a.example\"]\n"), "needs users"),
+            (
+                format!(
+                    "{NATS}{POSTGRES}[view]\nlisten = \"[::1]:1\"\n[[plant]]\nname = \"a\"\nreaders = []\nusers = [\"ada\"]\n"
+                ),
+                "users of [[plant]] are users of the page",
+            ),
+            (
+                format!(
+                    "{NATS}{POSTGRES}[[plant]]\nname = \"a\"\nreaders = []\n[[plant]]\nname = \"a\"\nreaders = []\n"
+                ),
+                "archive.toml:9:8: the plant a is given twice",
+            ),
         ];
         for (text, expected) in cases {
             let error = read(&text).unwrap_err();

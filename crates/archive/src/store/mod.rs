@@ -6,6 +6,7 @@ mod rows;
 pub use accept::Incoming;
 pub(crate) use accept::{Accepted, accept};
 
+use crate::config::Plant;
 use crate::database::{ConnectError, Database, described};
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Refusal, text};
@@ -149,11 +150,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`] when the database cannot be reached or refuses, or its tables are of a newer program.
-    pub async fn open(
-        database: &Database,
-        samples_days: u32,
-        plants: &[(String, Vec<String>)],
-    ) -> Result<Self, StoreError> {
+    pub async fn open(database: &Database, samples_days: u32, plants: &[Plant]) -> Result<Self, StoreError> {
         let mut store = Self::connect(database, samples_days).await?;
         store.set_readers(plants).await?;
         store.maintain(Micros::now()).await?;
@@ -181,13 +178,13 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`]; a role that does not exist is one.
-    pub async fn set_readers(&mut self, plants: &[(String, Vec<String>)]) -> Result<(), StoreError> {
+    pub async fn set_readers(&mut self, plants: &[Plant]) -> Result<(), StoreError> {
         let transaction = self.client.transaction().await?;
         // Two archives that start together grant one after the other.
         transaction.execute("SELECT pg_advisory_xact_lock($1)", &[&LOCK]).await?;
         transaction.execute("DELETE FROM profivac_data.reader", &[]).await?;
-        for (plant, roles) in plants {
-            for role in roles {
+        for Plant { name: plant, readers, .. } in plants {
+            for role in readers {
                 transaction
                     .execute("INSERT INTO profivac_data.reader VALUES ($1, $2) ON CONFLICT DO NOTHING", &[plant, role])
                     .await?;

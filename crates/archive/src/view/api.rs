@@ -15,6 +15,7 @@ use super::history::{ArchivedEvent, Wanted, events, trend};
 use super::pool::{Pool, PoolError};
 use super::state::State as Shown;
 use super::stations::Stations;
+use super::visibility::{Hidden, Visibility};
 use super::watch::Watch;
 use crate::config::Config;
 use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
@@ -33,7 +34,8 @@ use profivac_station::auth::{Role, User};
 use profivac_station::view::Trend;
 use profivac_station::web;
 use serde::Deserialize;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use utoipa::{IntoParams, OpenApi, ToSchema};
 
@@ -77,19 +79,19 @@ struct Shared {
     watch: Watch,
     stations: Stations,
     log: Arc<dyn AccessObserver>,
-    source: Arc<LiveSource>,
+    visibility: Visibility,
+    sources: Arc<Mutex<HashMap<Hidden, Arc<LiveSource>>>>,
 }
 
 /// The API and the page.
 pub fn router(config: &Config, watch: &Watch, log: Arc<dyn AccessObserver>) -> Router {
-    let watched = watch.clone();
-    let state = move || serde_json::to_value(watched.state()).unwrap_or_default();
     let shared = Shared {
         pool: Pool::of(config.database.clone()),
         watch: watch.clone(),
         stations: Stations::of(config.nats.clone()),
         log,
-        source: Arc::new(LiveSource::of(PERIOD, state)),
+        visibility: Visibility::of(&config.plants),
+        sources: Arc::default(),
     };
     Router::new()
         .route("/api/archive", get(archive))
@@ -122,8 +124,8 @@ async fn method_not_allowed() -> Problem {
 
 /// Stations, latest readings, active alarms
 #[utoipa::path(get, path = "/api/archive", responses((status = 200, body = Shown)))]
-async fn archive(State(shared): State<Shared>) -> Json<Shown> {
-    Json(shared.watch.state())
+async fn archive(State(shared): State<Shared>, user: User) -> Json<Shown> {
+    Json(shared.watch.state(&shared.visibility.hidden_from(&user)))
 }
 
 /// The same, and its changes, up to one a second
@@ -131,8 +133,8 @@ async fn archive(State(shared): State<Shared>) -> Json<Shown> {
 /// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
 /// the state. The stream ends with the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Shown)))]
-async fn live(State(shared): State<Shared>, headers: HeaderMap, extensions: Extensions) -> Response {
-    stream(shared.source, &headers, &extensions)
+async fn live(State(shared): State<Shared>, user: User, headers: HeaderMap, extensions: Extensions) -> Response {
+    stream(shared.source_for(&user), &headers, &extensions)
 }
 
 /// The series and the time range of a trend.
@@ -175,6 +177,7 @@ struct TrendParameters {
 )]
 async fn get_trend(
     State(shared): State<Shared>,
+    user: User,
     query: Result<Query<TrendParameters>, QueryRejection>,
 ) -> Result<Response, Problem> {
     let TrendParameters { series, from, to, pixels, full } = parsed_query(query)?;
@@ -183,10 +186,11 @@ async fn get_trend(
     let Some((station, series)) = series.split_once('/') else {
         return Err(Problem::bad_request(format!("expected series=STATION/SERIES, found {series:?}")));
     };
+    let plant = shared.plant_of(station, &user)?;
     if full == Some(true) {
         let pixels = checked_range("pixels", pixels, MAX_STATION_PIXELS)?;
         let request = Request::Trend { series: series.to_owned(), from_ms: time.0, to_ms: time.1, pixels };
-        let trend = shared.stations.trend(&shared.plant_of(station)?, station, &request).await?;
+        let trend = shared.stations.trend(&plant, station, &request).await?;
         // The station knows the series without its own name before it.
         return Ok(Json(Trend { series: format!("{station}/{series}"), ..trend }).into_response());
     }
@@ -203,10 +207,27 @@ async fn to_its_end<T: Send + 'static>(
 }
 
 impl Shared {
-    /// The plant of a station that the archive knows.
-    fn plant_of(&self, station: &str) -> Result<String, Problem> {
+    /// The plant of a station that the archive knows and the user sees. One that is hidden has the answer of one that does not exist.
+    fn plant_of(&self, station: &str, user: &User) -> Result<String, Problem> {
         let plant = self.watch.plant_of(station);
-        plant.ok_or_else(|| Problem::not_found(format!("the archive has no station {station:?}")))
+        let seen = plant.map(|plant| Some(plant).filter(|it| !self.visibility.hidden_from(user).contains(it)));
+        match seen {
+            Ok(Some(plant)) => Ok(plant),
+            Err(Some(problem)) => Err(Problem::unavailable(problem)),
+            Ok(None) | Err(None) => Err(Problem::not_found(format!("the archive has no station {station:?}"))),
+        }
+    }
+
+    /// The stream of all who see the same plants.
+    fn source_for(&self, user: &User) -> Arc<LiveSource> {
+        let hidden = self.visibility.hidden_from(user);
+        let mut sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
+        let source = || {
+            let (watch, hidden) = (self.watch.clone(), hidden.clone());
+            let state = move || serde_json::to_value(watch.state(&hidden)).unwrap_or_default();
+            Arc::new(LiveSource::of(PERIOD, state))
+        };
+        Arc::clone(sources.entry(hidden.clone()).or_insert_with(source))
     }
 }
 
@@ -248,7 +269,7 @@ async fn acknowledge(
 ) -> Result<StatusCode, Problem> {
     user.require(Role::Operator, "acknowledging an alarm")?;
     let request = Request::Acknowledge { alarm: alarm.clone(), occurrence, user: user.name.to_string() };
-    shared.stations.acknowledge(&shared.plant_of(&station)?, &station, &request).await?;
+    shared.stations.acknowledge(&shared.plant_of(&station, &user)?, &station, &request).await?;
     shared.log.record(&format!("{} acknowledged {alarm:?} at {station}", user.name));
     Ok(StatusCode::NO_CONTENT)
 }
@@ -285,11 +306,13 @@ struct EventsParameters {
 )]
 async fn get_events(
     State(shared): State<Shared>,
+    user: User,
     query: Result<Query<EventsParameters>, QueryRejection>,
 ) -> Result<Json<Vec<ArchivedEvent>>, Problem> {
     let EventsParameters { station, from, to, limit } = parsed_query(query)?;
     let time = checked_time(from, to)?;
     let limit = checked_range("limit", limit.unwrap_or(EVENTS), MAX_EVENTS)?;
-    let query = async move { events(&shared.pool, station.as_deref(), time, limit.into()).await };
+    let hidden = shared.visibility.hidden_from(&user);
+    let query = async move { events(&shared.pool, station.as_deref(), time, limit.into(), &hidden).await };
     Ok(Json(to_its_end(query).await?))
 }

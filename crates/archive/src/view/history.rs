@@ -1,6 +1,7 @@
 //! Trends and events of all stations.
 
 use super::pool::{Pool, PoolError};
+use super::visibility::Hidden;
 use profivac_station::view::Trend;
 use serde::Serialize;
 use tokio_postgres::Row;
@@ -31,12 +32,14 @@ const SPANS: &str = "
     GROUP BY floor((extract(epoch FROM start)::double precision * 1000 - $3::bigint) / $5::double precision)
     ORDER BY 1";
 
+/// Events of all plants but some. A sentence of a station is far shorter than 2,000 characters.
 const EVENTS: &str = "
-    SELECT plant, station, (extract(epoch FROM at) * 1000)::bigint AS at, series, kind, text
+    SELECT plant, station, (extract(epoch FROM at) * 1000)::bigint AS at, series, kind, left(text, 2000) AS text
     FROM profivac.event
-    WHERE ($1::text IS NULL OR station = $1) AND at >= to_timestamp($2::bigint / 1000.0::double precision)
-        AND at < to_timestamp($3::bigint / 1000.0::double precision)
-    ORDER BY event.at DESC, event.epoch DESC, event.id DESC LIMIT $4";
+    WHERE at >= to_timestamp($1::bigint / 1000.0::double precision) AND at < to_timestamp($2::bigint / 1000.0::double precision)
+        AND plant <> ALL ($3)";
+
+const LATEST_FIRST: &str = "ORDER BY event.at DESC, event.epoch DESC, event.id DESC LIMIT $4";
 
 /// A series and a time.
 #[derive(Clone, Debug)]
@@ -114,7 +117,7 @@ pub struct ArchivedEvent {
     pub text: String,
 }
 
-/// Events of one station or of all, the latest first.
+/// Events of one station or of all plants that are not hidden, the latest first.
 ///
 /// # Errors
 /// [`PoolError`].
@@ -123,8 +126,17 @@ pub async fn events(
     station: Option<&str>,
     (from, to): (i64, i64),
     limit: i64,
+    hidden: &Hidden,
 ) -> Result<Vec<ArchivedEvent>, PoolError> {
-    let rows = pool.query(EVENTS, &[&station, &from, &to, &limit]).await?;
+    let hidden: Vec<_> = hidden.iter().map(String::as_str).collect();
+    // A statement of its own uses the index of the station.
+    let rows = match station {
+        None => pool.query(&format!("{EVENTS} {LATEST_FIRST}"), &[&from, &to, &hidden, &limit]).await?,
+        Some(station) => {
+            let sql = format!("{EVENTS} AND station = $5 {LATEST_FIRST}");
+            pool.query(&sql, &[&from, &to, &hidden, &limit, &station]).await?
+        }
+    };
     let event = |row: &Row| ArchivedEvent {
         plant: row.get("plant"),
         station: row.get("station"),

@@ -8,6 +8,7 @@
 //! | `pool` | connections to the database for requests |
 //! | `history` | trends and events |
 //! | `stations` | requests to the stations: acknowledgements, trends from their own databases |
+//! | `visibility` | the plants that a user does not see |
 //! | `api` | the paths |
 //!
 //! The view reads, and passes acknowledgements on to the station, which decides. Control, and the settings of alarms, stay there.
@@ -18,6 +19,7 @@ mod passing;
 mod pool;
 mod state;
 mod stations;
+mod visibility;
 mod watch;
 
 pub use api::description;

@@ -1,5 +1,6 @@
 //! What the live stream shows.
 
+use super::visibility::Hidden;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -19,6 +20,23 @@ pub struct State {
     pub alarms: BTreeMap<String, ActiveAlarm>,
     /// The number of such alarms beyond the list.
     pub not_listed: i64,
+    /// The number of such alarms of each plant, with those beyond the list.
+    #[serde(skip)]
+    pub alarms_of_plant: BTreeMap<String, i64>,
+}
+
+impl State {
+    /// The state without these plants.
+    pub fn without(mut self, hidden: &Hidden) -> Self {
+        self.stations.retain(|_, station| !hidden.contains(&station.plant));
+        let stations = &self.stations;
+        self.readings.retain(|_, reading| stations.contains_key(&reading.station));
+        self.alarms.retain(|_, alarm| !hidden.contains(&alarm.plant));
+        self.alarms_of_plant.retain(|plant, _| !hidden.contains(plant));
+        let listed = i64::try_from(self.alarms.len()).unwrap_or(i64::MAX);
+        self.not_listed = self.alarms_of_plant.values().sum::<i64>().saturating_sub(listed).max(0);
+        self
+    }
 }
 
 /// A station as the archive knows it.
@@ -76,4 +94,50 @@ pub struct ActiveAlarm {
     pub user: Option<String>,
     /// What happened, in a sentence.
     pub text: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_without_a_plant_has_none_of_its_rows_and_counts() {
+        let station = |plant: &str| StationState { plant: plant.to_owned(), epoch: 1, made_ms: None, stored_ms: None };
+        let reading = |station: &str| LatestReading {
+            station: station.to_owned(),
+            series: "chamber".to_owned(),
+            at_ms: 1,
+            pa: Some(1.0),
+            limit_pa: None,
+            quality: "valid",
+        };
+        let alarm = |plant: &str, station: &str| ActiveAlarm {
+            plant: plant.to_owned(),
+            station: station.to_owned(),
+            alarm: "high".to_owned(),
+            state: "unacknowledged".to_owned(),
+            priority: "high".to_owned(),
+            occurrence: 1,
+            subject: None,
+            at_ms: 1,
+            user: None,
+            text: String::new(),
+        };
+        let both = [("hall", "hall-1"), ("ring", "ring-1")];
+        let state = State {
+            stations: both.map(|(plant, name)| (name.to_owned(), station(plant))).into(),
+            readings: both.map(|(_, name)| (format!("{name}/chamber"), reading(name))).into(),
+            alarms: both.map(|(plant, name)| (format!("{name}/high"), alarm(plant, name))).into(),
+            alarms_of_plant: [("hall".to_owned(), 1), ("ring".to_owned(), 7)].into(),
+            ..State::default()
+        };
+        assert_eq!(state.clone().without(&Hidden::new()).not_listed, 6);
+        let seen = state.without(&["ring".to_owned()].into());
+        let shown = serde_json::to_string(&seen).unwrap();
+        assert!(
+            !shown.contains("ring") && shown.contains("hall-1/chamber") && shown.contains("hall-1/high"),
+            "{shown}"
+        );
+        assert_eq!(seen.not_listed, 0);
+    }
 }

@@ -3,6 +3,7 @@
 
 use super::passing::Passing;
 use super::state::{ActiveAlarm, LatestReading, State, StationState};
+use super::visibility::Hidden;
 use crate::config::Config;
 use crate::database::{ConnectError, Database, described};
 use crate::nats::{INBOX, NatsError, SUBJECTS, connect_for};
@@ -38,7 +39,7 @@ const DAY_MS: i64 = 86_400_000;
 /// The most batches that wait in memory for the view. The library drops others, and the database has their readings.
 const MAX_WAITING: usize = 1_024;
 
-/// The most alarms of a state.
+/// The most alarms of a plant in a state.
 const MAX_ALARMS: i64 = 500;
 
 const STATIONS: &str = "
@@ -58,12 +59,14 @@ const READINGS: &str = "
     WHERE series.station = ANY ($1)";
 
 const ALARMS: &str = "
-    SELECT plant, station, alarm, state, priority, occurrence, subject, (extract(epoch FROM at) * 1000)::bigint AS at, user_name, text,
-        count(*) OVER () AS total
-    FROM profivac.active_alarm
-    ORDER BY CASE state WHEN 'unacknowledged' THEN 0 WHEN 'returned' THEN 1 WHEN 'acknowledged' THEN 2 ELSE 3 END,
-        CASE priority WHEN 'high' THEN 0 WHEN 'medium' THEN 1 ELSE 2 END, at DESC, station, alarm
-    LIMIT $1";
+    SELECT * FROM (
+        SELECT plant, station, alarm, state, priority, occurrence, subject, (extract(epoch FROM at) * 1000)::bigint AS at, user_name,
+            left(text, 2000) AS text, count(*) OVER (PARTITION BY plant) AS total,
+            row_number() OVER (PARTITION BY plant
+                ORDER BY CASE state WHEN 'unacknowledged' THEN 0 WHEN 'returned' THEN 1 WHEN 'acknowledged' THEN 2 ELSE 3 END,
+                    CASE priority WHEN 'high' THEN 0 WHEN 'medium' THEN 1 ELSE 2 END, active_alarm.at DESC, station, alarm) AS place
+        FROM profivac.active_alarm
+    ) AS placed WHERE place <= $1";
 
 /// Why the state could not be read.
 #[derive(Debug, Error)]
@@ -94,15 +97,15 @@ impl Default for Watch {
 }
 
 impl Watch {
-    /// The plant of a station.
-    pub(super) fn plant_of(&self, station: &str) -> Option<String> {
+    /// The plant of a station, or why the state has none.
+    pub(super) fn plant_of(&self, station: &str) -> Result<String, Option<String>> {
         let state = self.state.read().unwrap_or_else(PoisonError::into_inner);
-        state.stations.get(station).map(|station| station.plant.clone())
+        state.stations.get(station).map(|station| station.plant.clone()).ok_or_else(|| state.problem.clone())
     }
 
-    /// The present state, with the present time.
-    pub(super) fn state(&self) -> State {
-        let mut state = self.stored();
+    /// The present state without the plants `hidden`, with the present time.
+    pub(super) fn state(&self, hidden: &Hidden) -> State {
+        let mut state = self.stored().without(hidden);
         self.passing.add_to(&mut state);
         State { now_ms: Micros::now().0 / 1000, ..state }
     }
@@ -199,10 +202,9 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
     let State { readings, stations, .. } = &mut state;
     readings.retain(|_, reading| reading.at_ms > oldest && stations.contains_key(&reading.station));
     let alarms = client.query(ALARMS, &[&MAX_ALARMS]).await?;
-    let total: i64 = alarms.first().map_or(0, |row| row.get("total"));
+    state.alarms_of_plant = alarms.iter().map(|row| (row.get("plant"), row.get("total"))).collect();
     state.alarms =
         alarms.iter().map(alarm).map(|alarm| (format!("{}/{}", alarm.station, alarm.alarm), alarm)).collect();
-    state.not_listed = (total - MAX_ALARMS).max(0);
     Ok(state)
 }
 
