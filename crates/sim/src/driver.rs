@@ -104,20 +104,20 @@ impl Driver {
         self.sends_until = end;
     }
 
-    /// Passes a telegram to the station, unless it was sending. Returns its former address if the address has changed.
-    pub(crate) fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<u8> {
+    /// Passes a telegram to the station, unless it was sending. Returns whether its address has changed.
+    pub(crate) fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> bool {
         if !self.powered || self.sending && end <= self.sends_until {
-            return None;
+            return false;
         }
         let Self { station, queue, .. } = self;
         enqueue(queue, station.telegram(end, telegram));
         self.changed_address()
     }
 
-    /// The former address of the station, if the address has changed.
-    pub(crate) fn changed_address(&mut self) -> Option<u8> {
+    /// Reads the address of the station. Returns whether it has changed.
+    pub(crate) fn changed_address(&mut self) -> bool {
         let before = std::mem::replace(&mut self.address, own_address(&*self.station));
-        before.filter(|_| before != self.address)
+        before.is_some() && before != self.address
     }
 
     pub(crate) fn activity(&mut self, end: BitTime) {

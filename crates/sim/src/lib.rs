@@ -41,6 +41,7 @@ pub mod describe;
 pub mod dialogue;
 mod driver;
 mod fault;
+mod listeners;
 mod noise;
 mod random;
 mod referee;

@@ -7,48 +7,15 @@
 //! signals overlap or bits are inverted, it steps bit by bit through a [`Uart`].
 //!
 //! Passive stations need telegrams only, and an undisturbed telegram is complete at its end, so a shared tap reads all its
-//! characters at that time.
+//! characters at that time. One to another station may not even be announced to it (`segment/direct.rs`).
 
 use crate::character::{Character, Uart};
 use crate::noise::Noise;
 use crate::scheduler::NEVER;
 use crate::signal::Signal;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Receiver};
-use profivac_wire::{BROADCAST, DataTelegram, Telegram};
 use std::collections::VecDeque;
 use std::sync::Arc;
-
-/// The stations that share a tap, by address from 0 to 127.
-#[derive(Clone, Debug)]
-pub(crate) struct Listeners([Vec<usize>; 128]);
-
-impl Default for Listeners {
-    fn default() -> Self {
-        Self([const { Vec::new() }; 128])
-    }
-}
-
-impl Listeners {
-    /// Adds a station with `address`.
-    pub(crate) fn join(&mut self, station: usize, address: u8) {
-        self.0[usize::from(address) % 128].push(station);
-    }
-
-    /// Removes a station with `address`.
-    pub(crate) fn leave(&mut self, station: usize, address: u8) {
-        self.0[usize::from(address) % 128].retain(|other| *other != station);
-    }
-
-    /// The stations that receive a telegram.
-    pub(crate) fn of(&self, telegram: &Telegram<'_>) -> impl Iterator<Item = usize> {
-        let lists = match telegram {
-            Telegram::Data(DataTelegram { da: BROADCAST, .. }) => &self.0[..],
-            Telegram::Data(data) => std::slice::from_ref(&self.0[usize::from(data.da) % 128]),
-            Telegram::ShortAck | Telegram::Token { .. } => &[],
-        };
-        lists.iter().flatten().copied()
-    }
-}
 
 /// A signal at this position.
 #[derive(Clone, Debug)]
@@ -69,7 +36,6 @@ pub(crate) struct Tap {
     pub(crate) position: u64,
     /// The station of a tap that is not shared.
     pub(crate) owner: Option<usize>,
-    pub(crate) listeners: Listeners,
     pub(crate) receiver: Receiver,
     /// The signals, ordered by arrival.
     incoming: VecDeque<Incoming>,
@@ -90,7 +56,6 @@ impl Tap {
         let mut tap = Self {
             position,
             owner: None,
-            listeners: Listeners::default(),
             receiver: Receiver::new(now),
             incoming: VecDeque::new(),
             uart: Uart::default(),
@@ -132,6 +97,29 @@ impl Tap {
         self.incoming.insert(index, Incoming { signal, sender, begin, until, next: 0, due: begin });
     }
 
+    /// As [`announce`](Self::announce), unless the tap knows a signal that begins then, or has read it.
+    pub(crate) fn announce_once(&mut self, signal: Signal, sender: Option<usize>, begin: BitTime) {
+        if self.at <= begin && self.incoming.iter().all(|other| other.begin != begin) {
+            self.announce(signal, sender, begin);
+        }
+    }
+
+    /// Whether the tap reads a telegram that begins at `begin` to its end, and is then as before: it has received only whole
+    /// undisturbed telegrams since the line was idle, and those still on the line end before.
+    pub(crate) fn is_in_step(&self, begin: BitTime) -> bool {
+        let mut free_from = self.at;
+        let follows = |incoming: &Incoming| {
+            let follows = incoming.is_whole_telegram() && free_from <= incoming.begin;
+            free_from = incoming.until;
+            follows
+        };
+        self.flip == NEVER
+            && self.uart.is_idle()
+            && self.receiver.is_ready()
+            && self.incoming.iter().all(follows)
+            && free_from <= begin
+    }
+
     /// Ends the signals of `sender` at `now`.
     pub(crate) fn cut_off(&mut self, sender: usize, now: BitTime) {
         for incoming in self.incoming.iter_mut().filter(|incoming| incoming.sender == Some(sender)) {
@@ -152,10 +140,8 @@ impl Tap {
     /// Whether the first signal is an undisturbed telegram and no station needs its single characters.
     fn is_undisturbed(&self, first: &Incoming) -> bool {
         self.owner.is_none()
-            && first.signal.is_telegram()
-            && first.next == 0
+            && first.is_whole_telegram()
             && !self.receiver.is_receiving()
-            && first.until == first.begin + first.signal.duration_tbit()
             && self.is_clean(first)
             && self.is_alone(first.until)
     }
@@ -220,6 +206,11 @@ impl Tap {
 }
 
 impl Incoming {
+    /// Whether an undisturbed telegram is not read yet and does not end early.
+    fn is_whole_telegram(&self) -> bool {
+        self.signal.is_telegram() && self.next == 0 && self.until == self.begin + self.signal.duration_tbit()
+    }
+
     /// The level of this signal; of several signals, 0 wins over 1 (free choice).
     fn level(&self, at: BitTime) -> bool {
         at < self.begin || at >= self.until || self.signal.level(at - self.begin)

@@ -254,6 +254,12 @@ impl Receiver {
         self.length > 0
     }
 
+    /// Whether the next octet begins a telegram, without an idle line before it: after a valid telegram.
+    #[must_use]
+    pub const fn is_ready(&self) -> bool {
+        self.length == 0 && !self.waiting_for_idle
+    }
+
     #[inline]
     fn step(&mut self, end: BitTime, octet: u8) -> Step {
         // Time that runs backwards looks like a long gap here; `decide` treats it as no gap.

@@ -1,8 +1,10 @@
 //! Events: the next one, and its effects.
 
+use super::direct::OnLine;
 use super::{SHOWN, Segment, connected};
 use crate::character::Character;
-use crate::driver::{Driver, DriverAction};
+use crate::driver::DriverAction;
+use crate::listeners::Listener;
 use crate::referee::Transmission;
 use crate::rule::{Violated, Violation};
 use crate::scheduler::NEVER;
@@ -12,6 +14,14 @@ use crate::trace::{Entry, Line};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received};
 use profivac_wire::Telegram;
 use std::sync::Arc;
+
+/// What a tap reads at once.
+#[derive(Clone, Copy, Debug)]
+enum Piece<'a> {
+    Character(Character),
+    /// A whole undisturbed telegram, with the end of its first character.
+    Telegram(BitTime, &'a [u8]),
+}
 
 impl Segment {
     /// Runs the next event. Returns false if there is none until `end`.
@@ -57,59 +67,58 @@ impl Segment {
     }
 
     fn listen_until(&mut self, index: usize, now: BitTime) {
-        if let Some((begin, octets)) = self.taps[index].take_telegram()
-            && let Some((last, before)) = octets.split_last()
-        {
-            let mut end = begin + CHARACTER_TBIT;
-            for octet in before {
-                self.taps[index].receiver.octet(end, *octet);
-                end = end + CHARACTER_TBIT;
-            }
-            self.receive_character(index, end, Character { octet: *last, error: false });
+        if let Some((begin, octets)) = self.taps[index].take_telegram() {
+            let end = begin + octets.len() as u64 * CHARACTER_TBIT;
+            self.receive(index, end, Piece::Telegram(begin + CHARACTER_TBIT, &octets));
         }
         while !self.taps[index].is_read_until(now) {
             if let Some((end, character)) = self.taps[index].read_next() {
-                self.receive_character(index, end, character);
+                self.receive(index, end, Piece::Character(character));
             }
         }
     }
 
-    /// Handles a character at a tap.
-    fn receive_character(&mut self, index: usize, end: BitTime, character: Character) {
+    /// Handles characters at a tap, the last of which ended at `end`.
+    fn receive(&mut self, index: usize, end: BitTime, piece: Piece<'_>) {
         let tap = &mut self.taps[index];
         if tap.owner.is_some_and(|owner| end <= self.drivers[owner].sends_until) {
             // The receiver of a station is off while the station sends.
             return;
         }
-        if let Some(kept) = &mut tap.kept {
+        if let (Some(kept), Piece::Character(character)) = (&mut tap.kept, piece) {
             kept.push((end, character));
         }
-        if character.error {
-            tap.receiver.character_error(end);
-            return self.activity(index, end);
-        }
-        let Received::Telegram(telegram) = tap.receiver.octet(end, character.octet) else {
-            return self.activity(index, end);
+        let received = match piece {
+            Piece::Character(Character { octet, error: false }) => tap.receiver.octet(end, octet),
+            Piece::Character(Character { error: true, .. }) => {
+                tap.receiver.character_error(end);
+                Received::Nothing
+            }
+            Piece::Telegram(first, octets) => tap.receiver.octets(first, octets).1,
         };
+        let Received::Telegram(telegram) = received else { return self.activity(index, end) };
         let mut moved = Vec::new();
         let mut give = |driver: usize| {
-            moved.extend(self.drivers[driver].telegram(end, &telegram).map(|left| (driver, left)));
+            moved.extend(self.drivers[driver].telegram(end, &telegram).then_some(driver));
             self.driver_times.set(driver, self.drivers[driver].next());
         };
         match tap.owner {
             Some(owner) => give(owner),
-            None => tap.listeners.of(&telegram).for_each(give),
+            None => {
+                let here = self.listeners.of(&telegram).filter(|listener| listener.tap == index);
+                here.for_each(|listener| give(listener.driver));
+            }
         }
-        moved.into_iter().for_each(|(driver, left)| self.readdress(driver, left));
+        moved.into_iter().for_each(|driver| self.readdress(driver));
     }
 
-    /// Moves a station from its former address `left` to its present one.
-    fn readdress(&mut self, driver: usize, left: u8) {
-        let Driver { position, address, .. } = self.drivers[driver];
-        let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
-        if let (Some(tap), Some(address)) = (shared, address) {
-            tap.listeners.leave(driver, left);
-            tap.listeners.join(driver, address);
+    /// Moves a station to its present address.
+    fn readdress(&mut self, driver: usize) {
+        self.announce_everywhere(self.now + 1);
+        if let Some(address) = self.drivers[driver].address
+            && let Some(tap) = self.listeners.leave(driver)
+        {
+            self.listeners.join(Listener { driver, tap }, address);
         }
     }
 
@@ -131,8 +140,8 @@ impl Segment {
 
     /// Reads the state of a station again: the caller may have changed it between two runs.
     pub(super) fn refresh(&mut self, driver: usize) {
-        if let Some(left) = self.drivers[driver].changed_address() {
-            self.readdress(driver, left);
+        if self.drivers[driver].changed_address() {
+            self.readdress(driver);
         }
         self.plan(driver);
     }
@@ -160,9 +169,20 @@ impl Segment {
             Transmission { station: StationId(sender), position: driver.position, begin: self.now, end, paused };
         let disturbed = self.add_to_trace(&signal, end);
         self.check_transmission(transmission, telegram.as_ref(), disturbed);
-        self.spread(&signal, Some(sender), transmission.position, 0);
+        let on_line = OnLine { signal, sender, position: transmission.position, begin: self.now, end };
+        match telegram.filter(|_| self.reaches_all_undisturbed(&on_line)) {
+            Some(telegram) => self.announce_to_receivers(on_line, &telegram),
+            None => self.announce_to_all(&on_line),
+        }
+    }
+
+    /// Announces a signal, and its echo, to all taps.
+    fn announce_to_all(&mut self, on_line: &OnLine) {
+        self.announce_everywhere(self.now + 1);
+        let OnLine { signal, sender, position, .. } = on_line;
+        self.spread(signal, Some(*sender), *position, 0);
         if let Some(delay) = self.echo {
-            self.spread(&signal, None, transmission.position, delay);
+            self.spread(signal, None, *position, delay);
         }
     }
 

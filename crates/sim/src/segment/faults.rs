@@ -6,13 +6,16 @@ use crate::fault::Fault;
 use crate::noise::Noise;
 use crate::referee::Referee;
 use crate::station_id::StationId;
+use crate::tap::Tap;
 use profivac_dp::link::Receiver;
 
 impl Segment {
     /// Applies the next fault of the script.
     pub(super) fn next_fault(&mut self) {
         if let Some((_, fault)) = self.script.pop_front() {
-            self.inject(fault);
+            // The taps have not read the telegrams that end now.
+            self.announce_everywhere(self.now);
+            self.apply(fault);
         }
     }
 
@@ -21,6 +24,11 @@ impl Segment {
     /// # Panics
     /// If its station belongs to another segment; a fault of the script panics when its time comes.
     pub fn inject(&mut self, fault: Fault) {
+        self.announce_everywhere(self.now + 1);
+        self.apply(fault);
+    }
+
+    fn apply(&mut self, fault: Fault) {
         match fault {
             Fault::Power(station, on) => self.power(station, on),
             Fault::Noise(noise) => self.set_noise(noise),
@@ -79,16 +87,10 @@ impl Segment {
 
     /// Gives a station of a shared tap a separate copy.
     fn separate_tap(&mut self, driver: usize) -> usize {
-        let Driver { position, address, .. } = self.drivers[driver];
-        let shared = self.taps.iter_mut().find(|tap| tap.owner.is_none() && tap.position == position);
-        if let (Some(shared), Some(address)) = (shared, address) {
-            shared.listeners.leave(driver, address);
-            let mut own = shared.clone();
-            own.owner = Some(driver);
-            self.taps.push(own);
-        }
-        self.tap_times.grow(self.taps.len());
-        self.taps.len() - 1
+        let new = || Tap::new(self.drivers[driver].position, self.now, self.noise.clone());
+        let mut own = self.listeners.leave(driver).map_or_else(new, |shared| self.taps[shared].clone());
+        own.owner = Some(driver);
+        self.add_tap(own)
     }
 
     fn set_echo(&mut self, delay: Option<u64>) {

@@ -3,12 +3,14 @@
 //! Time is an integer count of bit times and advances from event to event: the end of a character at a tap, the wake time or
 //! start of a transmission of a station, a fault of the script. At equal times faults come first, then taps, then stations.
 
+mod direct;
 mod events;
 mod faults;
 
 use crate::character::Character;
 use crate::driver::Driver;
 use crate::fault::{Fault, OctetErrors};
+use crate::listeners::{Listener, Listeners};
 use crate::noise::Noise;
 use crate::referee::{Limits, Referee};
 use crate::rule::{Rule, Violation};
@@ -16,6 +18,7 @@ use crate::scheduler::Scheduler;
 use crate::station_id::{StationHandle, StationId};
 use crate::tap::Tap;
 use crate::trace::Trace;
+use direct::OnLine;
 use profivac_dp::link::{Baud, BitTime, Station};
 use std::collections::VecDeque;
 use std::fmt;
@@ -33,6 +36,15 @@ pub struct Segment {
     taps: Vec<Tap>,
     /// The time of the next event of each tap.
     tap_times: Scheduler,
+    /// The taps of single stations.
+    own_taps: Vec<usize>,
+    /// The passive stations at shared taps.
+    listeners: Listeners,
+    /// The position of the last station.
+    length_tbit: u64,
+    /// The last telegram and those before that are still on the line, as long as telegrams go to their receivers alone.
+    /// Empty if all taps get each signal.
+    on_line: VecDeque<OnLine>,
     script: VecDeque<(BitTime, Fault)>,
     noise: Option<Noise>,
     /// Whether a station may receive anything else than was sent.
@@ -65,6 +77,10 @@ impl Segment {
             driver_times: Scheduler::new(1),
             taps: Vec::new(),
             tap_times: Scheduler::new(1),
+            own_taps: Vec::new(),
+            listeners: Listeners::default(),
+            length_tbit: 0,
+            on_line: VecDeque::new(),
             script: VecDeque::new(),
             noise: None,
             noisy: false,
@@ -105,21 +121,32 @@ impl Segment {
 
     /// Connects a station `position` bit times of signal propagation from the beginning of the cable.
     pub fn attach_at<S: Station + Send + 'static>(&mut self, position: u64, station: S) -> StationHandle<S> {
+        self.announce_everywhere(self.now + 1);
         let id = self.drivers.len();
         self.drivers.push(Driver::new(Box::new(station), position));
+        self.length_tbit = self.length_tbit.max(position);
         self.driver_times.grow(self.drivers.len());
-        let shared = self.taps.iter().position(|tap| tap.owner.is_none() && tap.position == position);
-        match (self.drivers[id].address, shared) {
-            (Some(address), Some(tap)) => self.taps[tap].listeners.join(id, address),
-            (Some(address), None) => self.add_tap(position).listeners.join(id, address),
-            (None, _) => self.add_tap(position).owner = Some(id),
+        match self.drivers[id].address {
+            Some(address) => {
+                let shared = self.taps.iter().position(|tap| tap.owner.is_none() && tap.position == position);
+                let tap = shared.unwrap_or_else(|| self.add_tap(Tap::new(position, self.now, self.noise.clone())));
+                self.listeners.join(Listener { driver: id, tap }, address);
+            }
+            None => {
+                let mut own = Tap::new(position, self.now, self.noise.clone());
+                own.owner = Some(id);
+                self.add_tap(own);
+            }
         }
         StationHandle::new(StationId(id))
     }
 
-    fn add_tap(&mut self, position: u64) -> &mut Tap {
-        self.tap_times.grow(self.taps.len() + 1);
-        self.taps.push_mut(Tap::new(position, self.now, self.noise.clone()))
+    fn add_tap(&mut self, tap: Tap) -> usize {
+        let index = self.taps.len();
+        self.own_taps.extend(tap.owner.map(|_| index));
+        self.taps.push(tap);
+        self.tap_times.grow(self.taps.len());
+        index
     }
 
     /// A station.
