@@ -20,22 +20,15 @@ const AK_ERROR: u8 = 7;
 /// AK of an answer: a value of one octet.
 const AK_BYTE: u8 = 11;
 
-/// The request of the master, without reserved bits, reserved octet and unused octets of the value.
+/// The octets of a request of the master, without reserved bits, reserved octet and unused octets of the value. All 0 for no request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Request {
-    ak: u8,
-    slot: u8,
-    index: u8,
-    value: [u8; 4],
-}
+struct Request([u8; OCTETS]);
 
 impl Request {
     fn new([pke, slot, index, _, value @ ..]: [u8; OCTETS], rules: &ChannelRules) -> Self {
         let ak = pke >> 4;
-        if ak == AK_NO_TASK {
-            return Self { ak, slot, index, value: [0; 4] };
-        }
-        let used = match rules.task(ak) {
+        let task = if ak == AK_NO_TASK { None } else { rules.task(ak) };
+        let used = match task {
             Some(TaskKind::Write(lengths)) => lengths.iter().copied().max().unwrap_or_default(),
             Some(TaskKind::Read) | None => 0,
         };
@@ -46,8 +39,13 @@ impl Request {
             3 => 0xFF_FFFF,
             _ => u32::MAX,
         };
-        let kept = u32::from_be_bytes(value) & mask;
-        Self { ak, slot, index, value: kept.to_be_bytes() }
+        let [a, b, c, d] = (u32::from_be_bytes(value) & mask).to_be_bytes();
+        Self([ak << 4, slot, index, 0, a, b, c, d])
+    }
+
+    const fn ak(&self) -> u8 {
+        let Self([pke, ..]) = self;
+        *pke >> 4
     }
 }
 
@@ -110,7 +108,7 @@ impl ParameterChannel {
         if !self.is_new(&request) {
             return None;
         }
-        let is_idle = request.ak == AK_NO_TASK;
+        let is_idle = request.ak() == AK_NO_TASK;
         self.request = request;
         self.put(AK_NO_TASK, [0; 4]);
         match self.task() {
@@ -129,18 +127,18 @@ impl ParameterChannel {
 
     /// Whether a request takes the place of the present one.
     fn is_new(&self, request: &Request) -> bool {
-        let must_wait = request.ak != AK_NO_TASK && self.request.ak != AK_NO_TASK && self.rules.needs_idle_between;
+        let must_wait = request.ak() != AK_NO_TASK && self.request.ak() != AK_NO_TASK && self.rules.needs_idle_between;
         *request != self.request && !must_wait
     }
 
     /// The task of the present request.
     #[must_use]
     pub fn task(&self) -> Option<Task> {
-        let Request { ak, slot, index, value } = self.request;
-        if ak == AK_NO_TASK {
+        let Request([_, slot, index, _, value @ ..]) = self.request;
+        if self.request.ak() == AK_NO_TASK {
             return None;
         }
-        Some(match self.rules.task(ak)? {
+        Some(match self.rules.task(self.request.ak())? {
             TaskKind::Read => Task::Read { slot, index },
             TaskKind::Write(lengths) => Task::Write(WriteTask { slot, index, lengths, value }),
         })
@@ -162,7 +160,8 @@ impl ParameterChannel {
 
     /// Slot and index are those of the request, unused octets are 0: errata-bpg-bcg-tpg 24.
     fn put(&mut self, ak: u8, [a, b, c, d]: [u8; 4]) {
-        self.answer = [ak << 4, self.request.slot, self.request.index, 0, a, b, c, d];
+        let Request([_, slot, index, ..]) = self.request;
+        self.answer = [ak << 4, slot, index, 0, a, b, c, d];
     }
 }
 
