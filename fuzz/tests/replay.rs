@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
@@ -95,5 +95,34 @@ fn every_target_has_a_program_and_is_in_the_document() {
     for target in targets {
         assert!(document.contains(&format!("| `{target}` |")), "docs/fuzzing.md has no row for {target}");
         assert!(script.contains(&format!("\"{target}\": ")), "ci/fuzz does not know {target}");
+    }
+}
+
+/// The entries `name` of a lock file, each with the names of its dependencies.
+fn locked(lock: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let lock: toml::Table = lock.parse().unwrap();
+    let packages = lock["package"].as_array().unwrap();
+    let name = |text: &toml::Value| text.as_str().unwrap().split(' ').next().unwrap().to_owned();
+    let dependencies = |package: &toml::Value| {
+        package.get("dependencies").and_then(toml::Value::as_array).map(|all| all.iter().map(name).collect())
+    };
+    packages.iter().map(|package| (name(&package["name"]), dependencies(package).unwrap_or_default())).collect()
+}
+
+#[test]
+fn the_lock_file_of_libfuzzer_has_the_dependencies_of_all_crates() {
+    let lock = fs::read_to_string(folder().join("libfuzzer/Cargo.lock")).unwrap();
+    for (package, dependencies) in locked(&lock) {
+        let Some(place) = package.strip_prefix("profivac-").map(|name| format!("../crates/{name}")) else { continue };
+        let manifest = fs::read_to_string(folder().join(place).join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = manifest.parse().unwrap();
+        let is_always = |value: &toml::Value| value.get("optional").is_none_or(|it| it.as_bool() != Some(true));
+        for (name, _) in manifest["dependencies"].as_table().unwrap().iter().filter(|(_, value)| is_always(value)) {
+            let next_step = "cargo metadata --format-version 1 --manifest-path fuzz/libfuzzer/Cargo.toml >/dev/null";
+            assert!(
+                dependencies.contains(name),
+                "{package} needs {name}, fuzz/libfuzzer/Cargo.lock lacks it: {next_step}"
+            );
+        }
     }
 }
