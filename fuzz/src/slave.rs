@@ -1,7 +1,8 @@
 //! A slave of each device: telegrams with right check octets, damaged ones, any octets, pauses, and events at the device.
 //!
 //! The slave never speaks unasked, answers only requests that have an answer, every answer is a telegram to the asking station, and
-//! after all timers have expired the slave still answers a request for its diagnosis.
+//! after all timers have expired the slave still answers a request for its diagnosis. After a Data_Exchange that it accepts, RD_Outp
+//! returns the outputs of the request, and RD_Inp the inputs of the answer.
 
 use crate::script::Script;
 use profivac_devices::{Action, Potentiometer, Switch};
@@ -9,6 +10,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver};
 use profivac_virtual::device::GaugeSlave;
 use profivac_virtual::device_spec::{DEVICES, DeviceSpec};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
+use profivac_wire::cfg::lengths;
 use profivac_wire::control::{Control, FrameCount, Function};
 use profivac_wire::{BROADCAST, DataTelegram, MAX_DU, MAX_TELEGRAM, Telegram};
 
@@ -16,6 +18,8 @@ const BAUD: Baud = Baud::B1500000;
 const ADDRESS: u8 = 5;
 /// The shortest time between a request and its answer.
 const MIN_TSDR_TBIT: u64 = 11;
+/// A master that only reads.
+const READER: u8 = 99;
 
 /// A slave on a line.
 struct Line {
@@ -28,6 +32,8 @@ struct Line {
     count: [Option<bool>; 4],
     /// The access point of the last MS2 connection.
     connection: u8,
+    /// Source and frame control of the last two telegrams to the slave, the later one first.
+    asked: [(u8, u8); 2],
 }
 
 /// The octets of a telegram.
@@ -70,7 +76,15 @@ impl Line {
         let spec = DeviceSpec { device: name.to_owned(), address: ADDRESS, keys: Vec::new() };
         let slave = spec.build(NonvolatileMemory::volatile(), BAUD).expect("a device without keys");
         let receiver = Receiver::new(BitTime(0));
-        Self { receiver, slave, now: BitTime(0), last: Vec::new(), count: [None; 4], connection: 48 }
+        Self {
+            receiver,
+            slave,
+            now: BitTime(0),
+            last: Vec::new(),
+            count: [None; 4],
+            connection: 48,
+            asked: [(0, 0); 2],
+        }
     }
 
     fn passes(&mut self, tbit: u64) {
@@ -79,26 +93,74 @@ impl Line {
         assert!(self.slave.wake_at().is_none_or(|wake| wake > self.now), "an expired timer does not expire again");
     }
 
-    /// Characters without a gap.
-    fn receive(&mut self, octets: &[u8]) {
-        let mut sent = 0;
+    /// Characters without a gap; returns the last answer to them.
+    fn receive(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+        let (mut sent, mut last) = (0, None);
         for octet in octets {
             self.now = self.now + CHARACTER_TBIT;
-            if let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet)
-                && let Some(answer) = answer(&mut *self.slave, self.now, &telegram)
+            let Received::Telegram(telegram) = self.receiver.octet(self.now, *octet) else { continue };
+            if let Telegram::Data(frame) = &telegram
+                && frame.da == self.slave.station_address()
             {
-                sent += answer.len() as u64;
-                // The access point that an MS2 connection has got.
-                if let [_, _, _, _, _, _, _, _, 49, 0x56, sap, ..] = answer[..] {
-                    self.connection = sap;
-                }
+                self.asked = [(frame.sa, frame.fc), self.asked[0]];
             }
+            let Some(answer) = answer(&mut *self.slave, self.now, &telegram) else { continue };
+            self.slave.sent(self.now);
+            sent += answer.len() as u64;
+            // The access point that an MS2 connection has got.
+            if let [_, _, _, _, _, _, _, _, 49, 0x56, sap, ..] = answer[..] {
+                self.connection = sap;
+            }
+            last = Some(answer);
         }
         self.now = self.now + CHARACTER_TBIT * sent;
+        last
     }
 
-    /// A request with a right check octet. `variant` changes what is usual.
-    fn request(&mut self, variant: u8, dsap: Option<u8>, du: &[u8]) {
+    /// Whether the last request is certainly new: the one before came from the same master, with the other frame count bit.
+    const fn is_new(&self) -> bool {
+        let [(sa, fc), (before_sa, before_fc)] = self.asked;
+        // SRD, and the frame count bit valid; or the first request, whose bit is 1.
+        let is_counted = matches!(fc & 0x5E, 0x5C);
+        let is_first_or_counted = matches!(before_fc & 0x5E, 0x5C) || matches!(before_fc & 0x7E, 0x6C);
+        sa == before_sa && is_counted && is_first_or_counted && (fc ^ before_fc) & 0x20 != 0
+    }
+
+    /// The length of the outputs in the present configuration.
+    fn outputs(&self) -> usize {
+        lengths(self.slave.device().get_cfg()).map_or(0, |lengths| usize::from(lengths.outputs))
+    }
+
+    /// A Data_Exchange. The slave stores the outputs of a new one that it accepts, and gives the same inputs again.
+    fn exchange(&mut self, variant: u8, du: &[u8]) {
+        let is_expected = self.slave.is_exchanging() && du.len() == self.outputs();
+        let answer = self.request(variant, None, du);
+        let address = self.slave.station_address();
+        if !(is_expected && self.is_new() && self.slave.is_exchanging()) || address == READER {
+            return;
+        }
+        let inputs = match answer.as_deref().map(Telegram::parse) {
+            Some(Ok(Telegram::Data(frame))) if matches!(frame.fc & 0x0F, 8 | 10) => frame.du.to_vec(),
+            Some(Ok(Telegram::ShortAck)) => Vec::new(),
+            // Another master owns it.
+            _ => return,
+        };
+        for (name, dsap, expected) in [("outputs", 57, du), ("inputs", 56, &inputs)] {
+            let fc = Control::Request { function: Function::SrdLow, count: FrameCount::First }.to_octet();
+            let request = emit(DataTelegram { da: address, sa: READER, dsap: Some(dsap), ssap: Some(62), fc, du: &[] });
+            self.now = self.now + 33;
+            let answer = self.receive(&request);
+            let found = match answer.as_deref().map(Telegram::parse) {
+                Some(Ok(Telegram::Data(frame))) => frame.du.to_vec(),
+                Some(Ok(Telegram::ShortAck)) => Vec::new(),
+                other => panic!("{name}: {other:?}"),
+            };
+            assert_eq!(found, expected, "the {name} after a Data_Exchange");
+        }
+    }
+
+    /// A request with a right check octet; returns the answer. `variant` changes what is usual.
+    fn request(&mut self, variant: u8, dsap: Option<u8>, du: &[u8]) -> Option<Vec<u8>> {
         let master = usize::from(variant & 3);
         let count = match (self.count[master], variant & 0x10 != 0) {
             _ if variant & 0xC0 == 0xC0 => FrameCount::Uncounted,
@@ -129,8 +191,9 @@ impl Line {
         self.last = emit(DataTelegram { da, sa: 2 + master as u8, dsap, ssap, fc, du });
         self.now = self.now + 33;
         let last = std::mem::take(&mut self.last);
-        self.receive(&last);
+        let answer = self.receive(&last);
         self.last = last;
+        answer
     }
 
     /// Something happens at the device.
@@ -195,12 +258,23 @@ impl Line {
                 }
                 self.request(variant, Some(62), &cfg);
             }
-            3..6 => {
-                let du = script.piece(64);
-                self.request(variant, None, du);
+            // Outputs of the right length, with the same ones some cycles before.
+            3 | 4 => {
+                let cycles = script.choice() % 6;
+                let mut du = script.piece(64).to_vec();
+                du.resize(self.outputs(), 0);
+                (0..cycles).for_each(|_| self.exchange(variant, &du));
+                if let Some(last) = du.last_mut() {
+                    *last ^= kind >> 4;
+                }
+                self.exchange(variant, &du);
             }
-            6 => self.request(variant, Some(60), &[]),
-            7 => self.request(variant, Some(script.one_of(&[59, 56, 57, 60])), &[]),
+            5 => {
+                let du = script.piece(64);
+                self.exchange(variant, du);
+            }
+            6 => drop(self.request(variant, Some(60), &[])),
+            7 => drop(self.request(variant, Some(script.one_of(&[59, 56, 57, 60])), &[])),
             8 => {
                 let du = script.take(2);
                 self.request(variant, Some(58), du);
@@ -215,7 +289,7 @@ impl Line {
                 let du = script.piece(244);
                 self.request(variant, Some(51), du);
             }
-            11 => self.request(variant, Some(51), &[]),
+            11 => drop(self.request(variant, Some(51), &[])),
             12 => {
                 let mut du = vec![0x57, 0, 0, 0, script.choice(), 1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0];
                 if variant & 4 != 0 {
@@ -227,7 +301,7 @@ impl Line {
                 let du = script.piece(244);
                 self.request(variant, Some(self.connection), du);
             }
-            14 => self.request(variant, Some(self.connection), &[]),
+            14 => drop(self.request(variant, Some(self.connection), &[])),
             15 => {
                 let (dsap, du) = (script.choice(), script.piece(244));
                 self.request(variant, Some(dsap & 0x3F), du);
