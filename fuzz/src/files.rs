@@ -1,7 +1,8 @@
-//! Files that users write: plants, scenarios, segments in memory, captures, traces.
+//! Files that users write: settings of gauges, scenarios, segments in memory, captures, traces.
 //!
 //! A wrong file is refused with a message; what is accepted is the same when it is written and read again, where the program writes it.
 
+use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
 use profivac_sim::Trace;
 use profivac_sim::trace::pcapng;
@@ -31,6 +32,19 @@ pub fn scenario(octets: &[u8]) {
 pub fn segment(octets: &[u8]) {
     if let Err(error) = SegmentFile::parse(text(octets), Path::new("/nonexistent/fuzz.toml")) {
         is_message(&error.to_string());
+    }
+}
+
+/// The settings of a gauge. Each has a place in the file.
+pub fn settings(octets: &[u8]) {
+    let text = text(octets);
+    match SettingsFile::parse(text) {
+        Ok(file) => {
+            let lines = text.lines().count();
+            let is_in_the_file = |at: (usize, usize)| (1..=lines).contains(&at.0) && at.1 >= 1;
+            assert!(file.settings.iter().all(|setting| is_in_the_file(setting.at)), "{file:?}");
+        }
+        Err(error) => is_message(&error.to_string()),
     }
 }
 

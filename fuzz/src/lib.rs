@@ -20,6 +20,8 @@ pub mod gateways;
 pub mod master;
 #[cfg(feature = "station")]
 pub mod plant;
+#[cfg(feature = "station")]
+pub mod prometheus;
 pub mod receiver;
 pub mod ring;
 pub mod script;

@@ -1,5 +1,6 @@
-//! `plant.toml`, the file of a station: a wrong file is refused with line and column.
+//! The files of a station: `plant.toml`, and its users. A wrong file is refused with line and column.
 
+use profivac_station::auth::users::Users;
 use profivac_station::config::Config;
 use std::path::Path;
 
@@ -10,5 +11,22 @@ pub fn run(octets: &[u8]) {
         assert!((1..=text.lines().count() + 1).contains(&error.line), "line {} of {text:?}", error.line);
         assert!(error.column >= 1, "column {}", error.column);
         assert!(!error.to_string().is_empty(), "a refusal without a message");
+    }
+}
+
+/// The file of the users: what is read is the same when it is written and read again.
+pub fn users(octets: &[u8]) {
+    let Ok(text) = std::str::from_utf8(octets) else { return };
+    let file = Path::new("/nonexistent/plant.users.toml");
+    match Users::parse(text, file) {
+        Ok(users) => {
+            let written = users.text();
+            let again = Users::parse(&written, file).expect("a file that this program has written");
+            assert_eq!(again.text(), written);
+        }
+        Err(error) => {
+            assert!((1..=text.lines().count() + 1).contains(&error.line), "line {} of {text:?}", error.line);
+            assert!(error.column >= 1 && !error.to_string().is_empty(), "{error:?}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A target: its name, and what takes the octets.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 19] = [
+const TARGETS: [Target; 23] = [
     ("api", fuzz::api::run),
     ("batch", fuzz::batch::run),
     ("capture", fuzz::files::capture),
@@ -22,14 +22,18 @@ const TARGETS: [Target; 19] = [
     ("master", fuzz::master::run),
     ("modbus", fuzz::gateways::modbus),
     ("plant", fuzz::plant::run),
+    ("prometheus", fuzz::prometheus::run),
     ("pv_access", fuzz::gateways::pv_access),
     ("receiver", fuzz::receiver::run),
     ("ring", fuzz::ring::run),
     ("scenario", fuzz::files::scenario),
     ("segment", fuzz::files::segment),
+    ("server", fuzz::api::server),
+    ("settings", fuzz::files::settings),
     ("slave", fuzz::slave::run),
     ("sparkplug", fuzz::gateways::sparkplug),
     ("trace", fuzz::files::trace),
+    ("users", fuzz::plant::users),
 ];
 
 fn folder() -> &'static Path {

@@ -51,7 +51,8 @@ pub enum PrometheusError {
 
 /// Serves until the gateway is to end.
 pub async fn serve(settings: Settings, context: Context) -> Result<(), PrometheusError> {
-    let Settings { listen: address, token, tls } = settings;
+    let router = router(&settings, context.clone());
+    let Settings { listen: address, tls, .. } = settings;
     let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
     let listener = TcpListener::bind(address).await.map_err(|error| PrometheusError::Listen { address, error })?;
     context.status.runs(listener.local_addr().unwrap_or(address).to_string());
@@ -65,12 +66,7 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), Prometheu
             stalled: CLIENT_TIMEOUT,
             ..Limits::default()
         },
-        router: router(Arc::new(Scrapes {
-            hosts: Hosts { loopback: address.ip().is_loopback(), configured: Vec::new() },
-            token,
-            latest: Mutex::default(),
-            context,
-        })),
+        router,
     };
     tokio::select! {
         () = connections.serve(&listener) => {}
@@ -93,7 +89,14 @@ async fn renew(keys: Option<Arc<Keys>>, connections: &Connections) {
     }
 }
 
-fn router(scrapes: Arc<Scrapes>) -> Router {
+/// What answers the requests of the connections.
+pub fn router(settings: &Settings, context: Context) -> Router {
+    let scrapes = Arc::new(Scrapes {
+        hosts: Hosts { loopback: settings.listen.ip().is_loopback(), configured: Vec::new() },
+        token: settings.token.clone(),
+        latest: Mutex::default(),
+        context,
+    });
     Router::new()
         .route("/metrics", get(metrics))
         .fallback(async |State(scrapes): State<Arc<Scrapes>>| {

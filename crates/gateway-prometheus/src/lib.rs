@@ -13,7 +13,7 @@ mod http;
 pub mod metrics;
 
 pub use family::names;
-pub use http::PrometheusError;
+pub use http::{PrometheusError, router};
 
 use profivac_gateway::ReadModel;
 use profivac_gateway::thread::GatewayThread;

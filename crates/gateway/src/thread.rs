@@ -33,6 +33,16 @@ pub struct Context {
     pub stop: StopSignal,
 }
 
+impl Context {
+    /// The context of a gateway of this name, and what tells the gateway to end.
+    #[must_use]
+    pub fn new(name: &'static str, model: Arc<ReadModel>, services: Arc<Services>) -> (Self, watch::Sender<bool>) {
+        let (stop, stopped) = watch::channel(false);
+        let status = services.gateways().add(name);
+        (Self { model, services, status, stop: StopSignal(stopped) }, stop)
+    }
+}
+
 /// Tells a gateway to end.
 #[derive(Clone)]
 pub struct StopSignal(watch::Receiver<bool>);
@@ -76,9 +86,7 @@ impl GatewayThread {
         F: Future<Output = Result<(), E>> + Send + 'static,
         E: Display + Send + 'static,
     {
-        let (stop, stopped) = watch::channel(false);
-        let status = services.gateways().add(name);
-        let context = Context { model, services: Arc::clone(&services), status, stop: StopSignal(stopped) };
+        let (context, stop) = Context::new(name, model, Arc::clone(&services));
         let runtime =
             Builder::new_multi_thread().worker_threads(1).enable_io().enable_time().thread_name(name).build()?;
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || {

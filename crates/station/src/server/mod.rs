@@ -263,7 +263,7 @@ pub struct Connections {
 }
 
 /// An API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
-fn guarded(router: Router, guard: RequestGuard) -> Router {
+pub fn guarded(router: Router, guard: RequestGuard) -> Router {
     let tls = guard.tls;
     let router =
         router.layer(from_fn_with_state(Arc::new(guard), middleware::authorise)).layer(from_fn(headers::headers));
