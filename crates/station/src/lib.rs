@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`client_tls`] | TLS to servers of others |
 //! | [`host_name`] | host names in requests and in the station's file |
+//! | [`http_client`] | one HTTP request to a server of others |
 //! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`pumpdown`] | pump-downs in the recorded pressures |
 //! | [`identification`] | plants identified from recorded pressures |
@@ -41,6 +42,7 @@ pub mod directory;
 pub mod drawing;
 pub mod gateway_status;
 pub mod host_name;
+pub mod http_client;
 pub mod identification;
 pub mod plant;
 pub mod pumpdown;

@@ -1,10 +1,11 @@
 //! The thread that delivers the notifications of one webhook or e-mail.
 
-use super::client::{Client, ClientSetupError, PostError};
+use super::client::{Client, ClientSetupError};
 use super::email::{MailError, Mailer};
 use super::receiver::Receiver;
 use super::status::DeliveryStatus;
 use crate::config::{CertificateError, Secret, ca_certificates};
+use crate::http_client::RequestError;
 use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{DatabaseError, EventKind, Micros};
@@ -66,7 +67,7 @@ enum DeliveryError {
     Setup(#[from] ClientSetupError),
     /// No answer.
     #[error(transparent)]
-    Post(#[from] PostError),
+    Post(#[from] RequestError),
     /// No answer in time.
     #[error("no answer in {} s", .0.as_secs_f64())]
     Timeout(Duration),
