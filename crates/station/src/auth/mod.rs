@@ -12,6 +12,7 @@
 //! | [`actor`] | the user of a request with the network address |
 //! | [`connections`] | permits for connections and live streams |
 //! | [`file_permissions`] | files that only their owner may read |
+//! | [`openid`] | login by OpenID Connect |
 //! | [`password`] | rules for passwords, and their hashes |
 //! | [`rate_limit`] | limits on requests and logins |
 //! | [`secret`] | random numbers for sessions and tokens |
@@ -24,6 +25,7 @@ pub mod access;
 pub mod actor;
 pub mod connections;
 pub mod file_permissions;
+pub mod openid;
 pub mod password;
 pub mod rate_limit;
 pub mod secret;

@@ -5,6 +5,7 @@
 //! | all requests from one address | 5000 | 500 a second |
 //! | logins from one address | 20 | 10 a minute |
 //! | logins under one name | 60 | 60 a minute |
+//! | steps of logins at an OpenID provider from one address | 40 | 20 a minute |
 //! | changes by one user | 600 | 60 a minute |
 //! | event-log entries about refused requests | 60 | 6 a minute |
 //!
@@ -51,7 +52,9 @@ impl RateLimit {
         Self { burst, period }
     }
 
-    fn quota(self) -> Quota {
+    /// The same for `governor`.
+    #[must_use]
+    pub fn quota(self) -> Quota {
         Quota::with_period(self.period).unwrap_or(Quota::per_second(NonZeroU32::MIN)).allow_burst(self.burst)
     }
 }
@@ -65,6 +68,9 @@ pub struct RateLimits {
     pub logins: RateLimit,
     /// Logins under one name.
     pub names: RateLimit,
+    /// Steps of logins at an OpenID provider from one address; a login has two. They do not count as logins with a password, so a
+    /// provider that fails does not keep passwords out.
+    pub openid: RateLimit,
     /// Changes by one user. The audit trail keeps an entry of each for ever.
     pub writes: RateLimit,
     /// Entries about refused requests in the event log.
@@ -77,6 +83,7 @@ impl Default for RateLimits {
             requests: RateLimit::new(5000, Duration::from_millis(2)),
             logins: RateLimit::new(20, Duration::from_secs(6)),
             names: RateLimit::new(60, Duration::from_secs(1)),
+            openid: RateLimit::new(40, Duration::from_secs(3)),
             writes: RateLimit::new(600, Duration::from_secs(1)),
             log_entries: RateLimit::new(60, Duration::from_secs(10)),
         }
@@ -90,6 +97,7 @@ pub struct RateLimiters<C: Clock = DefaultClock> {
     requests: Limiter<C>,
     logins: Limiter<C>,
     names: Limiter<C>,
+    openid: Limiter<C>,
     writes: Limiter<C>,
     log_entries: Limiter<C>,
     /// Addresses and names of successful logins.
@@ -100,11 +108,12 @@ impl<C: Clock + Clone> RateLimiters<C> {
     /// Limiters without any requests so far.
     pub fn new(limits: RateLimits, clock: C) -> Self {
         let limiter = |limit: RateLimit| RateLimiter::new(limit.quota(), HashMapStateStore::default(), clock.clone());
-        let RateLimits { requests, logins, names, writes, log_entries } = limits;
+        let RateLimits { requests, logins, names, openid, writes, log_entries } = limits;
         Self {
             requests: limiter(requests),
             logins: limiter(logins),
             names: limiter(names),
+            openid: limiter(openid),
             writes: limiter(writes),
             log_entries: limiter(log_entries),
             remembered: Mutex::default(),
@@ -133,6 +142,14 @@ impl<C: Clock + Clone> RateLimiters<C> {
             return Ok(());
         }
         self.check(&self.names, name)
+    }
+
+    /// Counts a step of a login at an OpenID provider from this address.
+    ///
+    /// # Errors
+    /// The time to wait.
+    pub fn openid(&self, peer: IpAddr) -> Result<(), Duration> {
+        self.check(&self.openid, network(peer))
     }
 
     /// Remembers a successful login: the limit on this name no longer applies to this address.
@@ -198,6 +215,16 @@ mod tests {
         clock.advance(Duration::from_secs(6));
         limiters.login(LOCAL, "ada").unwrap();
         limiters.login(LOCAL, "ada").unwrap_err();
+    }
+
+    #[test]
+    fn steps_at_an_openid_provider_are_limited_and_count_as_no_password() {
+        let (limiters, clock) = limiters();
+        assert_eq!((0..1000).filter(|_| limiters.openid(LOCAL).is_ok()).count(), 40);
+        limiters.openid("10.0.0.1".parse().unwrap()).unwrap();
+        limiters.login(LOCAL, "ada").unwrap();
+        clock.advance(Duration::from_secs(3));
+        limiters.openid(LOCAL).unwrap();
     }
 
     #[test]
