@@ -56,7 +56,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     gateways::check(&config.gateways)?;
     names::check(&config)?;
     let listen = arguments.listen.unwrap_or(config.listen);
-    let setup = Setup { hosts: config.hosts.clone(), tls: config.tls.clone(), ..Setup::new(listen, config.access()) };
+    let Config { hosts, tls, openid, .. } = config.clone();
+    let setup = Setup { hosts, tls, openid, ..Setup::new(listen, config.access()) };
     if arguments.check {
         config.check_ports()?;
         Server::check(&setup)?;

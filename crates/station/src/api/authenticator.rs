@@ -1,6 +1,7 @@
-//! Authentication of requests: login, sessions, and the event log of logins and refusals. A user without a session has no control
-//! authority and no armed commands.
+//! Authentication of requests: login with a password or at an OpenID provider, sessions, and the event log of logins and refusals. A
+//! user without a session has no control authority and no armed commands.
 
+use crate::auth::openid::{BegunLogin, Identity, OpenIdError, OpenIdProvider, ReturnedLogin, is_openid};
 use crate::auth::password::{self, Hash, PasswordError};
 use crate::auth::rate_limit::{RateLimiters, RateLimits};
 use crate::auth::secret::RandomSecret;
@@ -33,6 +34,15 @@ pub enum AuthError {
     /// The station has no users' file.
     #[error("this station has no users and no login")]
     NoUsers,
+    /// The station has no OpenID provider.
+    #[error("this station has no OpenID provider")]
+    NoProvider,
+    /// The login at the provider fails.
+    #[error(transparent)]
+    OpenId(#[from] OpenIdError),
+    /// The user has no password at this station.
+    #[error("the provider keeps the password of this user: change it there")]
+    ForeignPassword,
     /// The name or the password is wrong; the answer does not say which.
     #[error("wrong name or password")]
     WrongCredentials,
@@ -102,6 +112,8 @@ pub struct Authenticator {
     anonymous: AuthenticatedUser,
     /// The users who log in.
     directory: OnceLock<UserDirectory>,
+    /// The provider at which users may log in besides.
+    provider: Option<OpenIdProvider>,
     /// The file that becomes the directory as soon as it has users, and its stamp when it was last read.
     awaited: Option<(PathBuf, Mutex<Option<Stamp>>)>,
     limiters: RateLimiters<DefaultClock>,
@@ -124,11 +136,24 @@ impl Authenticator {
             observer,
             anonymous: AuthenticatedUser { user, token },
             directory: directory.map_or_else(OnceLock::new, OnceLock::from),
+            provider: None,
             awaited,
             limiters: RateLimiters::new(limits, DefaultClock::default()),
             hash_slots: Arc::new(Semaphore::new(MAX_HASHES)),
         };
         Ok(authenticator)
+    }
+
+    /// Lets users log in at this provider besides.
+    #[must_use]
+    pub fn with_provider(self, provider: Option<OpenIdProvider>) -> Self {
+        Self { provider, ..self }
+    }
+
+    /// The OpenID provider, if users log in.
+    #[must_use]
+    pub fn provider(&self) -> Option<&OpenIdProvider> {
+        self.provider.as_ref().filter(|_| self.requires_login())
     }
 
     /// The users who log in; `None` while every request is that of the anonymous user.
@@ -193,6 +218,50 @@ impl Authenticator {
         Ok(begun)
     }
 
+    /// Begins a login at the OpenID provider, for a browser whose page has this origin.
+    ///
+    /// # Errors
+    /// [`AuthError`].
+    pub async fn begin_openid(&self, origin: Option<&str>, peer: IpAddr) -> Result<BegunLogin, AuthError> {
+        let provider = self.provider().ok_or(AuthError::NoProvider)?;
+        self.check_openid_rate(peer)?;
+        let begun = provider.begin(peer, origin).await;
+        Ok(begun.inspect_err(|error| self.record_refused_openid(provider, peer, error))?)
+    }
+
+    /// Completes a login at the OpenID provider and begins a session. The session `before` ends.
+    ///
+    /// # Errors
+    /// [`AuthError`].
+    pub async fn finish_openid(
+        &self,
+        returned: &ReturnedLogin,
+        browser: Option<&RandomSecret>,
+        before: Option<&RandomSecret>,
+        peer: IpAddr,
+    ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
+        let (Some(directory), Some(provider)) = (self.directory(), self.provider()) else {
+            return Err(AuthError::NoProvider);
+        };
+        self.check_openid_rate(peer)?;
+        let refused = |error: &OpenIdError| self.record_refused_openid(provider, peer, error);
+        let identity = provider.finish(returned, browser).await.inspect_err(refused)?;
+        let begun = directory.begin_openid(&identity, before).inspect_err(|error| {
+            if let AuthError::OpenId(error) = error {
+                refused(error);
+            }
+        })?;
+        self.release_control_if_gone(directory);
+        let Identity { user, subject } = identity;
+        self.record_event(&format!("{} ({}) logged in from {peer}, subject {subject:?}", user.name, user.role));
+        Ok(begun)
+    }
+
+    /// The log never contains what the browser sent: state and code are secrets.
+    fn record_refused_openid(&self, provider: &OpenIdProvider, peer: IpAddr, error: &OpenIdError) {
+        self.record_refusal(&format!("login from {peer} by {} refused: {error}", provider.name()));
+    }
+
     /// Changes a password. All sessions of the user end, and a new one begins.
     ///
     /// # Errors
@@ -205,6 +274,9 @@ impl Authenticator {
         peer: IpAddr,
     ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
         let Some(directory) = self.directory() else { return Err(AuthError::NoUsers) };
+        if is_openid(name) {
+            return Err(AuthError::ForeignPassword);
+        }
         self.check_login_rate(peer, name)?;
         let old = directory.users().get(name).cloned().ok_or(AuthError::WrongCredentials)?;
         let hash = old.password.clone();
@@ -228,16 +300,17 @@ impl Authenticator {
         begun
     }
 
-    /// Ends a session.
-    pub fn logout(&self, session: Option<&RandomSecret>, peer: IpAddr) {
-        if let (Some(directory), Some(id)) = (self.directory(), session) {
-            let authenticated = self.authenticate(session);
-            directory.sessions().end(id);
-            if let Some(AuthenticatedUser { user, .. }) = authenticated {
-                self.record_event(&format!("{} logged out from {peer}", user.name));
-            }
-            self.release_control_if_gone(directory);
+    /// Ends a session. For a user of an OpenID provider, returns the address at which the browser ends the session there, if it has one.
+    pub fn logout(&self, session: Option<&RandomSecret>, peer: IpAddr) -> Option<String> {
+        let (directory, id) = (self.directory()?, session?);
+        let authenticated = self.authenticate(session);
+        directory.sessions().end(id);
+        if let Some(AuthenticatedUser { user, .. }) = &authenticated {
+            self.record_event(&format!("{} logged out from {peer}", user.name));
         }
+        self.release_control_if_gone(directory);
+        let provider = self.provider().filter(|_| authenticated.is_some_and(|it| is_openid(&it.user.name)))?;
+        provider.end_session_url()
     }
 
     /// Reads the users' file again if it has changed, and releases the control authority of a user whose last session has ended.
@@ -279,8 +352,10 @@ impl Authenticator {
         let users = directory.users();
         self.observer.sessions_changed(&|user| match users.get(&user.name) {
             Some(account) if account.role != user.role => Some(ReleaseReason::RoleChanged),
-            Some(_) if directory.sessions().has_session(&user.name, &users, Instant::now()) => None,
-            _ => Some(ReleaseReason::SessionEnded),
+            _ => match directory.sessions().role_of(&user.name, &users, Instant::now()) {
+                None => Some(ReleaseReason::SessionEnded),
+                Some(role) => (role != user.role).then_some(ReleaseReason::RoleChanged),
+            },
         });
     }
 
@@ -324,6 +399,13 @@ impl Authenticator {
 
     fn check_login_rate(&self, peer: IpAddr, name: &str) -> Result<(), AuthError> {
         self.limiters.login(peer, name).map_err(|wait| {
+            self.record_refusal(&format!("too many logins from {peer}"));
+            AuthError::TooOften(wait)
+        })
+    }
+
+    fn check_openid_rate(&self, peer: IpAddr) -> Result<(), AuthError> {
+        self.limiters.openid(peer).map_err(|wait| {
             self.record_refusal(&format!("too many logins from {peer}"));
             AuthError::TooOften(wait)
         })
@@ -379,6 +461,21 @@ impl UserDirectory {
             sessions.end(before);
         }
         sessions.begin(account, &self.users(), Instant::now()).map_err(AuthError::Random)
+    }
+
+    fn begin_openid(
+        &self,
+        identity: &Identity,
+        before: Option<&RandomSecret>,
+    ) -> Result<(RandomSecret, AuthenticatedUser), AuthError> {
+        let (mut sessions, users, now) = (self.sessions(), self.users(), Instant::now());
+        if let Some(before) = before {
+            sessions.end(before);
+        }
+        if sessions.has_other_subject(identity, &users, now) {
+            return Err(OpenIdError::SameName(Arc::clone(&identity.user.name)).into());
+        }
+        sessions.begin_openid(identity, &users, now).map_err(AuthError::Random)
     }
 }
 

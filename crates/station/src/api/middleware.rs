@@ -4,7 +4,7 @@
 //! |---|---|
 //! | a file of the dashboard | nothing |
 //! | `GET /api/session` | an `Origin` of the station, or none |
-//! | `/api/login` | the same, and a JSON body, which a foreign page cannot send without a preflight |
+//! | `/api/login`, `/api/openid/begin`, `/api/openid/login` | the same, and a JSON body, which a foreign page cannot send without a preflight |
 //! | any other path below `/api/` | the same, and a session |
 //! | … with another method than GET and HEAD | the same, and the token of the session in `x-csrf-token` |
 
@@ -14,6 +14,7 @@ use super::problem::Problem;
 use crate::auth::Actor;
 use crate::auth::User;
 use crate::auth::connections::{Permit, StreamClient, StreamPermit, StreamPermits};
+use crate::auth::openid::{OpenIdError, pending};
 use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::host_name::is_loopback;
@@ -68,6 +69,8 @@ pub struct RequestGuard {
 pub struct RequestContext {
     guard: Arc<RequestGuard>,
     session: Option<RandomSecret>,
+    /// The cookie of a login at the OpenID provider.
+    openid_browser: Option<RandomSecret>,
     authenticated: Option<AuthenticatedUser>,
     peer: IpAddr,
     is_secure: bool,
@@ -92,6 +95,12 @@ impl RequestContext {
         self.session.as_ref()
     }
 
+    /// What binds a login at the OpenID provider to this browser.
+    #[must_use]
+    pub const fn openid_browser(&self) -> Option<&RandomSecret> {
+        self.openid_browser.as_ref()
+    }
+
     /// The address of the client.
     #[must_use]
     pub const fn peer(&self) -> IpAddr {
@@ -107,9 +116,22 @@ impl RequestContext {
     /// The cookie that sets this session, or that deletes the session of the browser.
     #[must_use]
     pub fn cookie(&self, session: Option<&RandomSecret>) -> HeaderValue {
-        let name = self.guard.cookie_name(self.is_secure);
+        self.cookie_of(&self.guard.cookie_name(self.is_secure), session, None)
+    }
+
+    /// The cookie that binds a login at the OpenID provider to the browser while it is pending, or that deletes it.
+    #[must_use]
+    pub fn openid_cookie(&self, browser: Option<&RandomSecret>) -> HeaderValue {
+        self.cookie_of(&self.guard.openid_cookie_name(self.is_secure), browser, Some(pending::LIFETIME))
+    }
+
+    fn cookie_of(&self, name: &str, value: Option<&RandomSecret>, lifetime: Option<Duration>) -> HeaderValue {
         let secure = if self.is_secure { "; Secure" } else { "" };
-        let (value, age) = session.map_or(("", "; Max-Age=0"), |session| (session.reveal(), ""));
+        let age = |age: Duration| format!("; Max-Age={}", age.as_secs());
+        let (value, age) = match value {
+            Some(value) => (value.reveal(), lifetime.map(age).unwrap_or_default()),
+            None => ("", age(Duration::ZERO)),
+        };
         let text = format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict{secure}{age}");
         HeaderValue::from_str(&text).unwrap_or(HeaderValue::from_static(""))
     }
@@ -177,13 +199,19 @@ impl RequestGuard {
         // A name that is not local is that of a proxy, and the proxy uses TLS.
         let is_secure = self.tls || !is_loopback(host);
         let session = session(request.headers(), &self.cookie_name(is_secure));
+        let openid_browser = self::session(request.headers(), &self.openid_cookie_name(is_secure));
         let authenticated = self.authenticator.authenticate(session.as_ref());
-        RequestContext { guard: Arc::clone(self), session, authenticated, peer, is_secure }
+        RequestContext { guard: Arc::clone(self), session, openid_browser, authenticated, peer, is_secure }
     }
 
     /// The name of the cookie. Browsers accept the prefix `__Host-` only from this host over TLS.
     fn cookie_name(&self, is_secure: bool) -> String {
         format!("{}profivac-{}", if is_secure { "__Host-" } else { "" }, self.port)
+    }
+
+    /// The name of the cookie of a login at the OpenID provider.
+    fn openid_cookie_name(&self, is_secure: bool) -> String {
+        format!("{}-openid", self.cookie_name(is_secure))
     }
 
     /// Checks that a page of the station, or no page, caused the request.
@@ -241,7 +269,7 @@ impl RequestGuard {
 /// Checks that the request has the session and the token that it needs.
 fn check_session(context: &RequestContext, request: &Request) -> Result<(), Problem> {
     match request.uri().path() {
-        "/api/login" => Ok(()),
+        "/api/login" | "/api/openid/begin" | "/api/openid/login" => Ok(()),
         "/api/session" if is_safe(request.method()) => Ok(()),
         _ if context.authenticated.is_none() => Err(Problem::unauthorised("log in first")),
         _ if is_safe(request.method()) => Ok(()),
@@ -299,9 +327,10 @@ impl From<AuthError> for Problem {
     fn from(error: AuthError) -> Self {
         let detail = error.to_string();
         match error {
-            AuthError::NoUsers => Self::not_found(detail),
+            AuthError::NoUsers | AuthError::NoProvider => Self::not_found(detail),
             AuthError::WrongCredentials => Self::unauthorised(detail),
-            AuthError::WrongPassword => Self::forbidden(detail),
+            AuthError::OpenId(OpenIdError::Provider { .. } | OpenIdError::Busy) => Self::unavailable(detail),
+            AuthError::WrongPassword | AuthError::ForeignPassword | AuthError::OpenId(_) => Self::forbidden(detail),
             AuthError::TooOften(wait) => Self::too_many_requests(wait),
             AuthError::NewPassword(_) => Self::bad_request(detail),
             AuthError::Defect => Self::defect(),

@@ -36,6 +36,7 @@
 //! | `/api/gateways` | the gateways to control systems with their clients and errors |
 //! | `/api/session` | the user of the session |
 //! | `/api/login`, `/api/logout`, `/api/password` | begins a session, ends it, changes the password |
+//! | `/api/openid/begin`, `/api/openid/login` | begins a login at an OpenID provider, completes it |
 //! | `/api/live` | the state of the station and its changes, as server-sent events |
 //! | `/api/openapi.json` | the OpenAPI description |
 //!
@@ -142,6 +143,8 @@ use utoipa::OpenApi;
         live::live,
         session::session,
         session::login,
+        session::openid_begin,
+        session::openid_login,
         session::logout,
         session::password,
         control::commands,
@@ -237,11 +240,14 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/webhooks", get(alarms::webhooks))
 }
 
-/// Login, logout, and change of the password. They need the middleware of [`crate::server::Server`] alone.
+/// Login with a password or at an OpenID provider, logout, and change of the password. They need the middleware
+/// of [`crate::server::Server`] alone.
 pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
     Router::new()
         .route("/api/session", get(session::session))
         .route("/api/login", post(session::login))
+        .route("/api/openid/begin", post(session::openid_begin))
+        .route("/api/openid/login", post(session::openid_login))
         .route("/api/logout", post(session::logout))
         .route("/api/password", post(session::password))
 }

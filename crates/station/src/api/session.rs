@@ -1,15 +1,16 @@
-//! The session of a user: login, logout, change of password.
+//! The session of a user: login with a password or at an OpenID provider, logout, change of password.
 
 use super::body::Body;
 use super::middleware::RequestContext;
 use super::problem::Problem;
+use crate::auth::openid::{OpenIdProvider, ReturnedLogin, is_openid};
 use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::auth::{Role, User};
 use axum::Json;
-use axum::http::header::SET_COOKIE;
-use axum::http::{Extensions, StatusCode};
-use axum::response::{AppendHeaders, IntoResponse};
+use axum::http::header::{ORIGIN, SET_COOKIE};
+use axum::http::{Extensions, HeaderMap, StatusCode};
+use axum::response::{AppendHeaders, IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -37,13 +38,56 @@ pub struct Session {
     token: String,
     /// Whether the user has to log in, and has.
     login: LoginState,
+    /// Whether this station keeps the password of the user, who may change it here.
+    has_password: bool,
+    /// The name of the OpenID provider at which users may log in; `null` if there is none.
+    #[schema(example = "Keycloak")]
+    provider: Option<String>,
 }
 
 impl Session {
-    fn new(authenticated: &AuthenticatedUser, login: LoginState) -> Self {
+    fn new(authenticated: &AuthenticatedUser, login: LoginState, context: Option<&RequestContext>) -> Self {
         let AuthenticatedUser { user: User { name, role }, token } = authenticated;
-        Self { name: name.to_string(), role: *role, token: token.reveal().to_owned(), login }
+        let has_password = login == LoginState::LoggedIn && !is_openid(name);
+        let (name, token) = (name.to_string(), token.reveal().to_owned());
+        Self { name, role: *role, token, login, has_password, provider: provider(context) }
     }
+}
+
+/// The name of the OpenID provider.
+fn provider(context: Option<&RequestContext>) -> Option<String> {
+    let provider = context.and_then(|context| context.authenticator().provider());
+    provider.map(OpenIdProvider::name).map(str::to_owned)
+}
+
+/// The beginning of a login at the OpenID provider.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpenIdBegin {}
+
+/// Where the browser continues.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct ProviderAddress {
+    /// An address of the OpenID provider.
+    #[schema(example = "https://login.example/realms/lab/protocol/openid-connect/auth?response_type=code")]
+    url: String,
+}
+
+/// What the browser brings back from the OpenID provider: the parameters of the address of the page `/openid`.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpenIdLogin {
+    /// The state of the login.
+    state: String,
+    /// The code, if the login has succeeded.
+    #[serde(default)]
+    code: Option<String>,
+    /// The code of an error, if it has not.
+    #[serde(default)]
+    error: Option<String>,
+    /// The issuer, if the provider sends it.
+    #[serde(default)]
+    iss: Option<String>,
 }
 
 /// Name and password of a user.
@@ -74,13 +118,16 @@ pub async fn session(user: User, extensions: Extensions) -> Json<Session> {
     let requires_login = context.is_some_and(|context| context.authenticator().requires_login());
     Json(match context.and_then(RequestContext::authenticated) {
         Some(authenticated) => {
-            Session::new(authenticated, if requires_login { LoginState::LoggedIn } else { LoginState::NotRequired })
+            let login = if requires_login { LoginState::LoggedIn } else { LoginState::NotRequired };
+            Session::new(authenticated, login, context)
         }
         None => Session {
             name: user.name.to_string(),
             role: user.role,
             token: String::new(),
             login: if requires_login { LoginState::LoggedOut } else { LoginState::NotRequired },
+            has_password: false,
+            provider: provider(context),
         },
     })
 }
@@ -109,12 +156,76 @@ pub async fn login(
     Ok(session_response(context, &begun))
 }
 
-/// End the session
-#[utoipa::path(post, path = "/api/logout", responses((status = 204, description = "The session has ended")))]
-pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem> {
+/// Begin a login at the OpenID provider
+///
+/// The answer sets a cookie that binds the login to the browser, which continues at the address.
+#[utoipa::path(
+    post,
+    path = "/api/openid/begin",
+    request_body = OpenIdBegin,
+    responses(
+        (status = 200, body = ProviderAddress),
+        (status = 400, body = Problem, description = "The body is malformed"),
+        (status = 403, body = Problem, description = "The page has another address than the provider sends browsers to"),
+        (status = 404, body = Problem, description = "The station has no OpenID provider"),
+        (status = 503, body = Problem, description = "The provider does not answer, or too many users log in at the same time")
+    )
+)]
+pub async fn openid_begin(
+    extensions: Extensions,
+    headers: HeaderMap,
+    Body(OpenIdBegin {}): Body<OpenIdBegin>,
+) -> Result<impl IntoResponse, Problem> {
     let context = context(&extensions)?;
-    context.authenticator().logout(context.session(), context.peer());
-    Ok((StatusCode::NO_CONTENT, AppendHeaders([(SET_COOKIE, context.cookie(None))])))
+    let origin = headers.get(ORIGIN).and_then(|origin| origin.to_str().ok());
+    let begun = context.authenticator().begin_openid(origin, context.peer()).await?;
+    let cookie = AppendHeaders([(SET_COOKIE, context.openid_cookie(Some(&begun.browser)))]);
+    Ok((cookie, Json(ProviderAddress { url: begun.url })))
+}
+
+/// Complete a login at the OpenID provider, and begin a session
+#[utoipa::path(
+    post,
+    path = "/api/openid/login",
+    request_body = OpenIdLogin,
+    responses(
+        (status = 200, body = Session),
+        (status = 400, body = Problem, description = "The body is malformed"),
+        (status = 403, body = Problem, description = "The login is refused: it began in another browser, the provider refuses it, or the user has no role here"),
+        (status = 404, body = Problem, description = "The station has no OpenID provider"),
+        (status = 503, body = Problem, description = "The provider does not answer, or too many users log in at the same time")
+    )
+)]
+pub async fn openid_login(
+    extensions: Extensions,
+    Body(OpenIdLogin { state, code, error, iss }): Body<OpenIdLogin>,
+) -> Result<impl IntoResponse, Problem> {
+    let context = context(&extensions)?;
+    let returned = ReturnedLogin { state, code, error, issuer: iss };
+    let (browser, before) = (context.openid_browser(), context.session());
+    let begun = context.authenticator().finish_openid(&returned, browser, before, context.peer()).await?;
+    let cookies = [(SET_COOKIE, context.cookie(Some(&begun.0))), (SET_COOKIE, context.openid_cookie(None))];
+    Ok((AppendHeaders(cookies), Json(Session::new(&begun.1, LoginState::LoggedIn, Some(context)))))
+}
+
+/// End the session
+///
+/// A user of an OpenID provider may still have a session there: the browser ends it at the address of the answer.
+#[utoipa::path(
+    post,
+    path = "/api/logout",
+    responses(
+        (status = 200, body = ProviderAddress, description = "The session has ended, and the browser may end that at the provider"),
+        (status = 204, description = "The session has ended")
+    )
+)]
+pub async fn logout(extensions: Extensions) -> Result<Response, Problem> {
+    let context = context(&extensions)?;
+    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(None))]);
+    Ok(match context.authenticator().logout(context.session(), context.peer()) {
+        Some(url) => (cookie, Json(ProviderAddress { url })).into_response(),
+        None => (StatusCode::NO_CONTENT, cookie).into_response(),
+    })
 }
 
 /// Change the password of the user
@@ -127,7 +238,7 @@ pub async fn logout(extensions: Extensions) -> Result<impl IntoResponse, Problem
     responses(
         (status = 200, body = Session),
         (status = 400, body = Problem, description = "The new password is refused"),
-        (status = 403, body = Problem, description = "The current password is wrong"),
+        (status = 403, body = Problem, description = "The current password is wrong, or an OpenID provider keeps it"),
         (status = 404, body = Problem, description = "The station has no users"),
         (status = 503, body = Problem, description = "The password cannot be stored")
     )
@@ -149,7 +260,7 @@ fn session_response(
     (session, authenticated): &(RandomSecret, AuthenticatedUser),
 ) -> impl IntoResponse + use<> {
     let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session)))]);
-    (cookie, Json(Session::new(authenticated, LoginState::LoggedIn)))
+    (cookie, Json(Session::new(authenticated, LoginState::LoggedIn, Some(context))))
 }
 
 /// The context that the middleware gives every request.

@@ -104,6 +104,8 @@ pub enum NamedItem {
     PlantState,
     /// `description` of a plant state.
     Description,
+    /// `name` of `[openid]`.
+    Provider,
 }
 
 impl fmt::Display for NamedItem {
@@ -127,6 +129,7 @@ impl fmt::Display for NamedItem {
             Self::PlantPart => "pump or valve",
             Self::PlantState => "plant state",
             Self::Description => "description",
+            Self::Provider => "provider",
         })
     }
 }
@@ -165,6 +168,50 @@ pub enum WebhookUrlProblem {
     /// A token would travel unencrypted to another computer.
     #[error("http with a token, which would travel unencrypted; use https")]
     TokenWithoutTls,
+}
+
+/// The most octets of an issuer, an identifier, a claim or a scope of `[openid]`. free choice.
+pub const MAX_OPENID_TEXT: usize = 255;
+
+/// Why a value of `[openid]` cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenIdProblem {
+    /// The issuer is none.
+    #[error(
+        "expected an issuer like https://login.example/realms/lab, or with http one on this computer, without a user, ? and #, found {0:?}"
+    )]
+    Issuer(String),
+    /// The address of the dashboard is none.
+    #[error(
+        "expected the address of the dashboard like https://vacuum.example:8443, without a path and without the port that browsers leave \
+         out (443 of https, 80 of http), found {0:?}"
+    )]
+    Url(String),
+    /// The station does not answer under this address.
+    #[error(
+        "expected one of the names in hosts, found {0:?}; add it to hosts, or the station refuses browsers that come back there"
+    )]
+    UrlHost(String),
+    /// Browsers reach the station under names that it does not know.
+    #[error(
+        "expected url, the address of the dashboard like https://vacuum.example:8443: the station has hosts, or listens beyond loopback"
+    )]
+    NoUrl,
+    /// An identifier, a claim or a scope is empty, too long or has other characters.
+    #[error("expected {expected} of 1 to {MAX_OPENID_TEXT} visible ASCII characters, found {found:?}")]
+    Text {
+        /// The expected text.
+        expected: &'static str,
+        /// The value.
+        found: String,
+    },
+    /// No value of the claim has a role.
+    #[error("expected in [openid.roles] at least one value of the claim for viewer, operator or engineer")]
+    NoRoles,
+    /// A value of the claim has two roles.
+    #[error("{0:?} has two roles; delete one of both")]
+    TwoRoles(String),
 }
 
 /// A problem in a configuration file.
@@ -557,6 +604,9 @@ pub enum ConfigProblem {
     /// The address of the dashboard is none.
     #[error("expected a link like https://vacuum.example:8443, found {0:?}")]
     MailLink(String),
+    /// A value of `[openid]`.
+    #[error(transparent)]
+    OpenId(OpenIdProblem),
     /// `token` and `token-file` are both given.
     #[error("expected token or token-file, found both")]
     TwoTokens,
@@ -791,7 +841,8 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Search
         | NamedItem::PlantPart
         | NamedItem::PlantState
-        | NamedItem::Description => "choose another name",
+        | NamedItem::Description
+        | NamedItem::Provider => "choose another name",
     }
 }
 

@@ -12,6 +12,7 @@ use super::gateways::mqtt::MqttToml;
 use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::names::stem;
+use super::openid::{OpenIdToml, Reach};
 use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::plant_states::PlantStateToml;
 use super::retention::RetentionToml;
@@ -19,6 +20,7 @@ use super::segments::SegmentToml;
 use super::views::ViewToml;
 use super::webhooks::WebhookToml;
 use super::{Config, ConfigSource, TlsFiles, UsersFile};
+use crate::auth::openid::OpenIdSettings;
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
@@ -40,6 +42,8 @@ pub struct ConfigToml {
     pub station: StationToml,
     /// The certificate; without it only this computer is served.
     tls: Option<TlsToml>,
+    /// An OpenID provider at which users may log in, besides the file of the users.
+    openid: Option<OpenIdToml>,
     /// How long rows of the database are kept, in recorded time.
     #[serde(default)]
     pub retention: RetentionToml,
@@ -134,6 +138,17 @@ impl ConfigToml {
         })
     }
 
+    /// The settings of `[openid]`, whose files are in `folder`.
+    pub fn openid(&self, folder: &Path) -> Result<Option<OpenIdSettings>, Located> {
+        let hosts: Vec<_> = self.station.hosts.iter().map(|host| host.get_ref().clone()).collect();
+        let reach = Reach { listen: self.listen(), hosts: &hosts };
+        self.openid.as_ref().map(|openid| openid.settings(folder, &reach)).transpose()
+    }
+
+    fn listen(&self) -> SocketAddr {
+        self.station.listen.as_ref().map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0)
+    }
+
     /// Takes the tables of the gateways of the file at `path`.
     pub fn take_gateways(&mut self, path: &Path) -> Result<GatewaysToml, Located> {
         let gauges = self.segment.iter().flat_map(|segment| &segment.gauge);
@@ -151,21 +166,22 @@ impl ConfigToml {
         })
     }
 
-    /// The configuration without its source, alarms, plant states, webhooks, e-mails, plant, directory, retention and gateways.
+    /// The configuration without its source, provider, alarms, plant states, webhooks, e-mails, plant, directory, retention and gateways.
     pub fn into_config(self, path: &Path) -> Config {
-        let stem = stem(path);
+        let (stem, listen) = (stem(path), self.listen());
         let database = self.station.database.or(self.station.record).map(Spanned::into_inner);
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |file: PathBuf| folder.join(file);
         let users = users_file(self.station.users.as_deref(), path);
         Config {
-            listen: self.station.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0),
+            listen,
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
             retention: Retention::default(),
             name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| tls.files(path)),
+            openid: None,
             segments: self.segment.into_iter().map(|segment| segment.into_segment(folder)).collect(),
             alarms: Vec::new(),
             plant_states: Vec::new(),

@@ -12,6 +12,14 @@
 //! certificate = "target-hall.pem"
 //! key = "target-hall.key"
 //!
+//! [openid]                         # login at a provider besides the users' file: docs/security.md
+//! issuer = "https://login.example/realms/lab"
+//! client-id = "profivac"
+//! client-secret-file = "openid.secret"
+//! url = "https://vacuum.example:8080"
+//! roles-claim = "realm_access.roles"
+//! roles = { operator = ["vacuum-operator"], engineer = ["vacuum-engineer"] }
+//!
 //! [retention]                      # how long rows of the database are kept, in recorded time
 //! samples = "730 days"
 //!
@@ -74,6 +82,7 @@
 //! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
+//! | [`openid`] | `[openid]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
 //! | `plant_states` | `[[plant-state]]` |
@@ -99,6 +108,7 @@ mod labels;
 mod names;
 mod notice;
 mod number_range;
+pub mod openid;
 mod plant;
 mod plant_states;
 mod retention;
@@ -115,7 +125,7 @@ pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
-    MqttProblem, NamedItem, WebhookUrlProblem,
+    MqttProblem, NamedItem, OpenIdProblem, WebhookUrlProblem,
 };
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
@@ -126,6 +136,7 @@ pub use webhooks::{Secret, Webhook, secret_of_file};
 
 use crate::alarm::{PlantStateRule, Rule};
 use crate::auth::Access;
+use crate::auth::openid::OpenIdSettings;
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use error::Located;
@@ -160,6 +171,8 @@ pub struct Config {
     pub hosts: Vec<String>,
     /// The certificate and its key, if the station uses TLS.
     pub tls: Option<TlsFiles>,
+    /// The OpenID provider at which users may log in besides.
+    pub openid: Option<OpenIdSettings>,
     /// The segments.
     pub segments: Vec<Segment>,
     /// The alarms of the file, then the default alarms.
@@ -307,6 +320,7 @@ impl Config {
             plant_states::Known { rules: &alarms, segments: &file.segment, directory: &directory, plant: &plant };
         let plant_states = plant_states::plant_states(&file.plant_state, &known).map_err(located)?;
         let retention = retention::retention(&file.retention).map_err(located)?;
+        let openid = file.openid(folder).map_err(located)?;
         let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
         let source = ConfigSource::new(path, text);
         Ok(Self {
@@ -317,6 +331,7 @@ impl Config {
             plant,
             directory,
             retention,
+            openid,
             renamed_keys,
             gateways,
             source,
@@ -370,18 +385,23 @@ impl Config {
         })
     }
 
-    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer.
+    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer. With an OpenID
+    /// provider there must be a file, so that a provider that is down locks no engineer out.
     #[must_use]
     pub fn access(&self) -> Access {
         let UsersFile { path, named } = &self.users;
-        if *named || path.exists() { Access::Users(path.clone()) } else { Access::UsersWhenPresent(path.clone()) }
+        if *named || self.openid.is_some() || path.exists() {
+            Access::Users(path.clone())
+        } else {
+            Access::UsersWhenPresent(path.clone())
+        }
     }
 
     /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
     /// webhook is often a secret.
     #[must_use]
     pub fn is_private(&self) -> bool {
-        let has_secrets = self.gateways.iter().any(GatewaySettings::is_private);
+        let has_secrets = self.openid.is_some() || self.gateways.iter().any(GatewaySettings::is_private);
         self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || !self.emails.is_empty() || has_secrets
     }
 }

@@ -3,6 +3,7 @@
 use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
+use crate::auth::openid::OpenIdSettings;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::{Forward, Retention};
 use std::fmt;
@@ -143,6 +144,18 @@ fn outbox(config: &Config) -> String {
     }
 }
 
+/// The OpenID provider in one line, without its secret.
+fn openid(config: &Config) -> String {
+    let Some(settings) = &config.openid else { return "off".to_owned() };
+    let OpenIdSettings { name, issuer, client_id, url, user_claim, roles_claim, roles, scopes, .. } = settings;
+    let roles = roles.iter().map(|(value, role)| format!("{value} {role}")).collect::<Vec<_>>().join(", ");
+    let url = url.as_deref().unwrap_or("the address of the server");
+    format!(
+        "{name} at {issuer} for {client_id} at {url} with {user_claim}, {roles_claim} ({roles}), scopes {}",
+        scopes.join(" ")
+    )
+}
+
 /// The settings that differ and take effect at the next start.
 pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
     let tls = |config: &Config| match &config.tls {
@@ -158,11 +171,19 @@ pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
             ("users", config.users.path.display().to_string()),
             ("hosts", format!("{:?}", config.hosts)),
             ("tls", tls(config)),
+            ("openid", openid(config)),
             ("archive.samples", outbox(config)),
         ]
     };
     let both = settings(running).into_iter().zip(settings(new));
+    let is_secret_new = running.openid != new.openid && openid(running) == openid(new);
+    let secret = is_secret_new.then(|| RestartNeeded {
+        key: "openid",
+        running: "as it is".to_owned(),
+        configured: "one with the new secret or the new certificates".to_owned(),
+    });
     both.filter(|((_, running), (_, new))| running != new)
         .map(|((key, running), (_, configured))| RestartNeeded { key, running, configured })
+        .chain(secret)
         .collect()
 }

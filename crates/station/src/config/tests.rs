@@ -98,7 +98,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         (
             "[station]",
             "[stations]",
-            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `retention`, `segment`, ",
+            "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `openid`, `retention`, `segment`, ",
         ),
         ("[station]", "[station]\nhosts = [\"a.example\", \"b.example:80\"]", "hall.toml:3:23: expected a name or an"),
         ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),

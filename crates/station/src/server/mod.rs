@@ -11,6 +11,7 @@ use crate::api::headers::{self, Hosts};
 use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
 use crate::auth::connections::{Evicted, Permit, Permits, StreamPermits};
+use crate::auth::openid::{OpenIdProvider, OpenIdSettings};
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
 use crate::config::TlsFiles;
@@ -34,7 +35,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
-use tokio_rustls::TlsAcceptor;
+use tokio_rustls::{TlsAcceptor, rustls};
 use tower::ServiceExt;
 
 /// The longest head of a request, in octets.
@@ -82,6 +83,8 @@ pub struct Setup {
     pub listen: SocketAddr,
     /// How requests get a user.
     pub access: Access,
+    /// The OpenID provider at which users may log in besides.
+    pub openid: Option<OpenIdSettings>,
     /// Host names and addresses of this computer, besides localhost.
     pub hosts: Vec<String>,
     /// Certificate and key, if the server uses TLS.
@@ -94,7 +97,7 @@ impl Setup {
     /// Settings without TLS and without further host names.
     #[must_use]
     pub fn new(listen: SocketAddr, access: Access) -> Self {
-        Self { listen, access, hosts: Vec::new(), tls: None, limits: Limits::default() }
+        Self { listen, access, openid: None, hosts: Vec::new(), tls: None, limits: Limits::default() }
     }
 }
 
@@ -116,12 +119,18 @@ pub enum ServerError {
          FILE.toml` adds the first"
     )]
     Proxy(SocketAddr),
+    /// A provider would not know where to send browsers back.
+    #[error("listening beyond loopback on {0} needs url in [openid]: the address of the dashboard as browsers use it")]
+    OpenIdUrl(SocketAddr),
     /// The users' file cannot be read.
     #[error(transparent)]
     Users(#[from] UsersError),
     /// Certificate or key cannot be used.
     #[error(transparent)]
     Tls(#[from] TlsError),
+    /// The TLS library cannot reach an OpenID provider.
+    #[error("no login by [openid]: {0}")]
+    Client(#[from] rustls::Error),
     /// The address cannot be used.
     #[error("cannot listen on {address}: {error}")]
     Listen {
@@ -154,14 +163,17 @@ impl Server {
     /// # Errors
     /// [`ServerError`].
     pub fn start_with(router: Router, observer: Arc<dyn AccessObserver>, setup: Setup) -> Result<Self, ServerError> {
-        let Setup { listen, access, hosts, tls, limits } = setup;
+        check_openid(&setup)?;
+        let Setup { listen, access, openid, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
-        let authenticator = Arc::new(Authenticator::new(observer, access, limits.rate_limits)?);
+        let authenticator = Authenticator::new(observer, access, limits.rate_limits)?;
         check_exposure(listen, &hosts, keys.is_some(), authenticator.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;
         let listener = runtime.block_on(TcpListener::bind(listen)).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
+        let provider = openid.map(|openid| OpenIdProvider::new(openid, url(address, keys.is_some()))).transpose()?;
+        let authenticator = Arc::new(authenticator.with_provider(provider));
         let guard = RequestGuard {
             authenticator: Arc::clone(&authenticator),
             hosts: Hosts { loopback: listen.ip().is_loopback(), configured: hosts },
@@ -181,6 +193,7 @@ impl Server {
     /// # Errors
     /// [`ServerError`].
     pub fn check(setup: &Setup) -> Result<(), ServerError> {
+        check_openid(setup)?;
         let keys = setup.tls.clone().map(Keys::read).transpose()?;
         let has_users = match &setup.access {
             Access::Users(file) => !Users::read(file)?.is_empty(),
@@ -199,7 +212,7 @@ impl Server {
     /// The address as a URL.
     #[must_use]
     pub fn url(&self) -> String {
-        format!("{}://{}", if self.keys.is_some() { "https" } else { "http" }, self.address)
+        url(self.address, self.keys.is_some())
     }
 
     /// Reads certificate and key again.
@@ -218,6 +231,16 @@ impl Drop for Server {
             thread.join().ok();
         }
     }
+}
+
+fn url(address: SocketAddr, has_tls: bool) -> String {
+    format!("{}://{address}", if has_tls { "https" } else { "http" })
+}
+
+/// Checks that a provider knows where the dashboard is.
+fn check_openid(setup: &Setup) -> Result<(), ServerError> {
+    let lacks_url = setup.openid.as_ref().is_some_and(|openid| openid.url.is_none());
+    if lacks_url && !setup.listen.ip().is_loopback() { Err(ServerError::OpenIdUrl(setup.listen)) } else { Ok(()) }
 }
 
 /// Checks that other computers reach the server only with TLS and a login.

@@ -20,14 +20,20 @@ fn the_api_answers_nothing_before_login() {
     let paths: Vec<_> =
         description["paths"].as_object().unwrap().keys().map(|path| path.replace("{name}", "a")).collect();
     for path in paths.iter().map(String::as_str).chain(["/api/openapi.json", "/api/no/such/thing", "/api/"]) {
-        let wanted = if path == "/api/session" { 200 } else { 401 };
-        let wanted = if path == "/api/login" { 405 } else { wanted };
-        assert_eq!(station.get(path).status, wanted, "{path}");
-        let wanted = if path == "/api/login" { 400 } else { 401 };
-        assert_eq!(Request::post(path, &json!({})).to(&station).status, wanted, "{path}");
+        let (get, post) = match path {
+            "/api/session" => (200, 401),
+            "/api/login" | "/api/openid/login" => (405, 400),
+            "/api/openid/begin" => (405, 404),
+            _ => (401, 401),
+        };
+        assert_eq!(station.get(path).status, get, "{path}");
+        assert_eq!(Request::post(path, &json!({})).to(&station).status, post, "{path}");
     }
     let anonymous = station.get("/api/session").json();
-    assert_eq!(anonymous, json!({ "name": "anonymous", "role": "viewer", "token": "", "login": "logged-out" }));
+    let expected = json!({
+        "name": "anonymous", "role": "viewer", "token": "", "login": "logged-out", "has_password": false, "provider": null,
+    });
+    assert_eq!(anonymous, expected);
     assert_eq!(station.get("/").status, 200, "the page itself needs no login");
 }
 
@@ -37,7 +43,10 @@ fn a_session_has_the_name_and_the_role_of_its_user() {
     for (name, role) in [("ada", "engineer"), ("olga", "operator"), ("vera", "viewer")] {
         let page = station.login(name);
         let session = Request::get("/api/session").by(&page).to(&station).json();
-        assert_eq!(session, json!({ "name": name, "role": role, "token": page.token, "login": "logged-in" }));
+        let expected = json!({
+            "name": name, "role": role, "token": page.token, "login": "logged-in", "has_password": true, "provider": null,
+        });
+        assert_eq!(session, expected);
     }
     let events = station.access_events("vera (viewer) logged in from 127.0.0.1");
     assert_eq!(events.len(), 3);

@@ -5,9 +5,11 @@
 mod control;
 mod list;
 mod login;
+mod openid;
 mod requests;
 mod sessions;
 #[path = "../support/mod.rs"]
 mod support;
+mod test_provider;
 mod test_station;
 mod tls;

@@ -12,6 +12,9 @@ const ROOT = fileURLToPath(new URL('../../../..', import.meta.url))
 
 const EXAMPLES = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples`
 
+/** The program; `cargo build -p profivac-cli` makes it. */
+const PROFIVAC = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
+
 /** A station with made-up data; `cargo build -p profivac-station --example fake_plant` makes it. */
 const PLANT = process.env.FAKE_PLANT ?? `${EXAMPLES}/fake_plant`
 
@@ -55,11 +58,21 @@ export const startDemo = (...more) => startProfivac('demo', '--headless', ...mor
 /** The same without --headless: it goes on after the end of its scenario. */
 export const startLastingDemo = (...more) => startProfivac('demo', ...more)
 
+/** Adds a user to the station with this file. */
+export async function addUser(file, name, role, password) {
+  const child = spawn(PROFIVAC, ['user', 'add', name, '--role', role, file, '--password-stdin'], {
+    stdio: ['pipe', 'ignore', 'inherit'],
+  })
+  child.stdin.end(`${password}\n`)
+  const [code] = await once(child, 'exit')
+  if (code !== 0) throw new Error(`user add ended with ${code}`)
+}
+
 /** A station with this file. */
 export const startStation = (file) => startProfivac('run', file)
 
 async function startProfivac(command, ...more) {
-  const program = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/profivac`
+  const program = PROFIVAC
   const child = spawn(program, [command, '--listen', '127.0.0.1:0', ...more], {
     stdio: ['pipe', 'pipe', 'pipe'],
   })

@@ -7,11 +7,11 @@ import { render } from 'preact'
 import { App } from './app.tsx'
 import { startLanguage } from './language.ts'
 import { startLive } from './live.ts'
-import { refreshSession } from './session.ts'
+import { startSession } from './session.ts'
 import { applyTheme } from './settings.ts'
 
 applyTheme()
 startLive()
-void refreshSession()
+void startSession()
 const root = document.getElementById('app')
 void startLanguage().then(() => root && render(<App />, root))

@@ -1,6 +1,8 @@
 // The user who is logged in, and their role.
 
 import {
+  beginOpenId,
+  completeOpenId,
   fetchSession,
   login as requestLogin,
   logout as requestLogout,
@@ -8,11 +10,25 @@ import {
 } from './api/calls.ts'
 import { csrf, RequestError } from './api/request.ts'
 import type { Role, Session } from './api/types.ts'
+import { go } from './router.tsx'
 import { createStore, useStore } from './store.ts'
 
 const ROLES: Role[] = ['viewer', 'operator', 'engineer']
 
-const LOGGED_OUT: Session = { name: '', role: 'viewer', token: '', login: 'logged-out' }
+const LOGGED_OUT: Session = {
+  name: '',
+  role: 'viewer',
+  token: '',
+  login: 'logged-out',
+  has_password: false,
+  provider: null,
+}
+
+/** The page to which an OpenID provider sends the browser back. */
+const RETURN_PAGE = '/openid'
+
+/** In the storage of the window: the page that a login at the provider returns to. */
+const RETURN_KEY = 'profivac-openid'
 
 const RETRY_MS = 1_000
 
@@ -21,13 +37,16 @@ export interface SessionState {
   session: Session | null
   /** The user whose session has ended without a logout. */
   expiredUser: string | null
+  /** Why the login at an OpenID provider has failed, as the station says it. */
+  loginError: string | null
 }
 
-const store = createStore<SessionState>({ session: null, expiredUser: null })
+const store = createStore<SessionState>({ session: null, expiredUser: null, loginError: null })
 
 function update(session: Session, expiredUser: string | null = null): void {
   csrf.token = session.token
-  store.set({ session, expiredUser })
+  const loginError = session.login === 'logged-out' ? store.get().loginError : null
+  store.set({ session, expiredUser, loginError })
 }
 
 /** Takes over what the station says about the session. */
@@ -51,23 +70,68 @@ export async function login(name: string, password: string): Promise<void> {
   receive(await requestLogin(name, password))
 }
 
+/** Goes to the OpenID provider; the browser returns to the present page. */
+export async function loginAtProvider(): Promise<void> {
+  const { url } = await beginOpenId()
+  try {
+    sessionStorage.setItem(RETURN_KEY, location.pathname + location.search)
+  } catch {
+    // The browser refuses: the login returns to the first page.
+  }
+  location.assign(url)
+}
+
+/** Where a login at the provider returns to: a page of this dashboard. */
+function takeReturnPage(): string {
+  try {
+    const page = sessionStorage.getItem(RETURN_KEY)
+    sessionStorage.removeItem(RETURN_KEY)
+    return page?.startsWith('/') && !page.startsWith('//') ? page : '/'
+  } catch {
+    return '/'
+  }
+}
+
+/** Begins: completes a login at the provider if the browser comes from there, and asks the station for the session. */
+export async function startSession(): Promise<void> {
+  if (location.pathname === RETURN_PAGE) await returnFromProvider()
+  await refreshSession()
+}
+
+async function returnFromProvider(): Promise<void> {
+  const given = new URLSearchParams(location.search)
+  // State and code disappear from the address before anything else happens.
+  go(takeReturnPage(), true)
+  const state = given.get('state')
+  if (state === null) return
+  try {
+    receive(await completeOpenId(state, given.get('code'), given.get('error'), given.get('iss')))
+  } catch (error) {
+    store.set({ ...store.get(), loginError: error instanceof Error ? error.message : String(error) })
+  }
+}
+
 export async function changePassword(current: string, next: string): Promise<void> {
   receive(await requestNewPassword(current, next))
 }
 
 export async function logout(): Promise<void> {
-  try {
-    await requestLogout()
-  } catch (error) {
+  const atProvider = await requestLogout().catch((error: unknown) => {
     // 401: the session had ended before.
-    if (!(error instanceof RequestError && error.status === 401)) throw error
-  }
-  update(LOGGED_OUT)
+    if (error instanceof RequestError && error.status === 401) return undefined
+    throw error
+  })
+  update(loggedOut())
+  // The provider asks whether its own session ends too.
+  if (atProvider) location.assign(atProvider.url)
 }
+
+/** No user, at the same station. */
+const loggedOut = (): Session => ({ ...LOGGED_OUT, provider: store.get().session?.provider ?? null })
 
 csrf.onSessionEnd = () => {
   const { session } = store.get()
-  if (session && session.login !== 'logged-out') update(LOGGED_OUT, session.name)
+  if (session && session.login !== 'logged-out') update(loggedOut(), session.name)
 }
 
 csrf.refresh = async () => {

@@ -26,6 +26,7 @@ import type {
   PlantPicture,
   PlantQuery,
   PlantState,
+  ProviderAddress,
   PumpDowns,
   Refusal,
   ReportQuery,
@@ -41,7 +42,15 @@ import type {
 export const fetchSession = (): Promise<Session> => get('/api/session', {})
 export const login = (name: string, password: string): Promise<Session> =>
   post('/api/login', { body: { name, password } })
-export const logout = (): Promise<undefined> => post('/api/logout', {})
+/** The address at which the browser ends its session at the OpenID provider; nothing if there is none. */
+export const logout = (): Promise<ProviderAddress | null | undefined> => post('/api/logout', {})
+export const beginOpenId = (): Promise<ProviderAddress> => post('/api/openid/begin', { body: {} })
+export const completeOpenId = (
+  state: string,
+  code: string | null,
+  error: string | null,
+  iss: string | null,
+): Promise<Session> => post('/api/openid/login', { body: { state, code, error, iss } })
 export const changePassword = (current: string, next: string): Promise<Session> =>
   post('/api/password', { body: { current, new: next } })
 

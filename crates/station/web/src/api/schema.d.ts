@@ -651,7 +651,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** End the session */
+        /**
+         * End the session
+         * @description A user of an OpenID provider may still have a session there: the browser ends it at the address of the answer.
+         */
         post: operations["logout"];
         delete?: never;
         options?: never;
@@ -673,6 +676,43 @@ export interface paths {
          * @description The note is an event of the kind `note` with the name of the user. The database has it before the answer.
          */
         post: operations["make"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/openid/begin": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin a login at the OpenID provider
+         * @description The answer sets a cookie that binds the login to the browser, which continues at the address.
+         */
+        post: operations["openid_begin"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/openid/login": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Complete a login at the OpenID provider, and begin a session */
+        post: operations["openid_login"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2129,6 +2169,19 @@ export interface components {
             /** @description The new password, 8 characters at least. */
             new: string;
         };
+        /** @description The beginning of a login at the OpenID provider. */
+        OpenIdBegin: Record<string, never>;
+        /** @description What the browser brings back from the OpenID provider: the parameters of the address of the page `/openid`. */
+        OpenIdLogin: {
+            /** @description The code, if the login has succeeded. */
+            code?: string | null;
+            /** @description The code of an error, if it has not. */
+            error?: string | null;
+            /** @description The issuer, if the provider sends it. */
+            iss?: string | null;
+            /** @description The state of the login. */
+            state: string;
+        };
         /** @description A request to arm a command, or a parameter with its value. */
         OperationRequest: {
             /** @description The command: `degas-on`, `ba.degas-on`. */
@@ -2377,6 +2430,14 @@ export interface components {
              * @example Not Found
              */
             title: string;
+        };
+        /** @description Where the browser continues. */
+        ProviderAddress: {
+            /**
+             * @description An address of the OpenID provider.
+             * @example https://login.example/realms/lab/protocol/openid-connect/auth?response_type=code
+             */
+            url: string;
         };
         /** @description A pump-down beside the usual ones. */
         PumpDownView: {
@@ -2695,6 +2756,8 @@ export interface components {
         SegmentState: "waiting" | "listening" | "running";
         /** @description The session of a request. */
         Session: {
+            /** @description Whether this station keeps the password of the user, who may change it here. */
+            has_password: boolean;
             /** @description Whether the user has to log in, and has. */
             login: components["schemas"]["LoginState"];
             /**
@@ -2702,6 +2765,11 @@ export interface components {
              * @example ada
              */
             name: string;
+            /**
+             * @description The name of the OpenID provider at which users may log in; `null` if there is none.
+             * @example Keycloak
+             */
+            provider: string | null;
             /** @description The role of the user. */
             role: components["schemas"]["Role"];
             /** @description The value of the header `x-csrf-token` that every request other than GET and HEAD needs; empty before login. */
@@ -6240,6 +6308,15 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
+            /** @description The session has ended, and the browser may end that at the provider */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProviderAddress"];
+                };
+            };
             /** @description The session has ended */
             204: {
                 headers: {
@@ -6425,6 +6502,232 @@ export interface operations {
             };
         };
     };
+    openid_begin: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OpenIdBegin"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProviderAddress"];
+                };
+            };
+            /** @description The body is malformed */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The page has another address than the provider sends browsers to */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The station has no OpenID provider */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The provider does not answer, or too many users log in at the same time */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    openid_login: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OpenIdLogin"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Session"];
+                };
+            };
+            /** @description The body is malformed */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The login is refused: it began in another browser, the provider refuses it, or the user has no role here */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The station has no OpenID provider */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body does not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is longer than 64 KiB */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is not JSON */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The provider does not answer, or too many users log in at the same time */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     password: {
         parameters: {
             query?: never;
@@ -6464,7 +6767,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The current password is wrong */
+            /** @description The current password is wrong, or an OpenID provider keeps it */
             403: {
                 headers: {
                     [name: string]: unknown;

@@ -67,6 +67,7 @@ export type Rise = Schemas['RiseView']
 /** A pump-down beside the usual ones. */
 export type PumpDown = Schemas['PumpDownView']
 export type PumpDownLevel = Schemas['LevelView']
+export type ProviderAddress = Schemas['ProviderAddress']
 export type PumpDowns = Schemas['PumpDowns']
 /** A plant identified from the record of one gauge. */
 export type Spray = Schemas['SprayView']

@@ -7,13 +7,13 @@ import '../styles/tables.css'
 
 import { render } from 'preact'
 import { startLanguage } from '../language.ts'
-import { refreshSession } from '../session.ts'
+import { startSession } from '../session.ts'
 import { applyTheme } from '../settings.ts'
 import { App } from './app.tsx'
 import { startLive } from './live.ts'
 
 applyTheme()
 startLive()
-void refreshSession()
+void startSession()
 const root = document.getElementById('app')
 void startLanguage().then(() => root && render(<App />, root))

@@ -22,9 +22,13 @@ export function AccountMenu(): JSX.Element | null {
   const leave = (): void => void logout().catch((error: unknown) => setError(errorText(error)))
   return (
     <>
-      <button type="button" class="user" onClick={() => setOpen(true)} title={t.account.change}>
-        {user}
-      </button>
+      {session.has_password ? (
+        <button type="button" class="user" onClick={() => setOpen(true)} title={t.account.change}>
+          {user}
+        </button>
+      ) : (
+        <span class="user">{user}</span>
+      )}
       <button type="button" onClick={leave}>
         {t.account.logOut}
       </button>

@@ -5,28 +5,46 @@ import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
 import { errorText } from '../components/hooks.ts'
 import { PasswordField } from '../components/password-field.tsx'
-import { login, useSessionState } from '../session.ts'
+import { login, loginAtProvider, useSessionState } from '../session.ts'
 import { t } from '../texts/texts.ts'
 
 export function Login(): JSX.Element {
-  const { expiredUser } = useSessionState()
-  const [error, setError] = useState<string | null>(null)
+  const { session, expiredUser, loginError } = useSessionState()
+  const provider = session?.provider
+  const [failed, setFailed] = useState<string | null>(null)
+  const [tried, setTried] = useState(false)
+  const error = failed ?? (tried ? null : loginError)
   const [busy, setBusy] = useState(false)
   const form = useRef<HTMLFormElement>(null)
   const field = (name: string): HTMLInputElement | null | undefined =>
     form.current?.querySelector(`input[name=${name}]`)
-  useEffect(() => field(expiredUser ? 'password' : 'username')?.focus(), [])
+  useEffect(() => {
+    const button = form.current?.parentElement?.querySelector<HTMLElement>('.provider button')
+    const first = button ?? field(expiredUser ? 'password' : 'username')
+    first?.focus()
+    // The browser may show this page again as it was when it left for the provider.
+    const shown = (): void => setBusy(false)
+    addEventListener('pageshow', shown)
+    return () => removeEventListener('pageshow', shown)
+  }, [])
+  /** Whether the step has succeeded. */
+  const attempt = async (step: () => Promise<void>): Promise<boolean> => {
+    setBusy(true)
+    setTried(true)
+    setFailed(null)
+    try {
+      await step()
+      return true
+    } catch (error) {
+      setFailed(errorText(error))
+      setBusy(false)
+      return false
+    }
+  }
   const submit = async (event: Event): Promise<void> => {
     event.preventDefault()
-    setBusy(true)
-    setError(null)
-    try {
-      await login(field('username')?.value.trim() ?? '', field('password')?.value ?? '')
-    } catch (error) {
-      setError(errorText(error))
-      setBusy(false)
-      field('password')?.select()
-    }
+    const step = () => login(field('username')?.value.trim() ?? '', field('password')?.value ?? '')
+    if (!(await attempt(step))) field('password')?.select()
   }
   return (
     <section class="panel login" aria-labelledby="login">
@@ -41,6 +59,14 @@ export function Login(): JSX.Element {
           {t.login.failed(error)}
         </p>
       )}
+      {provider && (
+        <div class="provider">
+          <button type="button" class="main" disabled={busy} onClick={() => void attempt(loginAtProvider)}>
+            {t.login.provider(provider)}
+          </button>
+          <p class="muted">{t.login.orPassword}</p>
+        </div>
+      )}
       <form ref={form} method="post" onSubmit={(event) => void submit(event)}>
         <label>
           <span>{t.login.name}</span>
@@ -50,7 +76,7 @@ export function Login(): JSX.Element {
             autocapitalize="none"
             spellcheck={false}
             required
-            defaultValue={expiredUser ?? ''}
+            defaultValue={expiredUser?.startsWith('openid:') ? '' : (expiredUser ?? '')}
           />
         </label>
         <PasswordField name="password" label={t.login.password} autocomplete="current-password" />

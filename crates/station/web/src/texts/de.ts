@@ -104,6 +104,8 @@ export const de: Texts = {
     password: 'Passwort',
     submit: 'Anmelden',
     busy: 'Anmeldung läuft …',
+    provider: (name) => `Anmelden mit ${name}`,
+    orPassword: 'Oder mit Name und Passwort dieser Station:',
     users: (command) => ['Benutzer werden auf der Station mit ', command, ' angelegt.'],
   },
 

@@ -136,6 +136,8 @@ export const en = {
     password: 'Password',
     submit: 'Log in',
     busy: 'Logging in …',
+    provider: (name: string) => `Log in with ${name}`,
+    orPassword: 'Or with a name and a password of this station:',
     users: (command: ComponentChild): ComponentChild[] => ['Users are created on the station with ', command, '.'],
   },
 
