@@ -40,7 +40,9 @@
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
+use profivac_station::auth::openid::OpenIdSettings;
 use profivac_station::config::gateways::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
+use profivac_station::config::openid::{OpenIdToml, Reach};
 use profivac_station::config::{Secret, TlsFiles, secret_of_file};
 use serde::Deserialize;
 use std::net::SocketAddr;
@@ -100,6 +102,8 @@ pub struct View {
     pub hosts: Vec<String>,
     /// Certificate and key; absent on loopback only.
     pub tls: Option<TlsFiles>,
+    /// The OpenID provider at which users may log in besides.
+    pub openid: Option<OpenIdSettings>,
 }
 
 /// Where the archive takes batches over HTTPS.
@@ -189,7 +193,7 @@ pub enum ValueProblem {
     ViewNeedsTls(SocketAddr),
     /// `[view]` on an address that other computers reach, or behind a proxy, without users.
     #[error(
-        "a page that other computers reach needs users: add users = \"archive.users\" to [view], and `profivac user add NAME \
+        "a page that other computers reach, or that has [view.openid], needs users: add users = \"archive.users\" to [view], and `profivac user add NAME \
          --role viewer FILE.toml` adds the first"
     )]
     ViewNeedsUsers,
@@ -246,6 +250,8 @@ struct ViewToml {
     hosts: Vec<String>,
     /// The certificate.
     tls: Option<TlsToml>,
+    /// An OpenID provider at which users may log in, besides the file of the users, which it needs.
+    openid: Option<OpenIdToml>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -322,7 +328,12 @@ impl Config {
         if nats.is_none() && https.is_none() {
             return Err(wrong(ValueProblem::NoSource));
         }
-        let view = toml.view.map(|view| self::view(view, folder)).transpose().map_err(wrong)?;
+        let openid = toml.view.as_ref().and_then(|view| {
+            let reach = Reach { listen: view.listen, hosts: &view.hosts };
+            Some(view.openid.as_ref()?.settings(folder, &reach))
+        });
+        let openid = openid.transpose().map_err(|error| at(error.span.start, error.problem.to_string()))?;
+        let view = toml.view.map(|view| self::view(view, openid, folder)).transpose().map_err(wrong)?;
         let has_users = view.as_ref().is_none_or(|view| view.users.is_some());
         if !has_users && plants.iter().any(|plant| plant.users.is_some()) {
             return Err(wrong(ValueProblem::PlantNeedsUsers));
@@ -368,16 +379,17 @@ pub fn users_file(file: &Path) -> Result<Option<PathBuf>, ConfigError> {
 }
 
 /// `[view]`.
-fn view(ViewToml { listen, users, hosts, tls }: ViewToml, folder: &Path) -> Result<View, ValueProblem> {
+fn view(toml: ViewToml, openid: Option<OpenIdSettings>, folder: &Path) -> Result<View, ValueProblem> {
+    let ViewToml { listen, users, hosts, tls, openid: _ } = toml;
     let is_near = listen.ip().is_loopback();
     if tls.is_none() && !is_near {
         return Err(ValueProblem::ViewNeedsTls(listen));
     }
-    if users.is_none() && !(is_near && hosts.is_empty()) {
+    if users.is_none() && !(is_near && hosts.is_empty() && openid.is_none()) {
         return Err(ValueProblem::ViewNeedsUsers);
     }
     let tls = tls.map(|tls| tls.in_folder(folder));
-    Ok(View { listen, users: users.map(|file| folder.join(file)), hosts, tls })
+    Ok(View { listen, users: users.map(|file| folder.join(file)), hosts, tls, openid })
 }
 
 impl TlsToml {

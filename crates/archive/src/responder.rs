@@ -17,8 +17,8 @@ use tokio::task::{JoinHandle, spawn_blocking};
 /// The most octets of a request: names of alarms and series are far shorter.
 const MAX_OCTETS: usize = 8 << 10;
 
-/// The most characters of the name of a user: as of an account.
-const MAX_USER: usize = 32;
+/// The most characters of the name of a user: `openid:` and 64 for a user of an OpenID provider; accounts have fewer.
+const MAX_USER: usize = 71;
 
 /// The most requests that wait in memory for this thread. Others are dropped: their senders get no answer.
 pub const MAX_WAITING: usize = 64;
@@ -128,7 +128,7 @@ fn answered(request: Request, permitted: Requests, services: &Services) -> Resul
                         .to_owned(),
                 );
             }
-            if user.len() > MAX_USER || check_line(&user).is_err() {
+            if user.chars().count() > MAX_USER || check_line(&user).is_err() {
                 return Err(format!("expected the name of a user of 1 to {MAX_USER} visible characters"));
             }
             services.alarms().acknowledge(&alarm, occurrence, &operator(&user)).map_err(|error| error.to_string())?;

@@ -7,7 +7,7 @@
 //! | `/api/trend` | the trend of a series |
 //! | `/api/events` | events |
 //! | `/api/stations/{station}/alarms/{alarm}/acknowledge` | acknowledges an alarm at its station |
-//! | `/api/session`, `/api/login`, `/api/logout`, `/api/password` | the user, as at a station |
+//! | `/api/session`, `/api/login`, `/api/openid/begin`, `/api/openid/login`, `/api/logout`, `/api/password` | the user, as at a station |
 //! | `/api/openapi.json` | this API as an OpenAPI document |
 //! | every other path | the page |
 

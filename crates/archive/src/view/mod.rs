@@ -67,5 +67,6 @@ pub fn check(view: &View) -> Result<(), ServerError> {
 
 fn setup(view: &View) -> Setup {
     let access = view.users.clone().map_or_else(Access::anonymous_viewer, Access::Users);
-    Setup { hosts: view.hosts.clone(), tls: view.tls.clone(), ..Setup::new(view.listen, access) }
+    let View { hosts, tls, openid, .. } = view.clone();
+    Setup { hosts, tls, openid, ..Setup::new(view.listen, access) }
 }
