@@ -247,3 +247,17 @@ fn other_computers_need_tls_and_a_token() {
         ("127.0.0.1:9464", &None, &None)
     );
 }
+
+#[test]
+fn the_labels_of_a_gauge_are_labels_of_its_info_series() {
+    let labels = "device = \"bcg450\"\ngroup = \"target\"\ntags = [\"bake-out\"]\nlocation = \"hall, \\\"A\\\"\"\n\
+                  calibrated = 2026-05-01\ncalibration-interval = \"365 days\"";
+    let file = FILE.replacen("device = \"bcg450\"", labels, 1);
+    let inputs = Inputs::planned(&Config::parse(&file, Path::new("plant.toml")).unwrap());
+    let text = text(inputs, &Others::default(), Format::OpenMetrics);
+    let expected = format!(
+        r#"profivac_device_info{{{LABELS},device="bcg450",address="5",gas="n2",group="target",tags="bake-out",location="hall, \"A\"",calibrated="2026-05-01",calibration_due="2027-05-01",simulated="true",listen_only="false"}} 1"#
+    );
+    assert_eq!(samples(&text, "profivac_device_info")[0], expected);
+    assert_eq!(samples(&text, "profivac_device_info").len(), 2, "a series for each gauge");
+}

@@ -13,6 +13,7 @@ use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
 use profivac_station::config::{self, Config, is_virtual};
+use profivac_station::directory::{Directory, GaugeLabels};
 use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
 use profivac_station::services::Services;
 use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
@@ -33,6 +34,8 @@ pub struct Inputs {
     pub alarms: Vec<AlarmView>,
     /// The lines, by the name of the segment.
     pub buses: BTreeMap<String, Arc<BusReport>>,
+    /// The labels of the gauges.
+    pub directory: Arc<Directory>,
 }
 
 impl Inputs {
@@ -45,6 +48,7 @@ impl Inputs {
             gauges: services.snapshots().gauges(),
             alarms: services.alarms().all(),
             buses: services.snapshots().buses().reports(),
+            directory: services.directory().view(),
         }
     }
 
@@ -71,10 +75,11 @@ impl Inputs {
             gauges: gauges.collect(),
             alarms: config.alarms.iter().map(AlarmView::planned).collect(),
             buses: BTreeMap::new(),
+            directory: Arc::new(config.directory.clone()),
         }
     }
 
-    /// A number that differs if the points differ: their subjects, segments, ranges and limits, not their values.
+    /// A number that differs if the points differ: their subjects, segments, labels, ranges and limits, not their values.
     #[must_use]
     pub fn structure(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
@@ -90,6 +95,7 @@ impl Inputs {
                 (&reading.series, reading.instance, principle).hash(&mut hasher);
             }
         }
+        self.directory.gauges.hash(&mut hasher);
         for alarm in &self.alarms {
             let limit = alarm.limit.map(f64::to_bits);
             (&alarm.name, &alarm.segment, alarm.condition as u8, &alarm.series, alarm.priority, limit)
@@ -382,6 +388,9 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
     plain(sink, Signal::Device, Raw::Text(&gauge.device));
     plain(sink, Signal::Address, Raw::Integer(gauge.address.into()));
     plain(sink, Signal::Gas, Raw::Text(&gauge.gas));
+    if let Some(labels) = inputs.directory.gauges.get(&gauge.name) {
+        self::labels(labels, sink);
+    }
     plain(sink, Signal::Simulated, Raw::Boolean(is_simulated));
     plain(sink, Signal::ListenOnly, Raw::Boolean(gauge.listen_only));
     plain(sink, Signal::AlarmPriority, Raw::Choice(alarms.priority));
@@ -391,6 +400,23 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
     plain(sink, Signal::LostCycles, Raw::optional_count(counts.map(|counts| counts.lost)));
     plain(sink, Signal::DamagedAnswers, Raw::optional_count(counts.map(|counts| counts.damaged)));
     on_line(bus, sink);
+}
+
+/// The labels that the file gives a gauge. A label that it does not give is no point.
+fn labels(labels: &GaugeLabels, sink: &mut impl Sink) {
+    let GaugeLabels { group, tags, location, calibrated, calibration_due } = labels;
+    let tags = (!tags.is_empty()).then(|| tags.join(", "));
+    for (signal, label) in [
+        (Signal::Group, group),
+        (Signal::Tags, &tags),
+        (Signal::Location, location),
+        (Signal::Calibrated, calibrated),
+        (Signal::CalibrationDue, calibration_due),
+    ] {
+        if let Some(label) = label {
+            plain(sink, signal, Raw::Text(label));
+        }
+    }
 }
 
 /// What the traffic shows of a gauge beside the counters of its requests.

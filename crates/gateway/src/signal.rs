@@ -182,6 +182,11 @@ signals! {
     Device              "device"                Gauge   Kind::Text,                  None,        "Device model";
     Address             "address"               Gauge   Kind::Integer,               None,        "Bus address";
     Gas                 "gas"                   Gauge   Kind::Text,                  None,        "Gas of the corrected pressure";
+    Group               "group"                 Gauge   Kind::Text,                  None,        "Group of the gauge";
+    Tags                "tags"                  Gauge   Kind::Text,                  None,        "Tags of the gauge";
+    Location            "location"              Gauge   Kind::Text,                  None,        "Place where the gauge is mounted";
+    Calibrated          "calibrated"            Gauge   Kind::Text,                  None,        "Day of the last calibration, as 2026-05-01";
+    CalibrationDue      "calibration-due"       Gauge   Kind::Text,                  None,        "Last day on which the calibration is valid";
     Simulated           "simulated"             Gauge   Kind::Boolean,               None,        "The gauge is virtual";
     ListenOnly          "listen-only"           Gauge   Kind::Boolean,               None,        "Another master owns the gauge, and the station only listens";
     AlarmPriority       "alarm-priority"        Gauge   Kind::Choice(&PRIORITIES),   None,        "Highest priority of the active alarms of the gauge";

@@ -184,3 +184,35 @@ fn an_alarm_that_moves_to_another_segment_is_described_again() {
     let point = &moved.points[position(&moved, "Chamber high", Signal::AlarmState)];
     assert_eq!(point.segment.as_deref(), Some("lab"));
 }
+
+/// The labels of the gauge chamber, as the file has them.
+fn labelled(labels: &str) -> Inputs {
+    let file = FILE.replacen("device = \"bcg450\"", &format!("device = \"bcg450\"\n{labels}"), 1);
+    Inputs::planned(&Config::parse(&file, Path::new("plant.toml")).unwrap())
+}
+
+const LABELS: [Signal; 5] = [Signal::Group, Signal::Tags, Signal::Location, Signal::Calibrated, Signal::CalibrationDue];
+
+#[test]
+fn the_labels_of_a_gauge_are_points_as_far_as_the_file_has_them() {
+    let label = |snapshot: &Snapshot, signal| {
+        let mut found = snapshot.iter().filter(|(point, _)| point.signal == signal);
+        let text = found.next().map(|(point, value)| (point.subject.name().to_owned(), value.value.clone()));
+        assert_eq!(found.count(), 0, "only one gauge has labels");
+        text
+    };
+    let mut modeller = Modeller::default();
+    let all = "group = \"target\"\ntags = [\"bake-out\", \"interlock\"]\nlocation = \"hall, platform\"\n\
+               calibrated = 2026-05-01\ncalibration-interval = \"365 days\"";
+    let snapshot = modeller.next(labelled(all), Micros(1));
+    let texts = ["target", "bake-out, interlock", "hall, platform", "2026-05-01", "2027-05-01"];
+    for (signal, text) in LABELS.into_iter().zip(texts) {
+        assert_eq!(label(&snapshot, signal), Some(("chamber".to_owned(), Value::Text(text.into()))), "{signal:?}");
+    }
+    // The file was read again: another place, and nothing else.
+    let snapshot = modeller.next(labelled("location = \"lab\""), Micros(2));
+    let found = LABELS.map(|signal| label(&snapshot, signal));
+    assert_eq!(found, [None, None, Some(("chamber".to_owned(), Value::Text("lab".into()))), None, None]);
+    let snapshot = modeller.next(planned(), Micros(3));
+    assert_eq!(LABELS.map(|signal| label(&snapshot, signal)), [const { None }; 5]);
+}

@@ -5,11 +5,11 @@
 
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::{PoisonError, RwLock, RwLockReadGuard};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 use utoipa::ToSchema;
 
 /// The labels of a gauge.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, ToSchema)]
 pub struct GaugeLabels {
     /// The group that it belongs to.
     pub group: Option<String>,
@@ -90,7 +90,7 @@ pub struct DirectoryStore(RwLock<Stored>);
 
 #[derive(Default)]
 struct Stored {
-    directory: Directory,
+    directory: Arc<Directory>,
     revision: u64,
 }
 
@@ -98,16 +98,16 @@ impl DirectoryStore {
     /// Replaces the directory. Another directory has another revision.
     pub fn set(&self, directory: Directory) {
         let mut stored = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        if stored.directory != directory {
-            stored.directory = directory;
+        if *stored.directory != directory {
+            stored.directory = Arc::new(directory);
             stored.revision = stored.revision.wrapping_add(1);
         }
     }
 
     /// The directory.
     #[must_use]
-    pub fn view(&self) -> Directory {
-        self.read().directory.clone()
+    pub fn view(&self) -> Arc<Directory> {
+        Arc::clone(&self.read().directory)
     }
 
     /// The labels of a gauge; empty if the file has none for it.
@@ -140,7 +140,7 @@ mod tests {
         store.set(directory.clone());
         let revision = store.revision();
         store.set(directory.clone());
-        assert_eq!((store.revision(), store.view()), (revision, directory));
+        assert_eq!((store.revision(), store.view()), (revision, Arc::new(directory)));
         assert_eq!((store.labels("chamber"), store.labels("lock")), (labels, GaugeLabels::default()));
         store.set(Directory::default());
         assert_ne!(store.revision(), revision);

@@ -110,7 +110,7 @@ pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> 
 #[utoipa::path(get, path = "/api/directory", responses((status = 200, body = Directory)))]
 pub async fn directory(State(services): State<Arc<Services>>, headers: HeaderMap) -> Response {
     // Texts and lists always have a JSON form.
-    compressed_json(serde_json::to_vec(&services.directory().view()).unwrap_or_default(), &headers)
+    compressed_json(serde_json::to_vec(&*services.directory().view()).unwrap_or_default(), &headers)
 }
 
 /// The gateways to control systems, with their clients and errors
