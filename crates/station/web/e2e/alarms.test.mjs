@@ -285,7 +285,7 @@ test('alarm limits are lines in trends, in the colours of their priorities', asy
       const canvas = document.querySelector('.chart canvas')
       const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
       const style = getComputedStyle(document.documentElement)
-      const found = ['bad', 'accent'].map((name) => {
+      const found = ['bad', 'low'].map((name) => {
         const [r, g, b] = style.getPropertyValue(`--${name}`).match(/\d+/g).map(Number)
         let count = 0
         for (let place = 0; place < data.length; place += 4)

@@ -199,14 +199,15 @@ test('the header fits into wide and narrow windows, and leaves a phone its room'
   for (const [width, height, most] of [
     [1280, 800, 120],
     [768, 1024, 170],
-    [390, 844, 150],
-    [360, 740, 180],
+    [390, 844, 130],
+    [360, 740, 160],
   ]) {
     const look = async (page) => {
       const boxes = await page
         .locator('header :is(a, button, select)')
         .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
       assert.ok(boxes.length >= 12)
+      for (const { width, height } of boxes) assert.ok(width >= 24 && height >= 24, `${width} x ${height}`)
       for (const { left, right, top, bottom } of boxes)
         assert.ok(left >= 0 && right <= width && top >= 0 && bottom <= most, `${width}: ${left} to ${right}, ${bottom}`)
       const hides = await page.locator('nav').evaluate((nav) => nav.scrollWidth - nav.clientWidth)

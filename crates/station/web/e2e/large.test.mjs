@@ -38,6 +38,13 @@ test('480 gauges are listed by segment, and the problems come first', async () =
       assert.ok(names.includes(name), `${name}: ${names}`)
     const height = await page.evaluate(() => document.documentElement.scrollHeight)
     assert.ok(height < 2_000, `${height} pixels`)
+    const ends = await problems.locator('.row').evaluateAll((rows) =>
+      rows.map((row) => {
+        const [whole, readings] = [row, row.querySelector('.row-readings')].map((one) => one.getBoundingClientRect())
+        return whole.right - readings.right
+      }),
+    )
+    assert.equal(new Set(ends.map(Math.round)).size, 1, `pressures end at ${ends} pixels from the end of their rows`)
     const segment = page.getByRole('region', { name: 'Segment segment 04' })
     assert.equal(await segment.locator('.row').count(), 0)
     await segment.locator('summary').click()

@@ -84,6 +84,22 @@ test('the picture of the demonstration has its volumes with live pressures, its 
   })
 })
 
+test('the longest pressure fits into its volume, in the longest unit', async () => {
+  await visit(`${demo.url}/plant`, async (page) => {
+    await page.getByLabel('Unit of pressure').selectOption('micron')
+    await volume(page, 'throat')
+      .locator('.value', { hasText: /^< .* micron$/ })
+      .waitFor()
+    const rooms = await page.locator('.plant-picture [data-volume]').evaluateAll((all) =>
+      all.map((one) => {
+        const [text, edge] = [one.querySelector('.value'), one.querySelector('.volume-edge')].map((it) => it.getBBox())
+        return edge.x + edge.width - text.x - text.width
+      }),
+    )
+    assert.ok(rooms.length === 4 && rooms.every((room) => room > 5), `${rooms} beside the texts`)
+  })
+})
+
 test('the overview begins with the picture, which leads to the gauge by key', async () => {
   await visit(demo.url, async (page) => {
     const chamber = volume(page, 'chamber')

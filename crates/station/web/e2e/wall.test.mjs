@@ -40,13 +40,18 @@ test('480 gauges turn in pages, the problems stay, and nothing is a control or i
       const display = document.querySelector('.wall-tiles').getBoundingClientRect()
       const isCut = (tile) => tile.getBoundingClientRect().bottom > display.bottom + 1
       const isShortened = (value) => value.scrollWidth > value.clientWidth
+      const isCutMark = (mark) => {
+        const [own, around] = [mark, mark.closest('.wall-state')].map((one) => one.getBoundingClientRect())
+        return own.left < around.left || own.top < around.top || own.bottom > around.bottom
+      }
       return [
         scrollHeight > clientHeight,
         [...document.querySelectorAll('.wall-tile')].filter(isCut).length,
         [...document.querySelectorAll('.wall-value')].filter(isShortened).length,
+        [...document.querySelectorAll('.wall-tile .shape')].filter(isCutMark).length,
       ]
     })
-    assert.deepEqual(cut, [false, 0, 0])
+    assert.deepEqual(cut, [false, 0, 0, 0])
     await page.waitForFunction(
       (last) => ![...document.querySelectorAll('.wall-tile')].some(({ dataset }) => dataset.series === last),
       first.at(-1),

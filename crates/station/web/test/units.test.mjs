@@ -66,4 +66,8 @@ test('long numbers of the station are rounded for reading', () => {
   assert.equal(readable('it is 4.5095703e-8 mbar'), 'it is 4.51 × 10⁻⁸ mbar')
   assert.equal(readable('ba.process-value is below 7.2e-6 mbar'), 'ba.process-value is below 7.20 × 10⁻⁶ mbar')
   assert.equal(readable('the emission is on'), 'the emission is on')
+  assert.equal(
+    readable('alarm "lock above 3e-5 mbar" raised: lock shows 6.04e-5 mbar'),
+    'alarm "lock above 3e-5 mbar" raised: lock shows 6.04 × 10⁻⁵ mbar',
+  )
 })

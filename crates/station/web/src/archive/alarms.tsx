@@ -7,6 +7,7 @@ import { AlarmStateMark, PriorityMark } from '../components/alarm-marks.tsx'
 import { SearchField } from '../components/fields.tsx'
 import { errorText } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
+import { readable } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { hasRole, useSession } from '../session.ts'
 import { t } from '../texts/texts.ts'
@@ -20,7 +21,7 @@ const columns = (): Column<ActiveAlarm>[] => [
   { title: t.archive.station, cell: ({ station }) => station },
   { title: t.common.alarm, cell: ({ alarm }) => alarm },
   { title: t.archive.since, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: t.archive.happened, cell: ({ text, user }) => (user ? `${text} (${user})` : text) },
+  { title: t.archive.happened, cell: ({ text, user }) => (user ? `${readable(text)} (${user})` : readable(text)) },
 ]
 
 const isWaiting = ({ state }: ActiveAlarm): boolean => state === 'unacknowledged' || state === 'returned'

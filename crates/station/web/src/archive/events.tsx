@@ -6,6 +6,7 @@ import { getFrom } from '../api/request.ts'
 import type { EventKind } from '../api/types.ts'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
+import { readable } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { t } from '../texts/texts.ts'
 import { live, useArchive } from './live.ts'
@@ -23,7 +24,10 @@ const columns = (): Column<ArchivedEvent>[] => [
     cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind as EventKind] ?? kind}</span>,
   },
   { title: t.common.gauge, cell: ({ gauge }) => gauge },
-  { title: t.events.event, cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{text}</span> },
+  {
+    title: t.events.event,
+    cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{readable(text)}</span>,
+  },
 ]
 
 export function Events(): JSX.Element {

@@ -42,6 +42,9 @@ export interface ChartProps {
 const AXIS_PX = { log: 58, linear: 84 }
 const EDGE_PX = 24
 
+/** The height above the plot: the unit stands above the highest number, which reaches into it. */
+const UNIT_PX = 24
+
 /** Where the plot area of a logarithmic chart begins and ends, in pixels from its edges. */
 export const PLOT_EDGES = { left: AXIS_PX.log, right: EDGE_PX }
 
@@ -151,7 +154,7 @@ function options(latest: { current: ChartProps }, language: string): uPlot.Optio
     ms: 1,
     fmtDate: (form) => uPlot.fmtDate(form, dateNames(language)),
     legend: { show: false },
-    padding: [16, EDGE_PX, 0, 0],
+    padding: [UNIT_PX, EDGE_PX, 0, 0],
     scales: {
       x: { time: true, range: () => latest.current.window },
       y: { distr: log ? 3 : 1, range: () => latest.current.scale },

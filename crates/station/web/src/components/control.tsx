@@ -42,7 +42,9 @@ export function ControlStatus({ control, now }: { control: Control; now: number 
   return (
     // biome-ignore lint/a11y/useSemanticElements: a fieldset is for fields
     <div class={isOwn ? 'control own' : 'control'} aria-label={t.control.title} role="group">
-      <span role="status">{controlText(control, session)}</span>
+      <span role="status" class={control.holder === null ? 'free' : undefined}>
+        {controlText(control, session)}
+      </span>
       {controlActions(control, session, now).map((action) => (
         <button
           type="button"

@@ -1,8 +1,8 @@
 // Colours of curves. Users who do not distinguish red and green can tell them apart, on light and on dark ground. Those that are
 // close to the colours of alarms come last.
 
-const LIGHT = ['#0b63b6', '#0f7a52', '#8b35c9', '#0e7490', '#4b5b76', '#be185d', '#a16207', '#c2410c']
-const DARK = ['#5aa9f5', '#4cc38a', '#c084f5', '#3fc1d8', '#9aabc8', '#f472b0', '#e2b341', '#f08a4b']
+const LIGHT = ['#0b63b6', '#0f7a52', '#4b5b76', '#0e7490', '#be185d', '#8b35c9', '#a16207', '#c2410c']
+const DARK = ['#5aa9f5', '#4cc38a', '#9aabc8', '#3fc1d8', '#f472b0', '#c084f5', '#e2b341', '#f08a4b']
 
 export function curveColour(index: number, dark: boolean): string {
   const colours = dark ? DARK : LIGHT

@@ -2,7 +2,7 @@
 
 import type { ActiveAlarms, Alarm, AlarmCounts, AlarmEvent, Priority } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
-import { number } from './format.ts'
+import { number, unbroken } from './format.ts'
 import { inUnit, type Unit } from './units.ts'
 
 export const PRIORITIES: Priority[] = ['high', 'medium', 'low']
@@ -59,9 +59,9 @@ export const limitsOf = (all: Alarm[], series: string[]): PressureLimit[] =>
 /** A value or limit of an alarm; pressures in the chosen unit. */
 export function quantity(value: number | null, unit: string | null, shown: Unit): string {
   if (value === null) return ''
-  if (unit === 'Pa') return `${number(inUnit(value, shown))} ${shown}`
-  if (unit === 'decades/min') return `${value.toFixed(2)} ${t.common.decades}/min`
-  return `${Number(value.toPrecision(3))} ${unit ?? ''}`.trim()
+  if (unit === 'Pa') return unbroken(`${number(inUnit(value, shown))} ${shown}`)
+  if (unit === 'decades/min') return unbroken(`${value.toFixed(2)} ${t.common.decades}/min`)
+  return unbroken(`${Number(value.toPrecision(3))} ${unit ?? ''}`.trim())
 }
 
 /** The condition of an alarm, in words. */

@@ -40,6 +40,9 @@ export function decade(value: number): string {
   return exponent >= 0 && exponent <= 3 ? String(10 ** exponent) : `10${superscript(exponent)}`
 }
 
+/** A number with its unit, which no line breaks. */
+export const unbroken = (text: string): string => text.replaceAll(' ', '\u00a0')
+
 const STEPS: [number, string][] = [
   [86_400, 'd'],
   [3_600, 'h'],
@@ -92,7 +95,9 @@ export function momentOf(text: string): number | null {
 /** A count with groups of three digits. A point and a comma are both read as a decimal mark: the mark between groups is a space (ISO 80000-1). */
 export const grouped = (value: number): string => value.toLocaleString('en-GB').replaceAll(',', '\u202f')
 
-/** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. */
+/** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. Names in quotation marks stay. */
 export function readable(text: string): string {
-  return text.replace(/\d+(\.\d+)?e[+-]?\d+/g, (found) => number(Number(found)))
+  return text.replace(/"[^"]*"|\d+(\.\d+)?e[+-]?\d+/g, (found) =>
+    found.startsWith('"') ? found : number(Number(found)),
+  )
 }

@@ -21,8 +21,8 @@ export interface Layout {
   lines: { part: string; points: { x: number; y: number }[] }[]
 }
 
-/** The size of a volume. */
-const VOLUME = { width: 184, height: 92 }
+/** The size of a volume: the longest pressure fits in, `< 3.75 × 10⁻² micron`. */
+const VOLUME = { width: 216, height: 92 }
 
 /** The size of a part, whose symbol is at the centre; its words stand below it, beside a line that goes down. */
 const PART = { LR: { width: 96, height: 96 }, TB: { width: 190, height: 50 } }

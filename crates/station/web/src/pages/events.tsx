@@ -7,6 +7,7 @@ import type { StationEvent } from '../api/types.ts'
 import { Choice, SearchField } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
 import { NoteDialog } from '../components/note-dialog.tsx'
+import { readable } from '../lib/format.ts'
 import { live } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { hasRole, useSession } from '../session.ts'
@@ -21,7 +22,10 @@ const columns = (): Column<StationEvent>[] => [
   { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
   { title: t.events.kind, cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind]}</span> },
   { title: t.common.gauge, cell: ({ gauge }) => gauge && <Link to={gaugePath(gauge)}>{gauge}</Link> },
-  { title: t.events.event, cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{text}</span> },
+  {
+    title: t.events.event,
+    cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{readable(text)}</span>,
+  },
 ]
 
 export function Events(): JSX.Element {

@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
-import { age } from '../../lib/format.ts'
+import { age, readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
@@ -110,7 +110,7 @@ function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
   const { raised_value, value, limit, unit, text } = alarm
   if (raised_value === null || limit === null)
-    return text ? <p lang="en">{text}</p> : <p>{conditionText(alarm, shown)}</p>
+    return text ? <p lang="en">{readable(text)}</p> : <p>{conditionText(alarm, shown)}</p>
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
   return <p>{value === null ? raised : t.alarms.nowAt(raised, quantity(value, unit, shown))}</p>
 }

@@ -8,6 +8,7 @@ import { PriorityMark } from '../../components/alarm-marks.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../../components/log.tsx'
 import { matchesFilter, quantity } from '../../lib/alarms.ts'
+import { readable } from '../../lib/format.ts'
 import type { Unit } from '../../lib/units.ts'
 import { live } from '../../live.ts'
 import { useUnit } from '../../settings.ts'
@@ -27,7 +28,7 @@ const columns = (unit: Unit): Column<AlarmEvent>[] => [
     cell: ({ alarm, text, value }) => (
       <>
         {alarm}
-        {text && value === null && <span class="muted"> {text}</span>}
+        {text && value === null && <span class="muted"> {readable(text)}</span>}
       </>
     ),
   },

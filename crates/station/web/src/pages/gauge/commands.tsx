@@ -7,6 +7,7 @@ import type { Command, Gauge, Request } from '../../api/types.ts'
 import { RiskMark } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
@@ -77,7 +78,10 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
         <RiskMark risk={command.risk} />{' '}
         {command.risk.class === 'dangerous' && <span lang="en">{command.risk.description}</span>}
         {command.conditions.length > 0 && (
-          <span class="muted"> {t.gauge.conditions(<span lang="en">{command.conditions.join('; ')}</span>)}</span>
+          <span class="muted">
+            {' '}
+            {t.gauge.conditions(<span lang="en">{readable(command.conditions.join('; '))}</span>)}
+          </span>
         )}
         {reason && reason !== t.control.needsControl && <em class="muted"> {reason}</em>}
       </span>

@@ -93,7 +93,7 @@ function tripLevels(
 }
 
 /** The colour tokens of the priorities. */
-const PRIORITY_COLOURS: Record<Priority, string> = { high: 'bad', medium: 'warn', low: 'accent' }
+const PRIORITY_COLOURS: Record<Priority, string> = { high: 'bad', medium: 'warn', low: 'low' }
 
 function limitLevel({ name, priority, limit }: PressureLimit, unit: Unit): Level {
   return { name, colour: tokenColour(PRIORITY_COLOURS[priority]), value: inUnit(limit, unit) }
