@@ -48,7 +48,7 @@ test('an alarm is raised, acknowledged and cleared', async () => {
     plant.tell('vessel=5e4')
     await vented.waitFor()
     assert.match(await text(vented), /1 high\s+not acknowledged/)
-    assert.match(await text(vented), /vessel above 10\.0 mbar.*: 500 mbar when raised/)
+    assert.match(await text(vented), /vessel above 10\.0\smbar.*: 500\smbar when raised/)
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
     await page.waitForFunction(
       () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged',
@@ -197,7 +197,7 @@ test('an engineer changes the limit of an alarm', async () => {
     await dialog.waitFor({ state: 'detached' })
     // 500 Pa are above the new limit and below the former one.
     await item(page, 'vessel vented').waitFor()
-    assert.match(await text(row), /vessel above 4\.00 mbar/)
+    assert.match(await text(row), /vessel above 4\.00\smbar/)
     await page.goto(`${plant.url}/audit`)
     const entry = page.locator('tbody tr').filter({ hasText: 'vessel vented' }).first()
     await entry.waitFor()

@@ -782,6 +782,19 @@ export const de: Texts = {
     arm: 'Scharf schalten',
   },
 
+  compare: {
+    with: 'Einstellungen vergleichen mit',
+    reading: (name) => `${name} wird gelesen …`,
+    title: (name) => `Einstellungen neben denen von ${name}`,
+    counted: (differing, total) =>
+      differing === 0
+        ? `Alle ${total} Einstellungen sind gleich.`
+        : `${differing} von ${total} Einstellungen sind verschieden.`,
+    action: 'Änderung',
+    takeOver: 'Übernehmen …',
+    takeOverOf: (name) => `${name} übernehmen`,
+  },
+
   rise: {
     identify: (link) => [link('Die Anlage bestimmen'), ' aus einer ganzen Aufzeichnung von Abpumpen und Druckanstieg.'],
     chooseGauge: 'Messgerät wählen',

@@ -587,7 +587,7 @@ export const en = {
     noMatch: (text: string) => `No gauge matches ${text}.`,
     segment: (name: string) => `Segment ${name}`,
     problems: 'Problems',
-    gauges: (total: number) => `${total} gauges`,
+    gauges: (total: number) => counted(total, 'gauge', 'gauges'),
     withProblems: (count: number) => `, ${count} with problems`,
   },
 
@@ -791,6 +791,17 @@ export const en = {
     changeOf: (name: string) => `Change ${name}`,
     newValue: (name: string) => `New value of ${name}`,
     arm: 'Arm',
+  },
+
+  compare: {
+    with: 'Compare settings with',
+    reading: (name: string) => `reading ${name} …`,
+    title: (name: string) => `Settings beside those of ${name}`,
+    counted: (differing: number, total: number) =>
+      differing === 0 ? `All ${total} settings are the same.` : `${differing} of ${total} settings differ.`,
+    action: 'Change',
+    takeOver: 'Take over …',
+    takeOverOf: (name: string) => `Take over ${name}`,
   },
 
   rise: {

@@ -7,12 +7,13 @@ import { readBlocks } from '../../api/calls.ts'
 import type { Block, Gauge, Outcome, Parameter, Request } from '../../api/types.ts'
 import { SearchField } from '../../components/fields.tsx'
 import { errorText } from '../../components/hooks.ts'
-import { age, clock } from '../../lib/format.ts'
+import { age, clock, readable } from '../../lib/format.ts'
 import { matchingBlocks } from '../../lib/search.ts'
 import { useLive } from '../../live.ts'
 import { canView, onSessionChange } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
 import { ChangeParameter } from './change-parameter.tsx'
+import { Compare } from './compare.tsx'
 
 interface Read {
   blocks: Block[] | null
@@ -50,6 +51,7 @@ export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
         <Progress gauge={gauge} startedAt={startedAt} read={read} />
       </div>
       {read.error && <p class="error">{read.error}</p>}
+      {read.blocks && <Compare gauge={gauge} blocks={read.blocks} open={open} />}
       {found.map(({ name, parameters }) => (
         <details open key={name}>
           <summary>
@@ -164,5 +166,11 @@ function Table({ block, parameters, open }: TableProps): JSX.Element {
 /** The value in the words of the manual, or why there is none. */
 function Value({ parameter: { value, read_error } }: { parameter: Parameter }): JSX.Element {
   const text = value ?? read_error
-  return text === null ? <span>{t.gauge.writeOnly}</span> : <span lang="en">{text}</span>
+  if (text === null) return <span>{t.gauge.writeOnly}</span>
+  // The title has every digit.
+  return (
+    <span lang="en" title={text}>
+      {readable(text)}
+    </span>
+  )
 }
