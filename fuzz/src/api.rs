@@ -132,7 +132,14 @@ impl Station {
 fn guard(services: &Arc<Services>, access: Access) -> RequestGuard {
     let [often, seldom] = [(u32::MAX, Duration::from_nanos(1)), (1, Duration::from_secs(3600))]
         .map(|(burst, period)| RateLimit::new(burst, period));
-    let limits = RateLimits { requests: often, logins: seldom, names: seldom, openid: seldom, writes: often, log_entries: seldom };
+    let limits = RateLimits {
+        requests: often,
+        logins: seldom,
+        names: seldom,
+        openid: seldom,
+        writes: often,
+        log_entries: seldom,
+    };
     let observer = Arc::clone(services);
     RequestGuard {
         authenticator: Arc::new(Authenticator::new(observer, access, limits).expect("a right file")),
