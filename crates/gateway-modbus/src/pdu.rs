@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(refusal(&[0x2B, 0x0E, 4, 2]).0.get(7..), Some([2, 5, b'0', b'.', b'2', b'.', b'0'].as_slice()));
         assert_eq!(refusal(&[0x2B, 0x0E, 4, 3]).1, Some(Exception::IllegalAddress));
         assert_eq!(refusal(&[0x2B, 0x0E, 2, 4]).0.get(6..8), Some([3, 4].as_slice()), "the rest of a stream");
-        assert_eq!(refusal(&[0x2B, 0x0E, 2, 200]).0, regular.iter().copied().collect::<Vec<_>>(), "from the beginning");
+        assert_eq!(refusal(&[0x2B, 0x0E, 2, 200]).0, regular.to_vec(), "from the beginning");
         assert_eq!(refusal(&[0x2B, 0x0E, 1, 4]).0, basic, "object 4 is not a basic one");
         assert_eq!(refusal(&[0x2B, 0x0E, 5, 0]).1, Some(Exception::IllegalValue));
     }
