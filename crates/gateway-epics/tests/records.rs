@@ -246,7 +246,9 @@ fn the_fields_that_archivers_ask_for_exist() {
 
 #[test]
 fn every_signal_has_a_value_a_description_and_a_type() {
-    let world = Plant::new("").world();
+    let mut plant = Plant::new("");
+    plant.labels("chamber");
+    let world = plant.world();
     for record in &world.database.records {
         let answer = read(&world, &record.name);
         assert!(!answer.meta.description.is_empty() && answer.meta.description.len() <= 39, "{}", record.name);

@@ -9,6 +9,7 @@ use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::config::gateways::epics::Settings;
+use profivac_station::directory::GaugeLabels;
 use profivac_station::view::BusStationState;
 use std::path::Path;
 use std::sync::Arc;
@@ -92,6 +93,19 @@ impl Plant {
             Quality::Valid => reading.pa = pa,
             _ => reading.limit_pa = pa,
         }
+    }
+
+    /// Gives a gauge a label of each kind.
+    pub fn labels(&mut self, gauge: &str) {
+        let text = |text: &str| Some(text.to_owned());
+        let labels = GaugeLabels {
+            group: text("hall 2"),
+            tags: vec!["beam".to_owned()],
+            location: text("rack 4"),
+            calibrated: text("2026-05-01"),
+            calibration_due: text("2027-05-01"),
+        };
+        Arc::make_mut(&mut self.inputs.directory).gauges.insert(gauge.to_owned(), labels);
     }
 
     /// Lets a gauge disappear.
