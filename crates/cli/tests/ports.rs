@@ -5,7 +5,10 @@
 mod common;
 
 use common::{End, Folder, Program, run};
+use rustix::fs::{Mode, OFlags};
 use std::net::TcpListener;
+use std::os::fd::OwnedFd;
+use std::path::Path;
 
 /// A slot time of 200 ms, in bit times, so that a loaded computer misses no answer.
 const PATIENTLY: &str = "--slot-time=4000";
@@ -27,6 +30,12 @@ fn shows(monitor: &Program, text: &str) {
     assert!(shown, "{text} is not shown");
 }
 
+/// Keeps the number of a pty from other tests. After a kill its link dangles, and a program that opens the link again would reach
+/// the pty of the test that got the number.
+fn kept(path: &Path) -> OwnedFd {
+    rustix::fs::open(path, OFlags::RDONLY | OFlags::NOCTTY | OFlags::NONBLOCK, Mode::empty()).unwrap()
+}
+
 /// `monitor` of the gauge at address 5 reports the lost line, and shows another pressure after its return.
 fn monitor_survives(port: &str, simulation: &[&str]) {
     let simulate = |pressure| {
@@ -37,6 +46,7 @@ fn monitor_survives(port: &str, simulation: &[&str]) {
     let mut first = simulate("1e-3 mbar");
     let monitor = Program::start(&["monitor", "--port", port, "--own", "--csv", PATIENTLY, "5"]);
     shows(&monitor, ",5,bcg450,1e-3,mbar,1e-3,2,DATA,");
+    let _kept = simulation.contains(&"--pty").then(|| kept(Path::new(port)));
     first.kill();
     let lost = format!(
         "profivac: lost {port}: it was unplugged, or its other side was closed; profivac tries to open it again"
@@ -75,6 +85,7 @@ fn a_simulation_survives_the_loss_of_its_hub() {
     let mut simulation = Program::start(&["simulate", "--serial", &a, "bcg450@5"]);
     assert_eq!(simulation.ready(), a);
     End::pty(&folder.path("b")).insist(STATUS.0, STATUS.1);
+    let _kept = [&a, &b].map(|path| kept(Path::new(path)));
     first.kill();
     assert!(simulation.complaint().starts_with(&format!("profivac: lost {a}: ")));
     assert_eq!(simulation.tell("pressure 1e-5 mbar"), "ok", "it is operated all the same");
