@@ -92,7 +92,7 @@ impl OpenIdToml {
     /// The checked settings. Files are in `folder`.
     ///
     /// # Errors
-    /// [`Located`] with the position and the problem.
+    /// An error with the position and the problem.
     pub fn settings(&self, folder: &Path, reach: &Reach<'_>) -> Result<OpenIdSettings, Located> {
         let issuer_host = issuer_host(&self.issuer)?;
         self.name.as_ref().map_or(Ok(()), |name| names::check(NamedItem::Provider, name))?;
