@@ -139,9 +139,10 @@ fn a_link_that_leads_nowhere_is_replaced_and_anything_else_is_kept() {
     let (_folder, path) = folder();
     std::os::unix::fs::symlink("/nowhere/at/all", &path).unwrap();
     drop(Pty::create(&path).unwrap());
-    // The number of a closed pty: the next pty may get it.
+    // The number of a closed pty. It is held open, otherwise a pty of another test may get the number.
     let other = path.with_file_name("other");
     let gone = Pty::create(&other).unwrap();
+    let _kept = serial(&other).unwrap();
     std::os::unix::fs::symlink(fs::read_link(&other).unwrap(), &path).unwrap();
     drop(gone);
     drop(Pty::create(&path).unwrap());
