@@ -1,7 +1,7 @@
 //! The acyclic dialogues that profibus-wire prints: this master sends exactly these octets and takes exactly these answers.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};

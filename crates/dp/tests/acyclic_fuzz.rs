@@ -1,7 +1,7 @@
 //! Random answers, random requests, random times: no acyclic request makes a master panic, and each one ends.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station};

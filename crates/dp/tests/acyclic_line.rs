@@ -2,7 +2,7 @@
 //! during the cycle and at the same time.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime};

@@ -1,7 +1,7 @@
 //! Wrong answers of every kind to MS1 and MS2: none becomes a value, and each error has its text. profibus-wire 4.11, 9.5.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{Failure, Mismatch};

@@ -1,6 +1,6 @@
 //! A new address over the bus. profibus-wire 2.11.
 
-mod rig;
+use crate::rig;
 
 use rig::{Answer, Gauge, MASTER, RR, RS, Rig, hex, low};
 

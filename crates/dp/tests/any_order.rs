@@ -2,7 +2,7 @@
 //! images and the counters stay consistent.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{HandlerState, Master, Mode, Settings, SlaveParameters, services};

@@ -1,7 +1,7 @@
 //! From power-up to data exchange, and the faults in between. profibus-wire 2.13, 3.9 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};

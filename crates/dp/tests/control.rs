@@ -2,7 +2,7 @@
 //! 3.8 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};

@@ -1,7 +1,7 @@
 //! The overhead of a cycle over its minimum. profibus-wire 8.1 and 8.2.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::BusParameters;
 use profivac_dp::link::{Baud, BitTime};

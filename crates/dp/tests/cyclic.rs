@@ -1,7 +1,7 @@
 //! Data exchange and its failures. profibus-wire 2.8, 2.9 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, Failure, Mismatch};
 use profivac_dp::link::{Baud, BitTime, Station as _};

@@ -1,7 +1,7 @@
 //! Data exchange: Data_Exchange, RD_Inp, RD_Outp, Global_Control and the diagnosis flag. profibus-wire 2.8 to 2.10, 3.3 and
 //! 3.8.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::slave::{Features, SlaveState};
 use profivac_wire::control::Status;

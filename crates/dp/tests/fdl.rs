@@ -1,6 +1,6 @@
 //! The requests that a station answers on layer 2, and those that it does not. profibus-wire 1.3, 1.4, 1.8 and 1.11.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::link::Station;
 use profivac_dp::slave::SlaveState;

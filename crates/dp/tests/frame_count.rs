@@ -1,6 +1,6 @@
 //! Repetitions: one frame count memory per station for all services. profibus-wire 1.9 and 9.2.
 
-mod rig;
+use crate::rig;
 
 use fastrand::Rng;
 use profivac_wire::control::{Control, FrameCount, Function};

@@ -3,7 +3,7 @@
 //! Any octets: nothing panics, the slave answers only requests to its address that have an answer, no answer is
 //! early, every answer is a telegram, and afterwards the slave is as usable as before.
 
-mod rig;
+use crate::rig;
 
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};

@@ -1,6 +1,6 @@
 //! I&M0 behind index 255. profibus-wire 5.
 
-mod rig;
+use crate::rig;
 
 use rig::{Answer, Gauge, Rig, hex, low};
 

@@ -1,7 +1,7 @@
 //! Every state and every service, as the slave answers them: the goldens `services.txt` and `ms2.txt`. profibus-wire 2.2,
 //! 3.2 and 4.10.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::slave::SlaveState;
 use profivac_wire::control::{Control, FrameCount, Function, Status};

@@ -1,7 +1,7 @@
 //! The active station alone: when it sends, which requests it repeats, and which answers it accepts. profibus-wire 1.10, 1.12, 1.13.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{
     Active, Answer, BusParameters, Confirmation, Failure, FdlUser, Mismatch, Priority, Request,

@@ -1,6 +1,6 @@
 //! MS1: when it is open, the sequence of requests and polls, and refusals. profibus-wire 4.2 to 4.5.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::slave::{Features, Relation, SlaveState};
 use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low, text};

@@ -1,6 +1,6 @@
 //! MS2: opening, using and closing connections. profibus-wire 4.6 to 4.8, 4.10 and 4.12.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{Features, Relation, SlaveState};

@@ -1,9 +1,8 @@
 //! MS2 at the master: every state against every answer, and the timers. profibus-wire 4.6 to 4.11.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-mod support;
+use crate::golden;
+use crate::support;
 
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::ms2::{self, Connect, RequestError};

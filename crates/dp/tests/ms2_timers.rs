@@ -1,6 +1,6 @@
 //! The timers of an MS2 connection, exact to a bit time. profibus-wire 4.9.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use rig::{Answer, Gauge, INITIATE, MASTER, RS, Rig, hex, low};

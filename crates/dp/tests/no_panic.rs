@@ -1,7 +1,7 @@
 //! A master survives any octets on the line and works afterwards.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station};

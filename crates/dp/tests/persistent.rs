@@ -5,7 +5,7 @@
 //! with all its repetitions, plus one Global_Control. This follows from one message per slave and cycle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, Failure};
 use profivac_dp::link::{Baud, BitTime};

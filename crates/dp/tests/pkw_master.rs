@@ -2,7 +2,7 @@
 //! profibus-wire 6.1, tira56e1 4.3, IF300P manual 3.2.2 and 4.1, BG 5530 App. D and E.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::pkw::{AnswerMismatch, ErrorNumber, Task, TaskError, Value};

@@ -2,7 +2,7 @@
 //! the device and times give the same answers at the same times, the same states and the same calls of the device.
 //! A failure names its seed.
 
-mod rig;
+use crate::rig;
 
 use fastrand::Rng;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};

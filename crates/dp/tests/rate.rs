@@ -1,6 +1,6 @@
 //! A slave that searches the baud rate of a bus. profibus-wire 3.6, 3.7 and 3.2, transition 15.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Rate, RateControl, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::slave::SlaveState;

@@ -1,7 +1,7 @@
 //! Raw requests, with and without a cycle. profibus-wire 1.10, 2.10 and 2.11.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{Active, Answer, BusParameters, Confirmation, Failure, Request};
 use profivac_dp::link::{Baud, BitTime};

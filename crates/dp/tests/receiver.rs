@@ -1,7 +1,7 @@
 //! The receiver compared with the simplest implementation of the rules: octet by octet, in slices of any size, with damaged
 //! octets, gaps and character errors. Results and times must be the same.
 
-mod rig;
+use crate::rig;
 
 use fastrand::Rng;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver, Station};

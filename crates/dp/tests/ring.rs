@@ -2,7 +2,7 @@
 //! profibus-wire 1.5, 1.12 and 1.13.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::{
     Active, BusParameter, BusParameters, Confirmation, FdlUser, OutOfRange, Priority, Request, RingState,

@@ -2,7 +2,7 @@
 //! T_SDR. profibus-wire 2.4 and 3.10.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "helpers of tests are tests")]
 
-mod support;
+use crate::support;
 
 use profivac_dp::link::active::Active;
 use profivac_dp::link::{Baud, BitTime};

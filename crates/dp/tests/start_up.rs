@@ -1,7 +1,7 @@
 //! From power-up to data exchange and back: Set_Prm, Chk_Cfg, Get_Cfg and the masters that may send them. profibus-wire 2.2 to 2.7, 3.2
 //! and 3.4.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::slave::{Features, SlaveState};
 use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low};

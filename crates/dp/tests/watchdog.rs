@@ -1,6 +1,6 @@
 //! The response watchdog. profibus-wire 2.4 and 3.6.
 
-mod rig;
+use crate::rig;
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_wire::{DataTelegram, Telegram};

@@ -2,7 +2,7 @@
 //! master reads the same slaves by MS2. The referee checks every transmission; noise is switched on and off.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
+use crate::common;
 
 use common::{CFG, IDENT, Plain};
 use profivac_dp::link::active::{Active, BusParameters};

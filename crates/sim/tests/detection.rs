@@ -5,8 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
+use crate::golden;
 
 use golden::compare;
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Received, Receiver};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
+use crate::common;
 
 use common::{CFG, IDENT, OWN, Plain};
 use profivac_dp::link::active::{Active, BusParameters};

@@ -1,6 +1,6 @@
 //! The rules of the referee: for each a station that violates it, and one at the limit that does not.
 
-mod common;
+use crate::common;
 
 use common::*;
 use profivac_dp::link::{Baud, BitTime, Station};

@@ -1,6 +1,6 @@
 //! Reactions of a slave to invalid requests. profibus-wire 1.8, 2.2 to 2.8, 3.4 and 3.9.
 
-mod common;
+use crate::common;
 
 use common::*;
 use profivac_dp::link::{Baud, BitTime};

@@ -2,9 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
+use crate::common;
+use crate::golden;
 
 use common::{CFG, IDENT, OWN, Plain};
 use golden::compare;

@@ -1,7 +1,6 @@
 //! Answers of a slave as tables, compared by a test.
 
-#[path = "../../../../tests/support/golden.rs"]
-mod files;
+use crate::golden as files;
 
 /// Rows of cells, each column as wide as its widest cell.
 pub fn table(rows: &[Vec<String>]) -> String {

@@ -3,16 +3,13 @@
 //! The rig keeps time in bit times and one frame count bit per master, so a dialogue needs neither; every answer is
 //! checked for its earliest moment, its addresses and its access points before the test sees it.
 
-#![allow(dead_code, unused_imports, reason = "every test file uses a part of the rig")]
 #![allow(clippy::panic, clippy::expect_used, reason = "a rig that cannot go on stops the test")]
 
 mod device;
 pub mod golden;
-#[path = "../../../../tests/support/octets.rs"]
-mod octets;
 
+pub use crate::octets::{hex, text};
 pub use device::{Gauge, Seen};
-pub use octets::{hex, text};
 
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Station, T_SYN_TBIT};
 use profivac_dp::slave::Slave;

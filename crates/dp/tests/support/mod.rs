@@ -1,6 +1,5 @@
 //! Helpers for the tests of the master: a rig where the test plays the rest of the bus telegram by telegram, a line that joins
 //! one master and some slaves octet by octet, and a plain device for the slaves.
-#![allow(dead_code, reason = "every file in tests/ is a crate of its own and uses a part of this")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -9,12 +8,10 @@
 )]
 
 pub mod line;
-#[path = "../../../../tests/support/octets.rs"]
-mod octets;
 pub mod plain;
 pub mod rig;
 
-pub use octets::{hex, text};
+pub use crate::octets::{hex, text};
 
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::BusParameters;

@@ -1,6 +1,6 @@
 //! No answer, the previous answer again, or octets that are no telegram.
 
-use crate::case::{OTHER_SAPS, all};
+use super::case::{OTHER_SAPS, all};
 use crate::support::hex;
 
 #[test]

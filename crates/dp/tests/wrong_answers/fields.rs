@@ -1,6 +1,6 @@
 //! One field of the answer is wrong.
 
-use crate::case::{Answer, FORM, OTHER_SAPS, all, saps};
+use super::case::{Answer, FORM, OTHER_SAPS, all, saps};
 
 #[test]
 fn every_request_accepts_the_right_answer() {

@@ -15,6 +15,4 @@
 mod case;
 mod damage;
 mod fields;
-#[path = "../support/mod.rs"]
-mod support;
 mod untimely;

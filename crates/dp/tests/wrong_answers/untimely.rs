@@ -1,6 +1,6 @@
 //! Right answers at a wrong time: late, or after another one.
 
-use crate::case::{INPUTS, Station, THERE, all, class2_cases, cyclic, exchange, is_exchange, known, set_prm};
+use super::case::{INPUTS, Station, THERE, all, class2_cases, cyclic, exchange, is_exchange, known, set_prm};
 use profivac_dp::master::EventKind;
 use profivac_dp::master::services;
 

@@ -1,5 +1,4 @@
 //! A plain device and requests to it, for the tests of this folder.
-#![allow(dead_code, reason = "every test file uses its part")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is test code")]
 
 use profivac_dp::link::Baud;

@@ -1,7 +1,7 @@
 //! Hostile and broken stations in a ring.
 
+use super::line::{BAUD, Bounds, Line, TOKEN_RULES, parameters};
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{BAUD, Bounds, Line, TOKEN_RULES, parameters};
 use profivac_dp::link::{BitTime, Station, Transmit};
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::Slave;

@@ -1,8 +1,8 @@
 //! Two class 1 masters in one ring whose token rotation time is too short for all services: no master loses a slave or a
 //! connection.
 
+use super::line::{BAUD, TOKEN_RULES, parameters};
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{BAUD, TOKEN_RULES, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::master::{EventKind, Master, Mode, Ms2Parameters, Phase, Settings, SlaveParameters, ms2, services};

@@ -3,8 +3,8 @@
 //! profirust counts microseconds, so the rate is 500 kbit/s: 2 us per bit, without rounding. It is polled every few bit times.
 //! The referee ignores its violations and checks the masters of this project.
 
+use super::line::{Asker, Bounds, HSA, Master, slave_of};
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{Asker, Bounds, HSA, Master, slave_of};
 use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;

@@ -1,7 +1,7 @@
 //! Masters that join, leave and return in the regular way.
 
+use super::line::{BAUD, Bounds, HSA, Line};
 use crate::common::Plain;
-use crate::line::{BAUD, Bounds, HSA, Line};
 use profivac_dp::link::active::RingState;
 use profivac_dp::slave::Slave;
 use profivac_wire::control::StationType;

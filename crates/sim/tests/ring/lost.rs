@@ -1,7 +1,7 @@
 //! Lost tokens: power failures of masters at every bit time, damaged tokens.
 
+use super::line::{BAUD, Bounds, Line, parameters};
 use crate::common::{CFG, IDENT, Plain};
-use crate::line::{BAUD, Bounds, Line, parameters};
 use profivac_dp::link::BitTime;
 use profivac_dp::master::{Master, Mode, Settings, SlaveParameters};
 use profivac_dp::slave::{Slave, SlaveState};

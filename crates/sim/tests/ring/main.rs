@@ -2,8 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test")]
 
 mod broken_stations;
-#[path = "../common/mod.rs"]
-mod common;
 mod contention;
 mod foreign;
 mod join_and_leave;

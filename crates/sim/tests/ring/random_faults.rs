@@ -1,6 +1,6 @@
 //! Random sequences of all faults of a ring, by seed. Afterwards the ring is complete again in time.
 
-use crate::line::{Bounds, Line};
+use super::line::{Bounds, Line};
 use profivac_sim::stations::Tester;
 use profivac_sim::{Fault, Noise, Random, StationHandle, TelegramFault};
 

@@ -1,7 +1,7 @@
 //! More than one token: rings that merge, spurious tokens, two masters with one address.
 
+use super::line::{BAUD, Bounds, Line, Master, master, slave_of};
 use crate::common::Plain;
-use crate::line::{BAUD, Bounds, Line, Master, master, slave_of};
 use profivac_dp::link::active::RingState;
 use profivac_dp::link::{BitTime, Station, Transmit};
 use profivac_dp::slave::Slave;
