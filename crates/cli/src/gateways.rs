@@ -84,6 +84,17 @@ pub fn absent(settings: &GatewaySettings) -> Failure {
 }
 
 /// Starts a gateway: a thread, or one for each protocol that its table has.
+#[cfg_attr(
+    not(any(
+        feature = "archive",
+        feature = "epics",
+        feature = "modbus",
+        feature = "mqtt",
+        feature = "opcua",
+        feature = "prometheus"
+    )),
+    expect(unused_variables, reason = "the program has no gateway")
+)]
 fn start(
     settings: &GatewaySettings,
     model: Arc<ReadModel>,

@@ -95,6 +95,10 @@ pub fn check(config: &Config) -> Result<(), Failure> {
 }
 
 /// What the gateway with these settings publishes.
+#[cfg_attr(
+    not(any(feature = "epics", feature = "modbus", feature = "mqtt", feature = "opcua", feature = "prometheus")),
+    expect(unused_variables, reason = "the program has no gateway")
+)]
 fn names(settings: &GatewaySettings, config: &Config) -> Result<NameTable, Failure> {
     let snapshot = gateways::planned(config);
     match settings {

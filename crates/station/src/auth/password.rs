@@ -9,7 +9,6 @@ use argon2::{Algorithm, Argon2, Block, Params, Version};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
-use zxcvbn::{Score, zxcvbn};
 
 /// The fewest characters.
 pub const SHORTEST: usize = 8;
@@ -61,6 +60,11 @@ pub enum PasswordError {
     /// Too few guesses find the password; the advice of zxcvbn, if it has any.
     #[error("this password is easily guessed: {}", .0.as_deref().unwrap_or("use some words that do not belong together"))]
     Guessed(Option<String>),
+    /// The program has no estimate of guesses.
+    #[error(
+        "this program was built without the feature passwords, so it sets none: build it with --features passwords"
+    )]
+    NotBuilt,
     /// The operating system supplies no random numbers.
     #[error("the password cannot be hashed: no random numbers: {0}")]
     Random(getrandom::Error),
@@ -105,12 +109,24 @@ pub fn check(password: &str, name: &str) -> Result<(), PasswordError> {
         return Err(PasswordError::Long(password.len()));
     }
     let words: Vec<&str> = OUR_WORDS.into_iter().chain([name]).collect();
-    let estimate = zxcvbn(password, &words);
-    if estimate.score() >= Score::Three {
+    guesses(password, &words)
+}
+
+/// Whether an attacker who tries `words` first needs too many guesses.
+#[cfg(feature = "passwords")]
+fn guesses(password: &str, words: &[&str]) -> Result<(), PasswordError> {
+    let estimate = zxcvbn::zxcvbn(password, words);
+    if estimate.score() >= zxcvbn::Score::Three {
         return Ok(());
     }
     let warning = estimate.feedback().and_then(|feedback| feedback.warning());
     Err(PasswordError::Guessed(warning.map(|warning| warning.to_string().trim_end_matches('.').to_lowercase())))
+}
+
+/// Nobody has checked how easily the password is guessed, so it is refused.
+#[cfg(not(feature = "passwords"))]
+fn guesses(_password: &str, _words: &[&str]) -> Result<(), PasswordError> {
+    Err(PasswordError::NotBuilt)
 }
 
 /// A password hash in PHC string format.

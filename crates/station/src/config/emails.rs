@@ -23,7 +23,8 @@ use crate::alarm::{NotificationTarget, Priority, QuietHours};
 use crate::host_name::is_loopback;
 use hyper::Uri;
 use hyper::http::uri::Authority;
-use lettre::message::Mailbox;
+#[cfg(feature = "email")]
+pub use lettre::message::Mailbox;
 use profivac_host::text_file::Parsed;
 use serde::Deserialize;
 use std::fmt;
@@ -33,6 +34,11 @@ use toml::Spanned;
 
 /// The most recipients of a message. free choice: a list belongs to the mail server.
 const MAX_RECIPIENTS: usize = 50;
+
+/// The address of a sender or recipient: there is none in a program without the feature `email`.
+#[cfg(not(feature = "email"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mailbox(());
 
 /// How a connection to a mail server is encrypted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,6 +198,12 @@ fn security(given: Option<&Spanned<String>>) -> Result<(MailSecurity, u16), Loca
     Ok((security, port))
 }
 
+#[cfg(not(feature = "email"))]
+fn mailbox(given: &Spanned<String>) -> Result<Mailbox, Located> {
+    Err(Located::new(given.span(), ConfigProblem::WithoutEmail))
+}
+
+#[cfg(feature = "email")]
 fn mailbox(given: &Spanned<String>) -> Result<Mailbox, Located> {
     let text = given.get_ref();
     let wrong = || Located::new(given.span(), ConfigProblem::MailAddress(text.clone()));

@@ -578,6 +578,11 @@ pub enum ConfigProblem {
     /// The URL of a webhook cannot be used.
     #[error("expected a URL like https://host/path, found {0}")]
     WebhookUrl(WebhookUrlProblem),
+    /// The program sends no e-mail.
+    #[error(
+        "the file has [[email]], and this program was built without e-mail: delete the table, or build with --features email"
+    )]
+    WithoutEmail,
     /// The server of an e-mail cannot be used.
     #[error("expected a mail server like smtp.example.org or smtp.example.org:587, found {0:?}")]
     MailServer(String),

@@ -19,6 +19,7 @@
 
 pub mod client;
 pub mod delivery;
+#[cfg_attr(not(feature = "email"), path = "no_email.rs")]
 pub mod email;
 pub mod receiver;
 pub mod status;
