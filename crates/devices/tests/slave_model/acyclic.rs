@@ -7,6 +7,8 @@ use crate::process::{Process, Refusal, Via};
 const MIN_SEND_TIMEOUT: u16 = 100;
 /// The SAP of the first connection; the others follow downwards. Section 4.6.
 const FIRST_SAP: u8 = 48;
+/// Max_Initiate_PDU_Length of section 4.6.3.
+const LONGEST_INITIATE: usize = 52;
 /// FI_Index of I&M0. Section 5.2.
 const IM0: [u8; 2] = [0xFD, 0xE8];
 
@@ -300,6 +302,10 @@ impl<P: Process> Model<P> {
             self.reach("poll of SAP 49");
             return Reply::Sc;
         }
+        if pdu.len() > LONGEST_INITIATE {
+            self.reach("Initiate too long");
+            return RR;
+        }
         if pdu[0] != 0x57 {
             self.reach("SAP 49 without Initiate");
             return answer;
@@ -328,7 +334,7 @@ impl<P: Process> Model<P> {
     fn initiate(&mut self, pdu: &[u8]) -> Result<Vec<u8>, Vec<u8>> {
         let address_error = vec![0x58, 0x00, 0x17];
         let format_error = vec![0x58, 0x00, 0x12];
-        if pdu.len() < 20 {
+        if pdu.len() < 16 {
             self.reach("Initiate too short");
             return Err(address_error);
         }
@@ -336,6 +342,15 @@ impl<P: Process> Model<P> {
         if (s_type == 0 && s_len != 2) || (d_type == 0 && d_len != 2) {
             self.reach("Initiate with a wrong address length");
             return Err(format_error);
+        }
+        // open(16): section 4.6.3 has no address of these types.
+        if (s_type != 0 && s_len < 8) || (d_type != 0 && d_len < 8) || s_type > 1 || d_type > 1 {
+            self.reach("Initiate with an odd address type");
+            return Err(format_error);
+        }
+        if pdu.len() < 20 {
+            self.reach("Initiate too short");
+            return Err(address_error);
         }
         let (s_len_octets, d_len_octets) = (usize::from(s_len), usize::from(d_len));
         if pdu.len() < 16 + s_len_octets + d_len_octets {
@@ -346,15 +361,15 @@ impl<P: Process> Model<P> {
             self.reach("Initiate to another network");
             return Err(address_error);
         }
-        // open(8): the code of missing features.
-        if pdu[6] & 1 == 0 {
-            self.reach("Initiate without Read and Write");
-            return Err(Self::negative(0x57, Refusal(0xA9, 0)));
-        }
         // open(2): the code of a refused address.
         if pdu[16 + s_len_octets..18 + s_len_octets] != [0, 0] {
             self.reach("Initiate to another application");
             return Err(Self::negative(0x57, Refusal(0xB8, 0)));
+        }
+        // open(8): the code of missing features.
+        if pdu[6] & 1 == 0 {
+            self.reach("Initiate without Read and Write");
+            return Err(Self::negative(0x57, Refusal(0xA9, 0)));
         }
         self.reach("Initiate");
         let (s_addr, d_addr) = pdu[16..16 + s_len_octets + d_len_octets].split_at(s_len_octets);

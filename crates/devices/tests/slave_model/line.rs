@@ -22,6 +22,8 @@ pub enum Event {
     ReturnToWaitPrm,
     /// The application has another diagnosis.
     Diagnosis(DeviceDiagnosis),
+    /// Device time passes until everything is done; no bit time.
+    Settle,
 }
 
 /// An event after an idle time.
@@ -52,12 +54,19 @@ pub trait Driven: Device + Clone {
     fn set_time(&mut self, now: u64);
     /// Another diagnosis.
     fn set_diagnosis(&mut self, diagnosis: DeviceDiagnosis);
+    /// Lets device time pass until everything is done.
+    fn settle(&mut self) {}
     /// Gives the process the device after a telegram.
     fn show(&self, process: &mut Self::Process);
 }
 
+/// A change of the answers of the slave, on purpose.
+pub type Fault = fn(&mut Vec<u8>);
+
 /// The real slave beside the model.
 pub struct Line<D: Driven> {
+    /// Shows that the comparison finds a fault.
+    pub fault: Option<Fault>,
     slave: Slave<D>,
     receiver: Receiver,
     pub model: Model<D::Process>,
@@ -97,7 +106,7 @@ impl fmt::Display for Step {
 impl<D: Driven> Line<D> {
     /// Both after power-up.
     pub fn new(slave: Slave<D>, model: Model<D::Process>) -> Self {
-        Self { slave, receiver: Receiver::new(BitTime(0)), model, naive: NaiveReceiver::new(), now: 0 }
+        Self { fault: None, slave, receiver: Receiver::new(BitTime(0)), model, naive: NaiveReceiver::new(), now: 0 }
     }
 
     /// Lets timers expire up to `now`.
@@ -180,9 +189,17 @@ impl<D: Driven> Line<D> {
                         self.slave.device_mut().set_diagnosis(diagnosis.clone());
                         self.model.set_diagnosis(diagnosis.clone());
                     }
+                    Event::Settle => {
+                        self.slave.device_mut().settle();
+                        self.slave.device().show(&mut self.model.process);
+                        self.model.process.settle();
+                    }
                     Event::Octets(_) => unreachable!(),
                 }
             }
+        }
+        if let (Some(fault), Some(answer)) = (self.fault, &mut answers.0) {
+            fault(answer);
         }
         let difference = self.difference(&answers, not_before, min_tsdr);
         Outcome { answer: answers.1, difference }

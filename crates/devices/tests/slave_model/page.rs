@@ -1,6 +1,7 @@
 //! The tables of a gauge, from its page in `docs/devices`.
 
 use crate::tables::{Configuration, Table};
+use std::ops::Range;
 
 /// A parameter of one slot.
 #[derive(Clone, Debug)]
@@ -33,6 +34,10 @@ pub struct Page {
     pub rows: Vec<Row>,
     /// Configurations with the parameter channel.
     pub with_channel: Vec<bool>,
+    /// The type of numbers that a configuration selects.
+    pub float: Vec<Option<bool>>,
+    /// The fields of the inputs of each configuration, besides the parameter channel.
+    pub inputs: Vec<Vec<(Range<usize>, String)>>,
     /// In the order of the page.
     pub reasons: Vec<Reason>,
     /// AK 10 writes an octet; otherwise AK 2 does.
@@ -55,6 +60,13 @@ fn row(line: &str) -> Vec<String> {
 
 fn octets(text: &str) -> Vec<u8> {
     text.split_whitespace().filter_map(|octet| u8::from_str_radix(octet, 16).ok()).collect()
+}
+
+/// `8-9 Process Value (integer)` and the like.
+fn field(text: &str) -> Option<(Range<usize>, String)> {
+    let (octets, name) = text.split_once(' ')?;
+    let (from, to) = octets.split_once('-').unwrap_or((octets, octets));
+    Some((from.parse().ok()?..to.parse::<usize>().ok()? + 1, name.to_owned()))
 }
 
 /// `1/2_R/W` and the like.
@@ -90,10 +102,17 @@ impl Page {
         let from_master = cells(page, "## Telegrams from the master");
         let mut configurations = Vec::new();
         let mut with_channel = Vec::new();
+        let (mut float, mut inputs) = (Vec::new(), Vec::new());
+        let from_device = cells(page, "## Telegrams from the device");
         let mut default_configuration = 0;
         for cells in cells(page, "## Configurations").iter().skip(1) {
             let telegram = from_master.iter().find(|it| it[0] == cells[1]);
             with_channel.push(telegram.is_some_and(|it| it[2].starts_with("0-7 Parameter Channel")));
+            let telegram = from_device.iter().find(|it| it[0] == cells[3]).map_or("", |it| it[2].as_str());
+            float
+                .push(telegram.contains("(float)").then_some(true).or(telegram.contains("(integer)").then_some(false)));
+            inputs
+                .push(telegram.split(", ").filter(|it| !it.ends_with("Parameter Channel")).filter_map(field).collect());
             if cells[6] == "yes" {
                 default_configuration = configurations.len();
             }
@@ -129,6 +148,8 @@ impl Page {
             },
             rows: Self::rows(page),
             with_channel,
+            float,
+            inputs,
             reasons,
             octet_instruction: instructions.iter().any(|cells| cells[0] == "10"),
             zero_between: page.contains("A new instruction is started only after AK 0."),

@@ -29,6 +29,8 @@ pub trait Process: Clone {
     fn begin_exchange(&mut self) {}
     /// Data_Exch ends.
     fn end_exchange(&mut self) {}
+    /// Device time passes until everything is done.
+    fn settle(&mut self) {}
     /// Outputs reach the process; `None` is the safe state.
     fn outputs(&mut self, outputs: Option<&[u8]>);
     /// The inputs.

@@ -70,6 +70,9 @@ impl Services {
         if self.chance(1) && self.application {
             return self.application(gap);
         }
+        if self.chance(3) && !self.application {
+            return Step { gap, event: Event::Settle, name: "the device settles".into() };
+        }
         let octets = match self.random.u32(0..100) {
             0..=2 => self.odd(model),
             3..=5 => {
@@ -419,7 +422,8 @@ impl Services {
         let [high, low] = timeout.to_be_bytes();
         let profile = self.one_of(&[0, 0x97]);
         let mut du = vec![0x57, 0, 0, 0, high, low, 1, 0, 0, 0, profile, 0, 0, 2, 0, 2, 0, 0, 0, 0];
-        match self.random.u32(0..30) {
+        match self.random.u32(0..40) {
+            30..=33 => return self.odd_initiate(),
             0 => du.truncate(self.random.usize(0..20)),
             1 => du[13] = 3,
             2 => du[15] = 1,
@@ -444,6 +448,31 @@ impl Services {
             }
             _ => {}
         }
+        du
+    }
+
+    /// An Initiate with any time, features, profile and addresses of any length.
+    fn odd_initiate(&mut self) -> Vec<u8> {
+        let timeout = self.one_of(&[0, 1, 99, 100, 101, 500, 0x7FFF, 0xFFFF]);
+        let [high, low] = u16::to_be_bytes(timeout);
+        let features = self.random.u16(..).to_be_bytes();
+        let profile = self.octets(4);
+        let (s_type, d_type) = (self.one_of(&[0, 0, 1, 2, 255]), self.one_of(&[0, 0, 0, 1]));
+        let (s_len, d_len) = (self.one_of(&[0, 1, 2, 2, 3, 8, 20, 200]), self.one_of(&[2, 2, 2, 2, 0, 1, 3, 8]));
+        let mut du = vec![0x57, self.random.u8(..), 0, 0, high, low];
+        du.extend(features);
+        du.extend(profile);
+        du.extend([s_type, s_len, d_type, d_len]);
+        let addresses = usize::from(s_len) + usize::from(d_len) + self.one_of(&[0, 0, 0, 1, 5]);
+        let octets = self.octets(addresses);
+        du.extend(octets);
+        if self.random.bool() {
+            let from = 16 + usize::from(s_len);
+            du.iter_mut().skip(from).take(2).for_each(|octet| *octet = 0);
+            du[6] |= 1;
+        }
+        let shorter = self.one_of(&[0, 0, 0, 1, 2]);
+        du.truncate(du.len() - shorter);
         du
     }
 }
