@@ -315,8 +315,11 @@ impl<P: Process> Model<P> {
             Ok(response) => (response, false),
             Err(response) => (response, true),
         };
-        // open(5): an Initiate that is answered by Abort does not lengthen the time.
-        let asked = if response[0] == 0x58 { 0 } else { word(4) };
+        // open(5): an Initiate that is answered by Abort does not lengthen the time. open(17): but one to another network does.
+        let octets = |position: usize| pdu.get(position).map_or(0, |it| usize::from(*it));
+        let whole = pdu.len() >= 20.max(16 + octets(13) + octets(15));
+        let another_network = response == [0x58, 0x00, 0x17] && whole && octets(14) == 1;
+        let asked = if response[0] == 0x58 && !another_network { 0 } else { word(4) };
         let timeout = u64::from(asked.max(MIN_SEND_TIMEOUT)) * TEN_MS;
         self.connections[position] = Connection::Bound {
             sa: request.sa,

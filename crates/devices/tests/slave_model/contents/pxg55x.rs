@@ -80,11 +80,12 @@ impl Pxg55x {
             (Sensor::Diaphragm | Sensor::Pirani, 0) => false,
             _ => return Verdict::Done,
         };
-        if common.executing() && gain {
+        if common.executing() && gain && !self.adjusted {
             return Verdict::Refused(Reason::NotNow);
         }
-        // (78): IDLE is free.
-        let verdict = if common.executing() && !common.moving { Verdict::Done } else { Verdict::Open(12) };
+        // (78): IDLE is free. An adjustment has changed the reading that the next one needs.
+        let certain = common.executing() && !common.moving && !self.adjusted;
+        let verdict = if certain { Verdict::Done } else { Verdict::Open(12) };
         self.adjusted = true;
         common.moving = true;
         verdict
