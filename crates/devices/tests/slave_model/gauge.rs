@@ -45,6 +45,8 @@ pub struct Peek<D> {
     device: D,
     /// And before it.
     before: D,
+    /// Both are exchanged until the next telegram.
+    rewound: bool,
     selector: u8,
     locked: bool,
     /// User parameters select the compatibility mode of the PCG and PSG.
@@ -70,6 +72,7 @@ impl<D: Device + Clone> Peek<D> {
             configuration,
             device,
             before,
+            rewound: false,
             selector,
             locked,
             compatible,
@@ -347,7 +350,8 @@ impl<D: Device + Clone> Process for Peek<D> {
     }
 
     fn rewind(&mut self) {
-        self.device = self.before.clone();
+        std::mem::swap(&mut self.device, &mut self.before);
+        self.rewound = true;
     }
 
     fn set_address(&mut self, _address: u8, lock: bool) -> bool {
@@ -526,6 +530,9 @@ impl<B: Behaviour + Clone> Driven for Gauge<B> {
     }
 
     fn show(&self, process: &mut Peek<Self>) {
+        if std::mem::take(&mut process.rewound) {
+            std::mem::swap(&mut process.device, &mut process.before);
+        }
         process.before = std::mem::replace(&mut process.device, self.clone());
     }
 }

@@ -426,8 +426,11 @@ impl Contents {
     /// Data_Exch begins: command 4 from IDLE (90).
     pub fn begin(&mut self) {
         let common = &mut self.common;
-        common.exchange = true;
         common.moving = true;
+        // open(18).
+        if std::mem::replace(&mut common.exchange, true) {
+            return;
+        }
         match common.phase {
             Phase::Idle => (common.phase, common.unmeasured) = (Phase::Executing, true),
             Phase::Init | Phase::SelfTest => common.execute = true,
