@@ -48,8 +48,8 @@ impl Img400 {
             (0, 0) | (4, 0 | 1) => Verdict::Done,
             (0, _) => Verdict::Open(7),
             (1, 1) => match self.emission[channel] {
-                Some(false) => Verdict::Refused(Reason::NotNow),
-                Some(true) if !common.moving && !self.degas[channel] => {
+                Some(false) if !common.restarted => Verdict::Refused(Reason::NotNow),
+                Some(true) if !common.moving && !common.restarted && !self.degas[channel] => {
                     self.degas[channel] = true;
                     common.moving = true;
                     Verdict::Done
@@ -93,7 +93,7 @@ impl Img400 {
             Some(MOVING)
         } else if self.adjusted[channel] {
             Some(12)
-        } else if channel < 2 && (self.emission[channel].is_none() || self.degas[channel]) {
+        } else if channel < 2 && (common.restarted || self.emission[channel].is_none() || self.degas[channel]) {
             Some(6)
         } else {
             None

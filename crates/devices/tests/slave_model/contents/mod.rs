@@ -109,6 +109,8 @@ pub struct Common {
     pub moving: bool,
     /// EXECUTING has begun, and the device had no time to measure: its last value is not certain.
     pub unmeasured: bool,
+    /// A Reset or a self test may have changed what commands had switched.
+    pub restarted: bool,
     pub form: Form,
     pressures: BTreeMap<Key, Stored>,
     numbers: BTreeMap<Key, u16>,
@@ -179,6 +181,7 @@ impl Common {
             execute: false,
             moving: false,
             unmeasured: false,
+            restarted: false,
             form: Form { unit: Unit::Mbar, float: true, torr, top },
             pressures: BTreeMap::new(),
             numbers: BTreeMap::new(),
@@ -224,7 +227,9 @@ impl Common {
     pub fn kept(&self, key: Key, factory: Option<f64>, scale: Scale) -> Content {
         match (self.pressures.get(&key), factory) {
             (Some(Stored { written: Some((form, octets)), .. }), _) if *form == self.form => {
-                Content::Octets(octets.clone())
+                // A number near 0 has no digits in COUNTS.
+                let counts = form.unit == Unit::Counts && form.float;
+                if counts { Content::About(octets.clone()) } else { Content::Octets(octets.clone()) }
             }
             (Some(stored), _) => self.show(stored.mbar, scale),
             (None, Some(mbar)) => self.show(mbar, scale),
@@ -279,6 +284,7 @@ impl Common {
         self.execute = false;
         self.moving = true;
         self.unmeasured |= next == Executing;
+        self.restarted |= matches!(next, Init | SelfTest);
         Some(Verdict::Done)
     }
 }
@@ -315,6 +321,8 @@ impl Contents {
                 let (code, _) = self.particular.units().iter().find(|it| it.1 == common.form.unit).expect("a unit");
                 wide(*code, *code > 0xFF)
             }
+            // Key Lock is volatile.
+            Rule::Within(..) if common.restarted && key == (0, 0, 203) => Content::Device(6),
             Rule::Within(_, to, factory) => match common.number(key).or(factory) {
                 Some(number) => wide(number, to > 0xFF),
                 None => Content::Device(2),

@@ -88,7 +88,12 @@ impl Form {
     /// Whether octets show the same: floats to a millionth, integers to one.
     pub fn alike(&self, one: &[u8], other: &[u8]) -> bool {
         let (Some(one), Some(other)) = (self.parse(one), self.parse(other)) else { return false };
-        let allowed = if self.float { 1e-6 * one.abs().max(other.abs()) } else { 1.0 };
+        let relative = 1e-6 * one.abs().max(other.abs());
+        let allowed = match (self.float, self.unit) {
+            (false, _) => 1.0,
+            (true, Unit::Counts) => relative.max(1e-6),
+            (true, _) => relative,
+        };
         (one - other).abs() <= allowed
     }
 }

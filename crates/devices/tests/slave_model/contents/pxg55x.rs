@@ -80,11 +80,11 @@ impl Pxg55x {
             (Sensor::Diaphragm | Sensor::Pirani, 0) => false,
             _ => return Verdict::Done,
         };
-        if common.executing() && gain && !self.adjusted {
+        if common.executing() && gain && self.uncertain(common).is_none() {
             return Verdict::Refused(Reason::NotNow);
         }
         // (78): IDLE is free. An adjustment has changed the reading that the next one needs.
-        let certain = common.executing() && !common.moving && !self.adjusted;
+        let certain = common.executing() && self.uncertain(common).is_none();
         let verdict = if certain { Verdict::Done } else { Verdict::Open(12) };
         self.adjusted = true;
         common.moving = true;
