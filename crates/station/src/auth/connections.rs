@@ -2,15 +2,17 @@
 //!
 //! A connection is *open to eviction* until a user is known on it. When all permits are taken, the oldest such connection of the address
 //! that has the most of them ends, so that a client that only connects, or only begins handshakes, makes room for the next client. A
-//! connection with a user holds its permit; a quarter of the permits is never held.
+//! connection with a user holds its permit; a quarter of the permits is never held. A station that sends to an archive holds permits as a
+//! user does. They do not count among those of its address: many stations may be behind one address.
 //!
 //! | Permits | Connections | Live streams |
 //! |---|---|---|
 //! | in all | [`Permits::new`] | three quarters of the connections |
 //! | held | three quarters | |
 //! | of one user | a quarter | an eighth |
+//! | of one station | [`MAX_HELD_BY_STATION`] | |
 //! | of one session | | [`MAX_STREAMS_PER_SESSION`] |
-//! | of one remote address | a quarter | an eighth |
+//! | of one remote address, without stations | a quarter | an eighth |
 //!
 //! All clients of a proxy on this computer have a loopback address, so loopback has no bound of its own.
 
@@ -27,11 +29,23 @@ pub const MAX_STREAMS_PER_SESSION: usize = 8;
 /// One user or one address may use the total divided by this number. free choice: enough for dozens of pages.
 const SHARE: usize = 4;
 
+/// The connections that one station holds: one for batches, one for requests, and those in whose place it has opened others.
+pub const MAX_HELD_BY_STATION: usize = 4;
+
+/// Who holds a permit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Holder {
+    /// A user.
+    User(Arc<str>),
+    /// A station that sends to an archive.
+    Station(Arc<str>),
+}
+
 /// A connection.
 struct Open {
     peer: IpAddr,
-    /// The user who is known on it.
-    user: Option<Arc<str>>,
+    /// The user or the station that is known on it.
+    holder: Option<Holder>,
     /// Dropped to end the connection.
     _evict: oneshot::Sender<()>,
 }
@@ -48,17 +62,17 @@ impl OpenConnections {
         self.open.values().filter(|open| is_counted(open)).count()
     }
 
-    /// Ends the oldest connection of `peer` that has no user. Returns whether there was one.
+    /// Ends the oldest connection of `peer` that has no holder. Returns whether there was one.
     fn evict_of(&mut self, peer: IpAddr) -> bool {
         let oldest =
-            self.open.iter().find(|(_, open)| open.user.is_none() && open.peer == peer).map(|(number, _)| *number);
+            self.open.iter().find(|(_, open)| open.holder.is_none() && open.peer == peer).map(|(number, _)| *number);
         oldest.is_some_and(|number| self.open.remove(&number).is_some())
     }
 
-    /// The address with the most connections that have no user; among equal ones the one with the oldest.
+    /// The address with the most connections that have no holder; among equal ones the one with the oldest.
     fn greediest(&self) -> Option<IpAddr> {
         let mut counts: HashMap<IpAddr, (usize, std::cmp::Reverse<u64>)> = HashMap::new();
-        for (number, open) in self.open.iter().filter(|(_, open)| open.user.is_none()) {
+        for (number, open) in self.open.iter().filter(|(_, open)| open.holder.is_none()) {
             let (count, _) = counts.entry(open.peer).or_insert((0, std::cmp::Reverse(*number)));
             *count = count.saturating_add(1);
         }
@@ -94,12 +108,12 @@ impl Permits {
         (self.max / SHARE).max(1)
     }
 
-    /// A permit for a connection from `peer`, if need be that of an older one without a user; `None` if all permits are held.
+    /// A permit for a connection from `peer`, if need be that of an older one without a holder; `None` if all permits are held.
     #[must_use]
     pub fn take(&self, peer: IpAddr) -> Option<(Arc<Permit>, Evicted)> {
         let peer = network(peer);
         let mut connections = self.lock();
-        let own = connections.count(|open| open.peer == peer);
+        let own = connections.count(|open| open.peer == peer && !matches!(open.holder, Some(Holder::Station(_))));
         if !peer.is_loopback() && own >= self.share() && !connections.evict_of(peer) {
             return None;
         }
@@ -110,7 +124,7 @@ impl Permits {
         let number = connections.next;
         connections.next = number.saturating_add(1);
         let (evict, evicted) = oneshot::channel();
-        connections.open.insert(number, Open { peer, user: None, _evict: evict });
+        connections.open.insert(number, Open { peer, holder: None, _evict: evict });
         drop(connections);
         Some((Arc::new(Permit { number, permits: self.clone() }), evicted))
     }
@@ -124,16 +138,28 @@ impl Permit {
     /// Holds the permit for a user, as far as the user and all users together have permits left. Without one the connection works and
     /// stays open to eviction.
     pub fn hold(&self, user: &Arc<str>) {
-        let (max_own, max_held) = (self.permits.share(), self.permits.max.saturating_sub(self.permits.share()));
+        self.hold_for(Holder::User(Arc::clone(user)), self.permits.share());
+    }
+
+    /// Holds the permit for a station that has shown its token, within [`MAX_HELD_BY_STATION`] and the bound of all holders.
+    pub fn hold_for_station(&self, station: &Arc<str>) {
+        self.hold_for(Holder::Station(Arc::clone(station)), MAX_HELD_BY_STATION);
+    }
+
+    fn hold_for(&self, holder: Holder, max_own: usize) {
+        let max_held = self.permits.max.saturating_sub(self.permits.share());
         let mut connections = self.permits.lock();
-        let others = |connections: &OpenConnections, is_counted: &dyn Fn(&Arc<str>) -> bool| {
+        if connections.open.get(&self.number).is_none_or(|open| open.holder.as_ref() == Some(&holder)) {
+            return;
+        }
+        let others = |connections: &OpenConnections, is_counted: &dyn Fn(&Holder) -> bool| {
             let all = connections.open.iter().filter(|(number, _)| **number != self.number);
-            all.filter(|(_, open)| open.user.as_ref().is_some_and(is_counted)).count()
+            all.filter(|(_, open)| open.holder.as_ref().is_some_and(is_counted)).count()
         };
         let has_permit =
-            others(&connections, &|other| other == user) < max_own && others(&connections, &|_| true) < max_held;
+            others(&connections, &|other| *other == holder) < max_own && others(&connections, &|_| true) < max_held;
         if let Some(open) = connections.open.get_mut(&self.number) {
-            open.user = has_permit.then(|| Arc::clone(user));
+            open.holder = has_permit.then_some(holder);
         }
     }
 }
@@ -285,7 +311,44 @@ mod tests {
             flood.iter_mut().map(|(_, evicted)| is_evicted(evicted)).filter(|is_evicted| !is_evicted).count(),
             7
         );
-        assert!(permits.lock().open.get(&login.number).is_some_and(|open| open.user.is_some()));
+        assert!(permits.lock().open.get(&login.number).is_some_and(|open| open.holder.is_some()));
+    }
+
+    #[test]
+    fn stations_behind_one_address_neither_end_the_connections_of_each_other_nor_lose_them_to_others() {
+        let permits = Permits::new(512);
+        let station = |number: usize| Arc::from(format!("hall-{number}"));
+        let mut stations = Vec::new();
+        for number in 0..190 {
+            for _ in 0..2 {
+                let (permit, evicted) = permits.take(address("10.0.0.1")).unwrap();
+                permit.hold_for_station(&station(number));
+                stations.push((permit, evicted));
+            }
+        }
+        assert!(
+            !stations.iter_mut().any(|(_, evicted)| is_evicted(evicted)),
+            "a station has ended that of another one"
+        );
+        // However many come from there without a token, they have a bound, and the stations stay.
+        let mut others: Vec<_> = (0..600).map(|_| permits.take(address("10.0.0.1")).unwrap()).collect();
+        let ended = others.iter_mut().map(|(_, evicted)| is_evicted(evicted)).filter(|is_evicted| *is_evicted).count();
+        assert_eq!(others.len() - ended, 128);
+        assert!(!stations.iter_mut().any(|(_, evicted)| is_evicted(evicted)), "a station has lost its connection");
+        // A station with a token holds no more than its own.
+        let greedy: Vec<_> = (0..20).map(|_| permits.take(address("10.0.0.2")).unwrap()).collect();
+        greedy.iter().for_each(|(permit, _)| permit.hold_for_station(&station(1_000)));
+        assert_eq!(
+            permits.lock().count(|open| open.holder == Some(Holder::Station(station(1_000)))),
+            MAX_HELD_BY_STATION
+        );
+        // All stations together leave a quarter to others.
+        for number in 200..400 {
+            let (permit, evicted) = permits.take(address("10.0.0.3")).unwrap();
+            permit.hold_for_station(&station(number));
+            stations.push((permit, evicted));
+        }
+        assert_eq!(permits.lock().count(|open| open.holder.is_some()), 384);
     }
 
     #[test]
@@ -309,7 +372,7 @@ mod tests {
                 all.push((permit, evicted));
             }
         }
-        let held = |user: &str| permits.lock().count(|open| open.user.as_deref() == Some(user));
+        let held = |user: &str| permits.lock().count(|open| open.holder == Some(Holder::User(Arc::from(user))));
         assert_eq!(["ada", "olga", "vera", "hugo", "ines"].map(held), [4, 4, 4, 0, 0]);
         assert!(permits.take(address("127.0.0.1")).is_some(), "a quarter is kept for logins");
     }
