@@ -6,14 +6,19 @@
 
 use async_nats::HeaderMap;
 use async_nats::jetstream::{self, context::PublishAckFuture};
+use axum::body::Bytes;
 use profivac_recorder::batch::{Batch, FORMAT, Samples, Span};
 use profivac_recorder::{Micros, Quality, Sample};
 use std::collections::VecDeque;
 use std::error::Error;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The most batches without an acknowledgement.
 const MAX_WAITING: usize = 512;
+
+/// The pause when the servers hold as many batches of a station as they may, and the longest time of that.
+const PAUSE: Duration = Duration::from_millis(100);
+const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
 /// The batches of one second.
 struct Load {
@@ -68,6 +73,37 @@ fn span(second: Micros, gauge: u32) -> Span {
     }
 }
 
+/// A batch that is published until the servers have room for it.
+struct Message {
+    subject: String,
+    headers: HeaderMap,
+    payload: Bytes,
+}
+
+impl Message {
+    async fn publish(&self, jetstream: &jetstream::Context) -> Result<PublishAckFuture, Box<dyn Error>> {
+        let (subject, headers) = (self.subject.clone(), self.headers.clone());
+        Ok(jetstream.publish_with_headers(subject, headers, self.payload.clone()).await?)
+    }
+
+    /// Waits until the batch is stored. While the share of its station is full, it is published again, as a station does.
+    async fn stored(
+        &self,
+        jetstream: &jetstream::Context,
+        mut acknowledgement: PublishAckFuture,
+    ) -> Result<(), Box<dyn Error>> {
+        let begun = Instant::now();
+        while let Err(error) = acknowledgement.await {
+            if !error.to_string().contains("maximum messages per subject exceeded") || begun.elapsed() > LONGEST_WAIT {
+                return Err(error.into());
+            }
+            tokio::time::sleep(PAUSE).await;
+            acknowledgement = self.publish(jetstream).await?;
+        }
+        Ok(())
+    }
+}
+
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -80,7 +116,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let mut load = Load { gauges, samples, random: 0x9e37_79b9_7f4a_7c15 };
     let now = Micros::now().0.div_euclid(Micros::SECOND) * Micros::SECOND;
     let begun = Instant::now();
-    let mut waiting: VecDeque<PublishAckFuture> = VecDeque::new();
+    let mut waiting: VecDeque<(PublishAckFuture, Message)> = VecDeque::new();
     let mut octets = 0_u64;
     for number in 1..=seconds {
         let second = Micros(now - (seconds - number) * Micros::SECOND);
@@ -90,17 +126,18 @@ async fn main() -> Result<(), Box<dyn Error>> {
             octets += payload.len() as u64;
             let mut headers = HeaderMap::new();
             headers.insert("Profivac-Batch", format!("{station}/{now}/{number}").as_str());
-            let subject = format!("profivac.v1.load.{station}.batch");
-            waiting.push_back(jetstream.publish_with_headers(subject, headers, payload.into()).await?);
+            let message =
+                Message { subject: format!("profivac.v1.load.{station}.batch"), headers, payload: payload.into() };
+            waiting.push_back((message.publish(&jetstream).await?, message));
             if waiting.len() >= MAX_WAITING
-                && let Some(oldest) = waiting.pop_front()
+                && let Some((acknowledgement, message)) = waiting.pop_front()
             {
-                oldest.await?;
+                message.stored(&jetstream, acknowledgement).await?;
             }
         }
     }
-    for acknowledgement in waiting {
-        acknowledgement.await?;
+    for (acknowledgement, message) in waiting {
+        message.stored(&jetstream, acknowledgement).await?;
     }
     let batches = seconds * i64::from(stations);
     println!(
