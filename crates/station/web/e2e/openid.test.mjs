@@ -10,7 +10,7 @@ import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 import Provider from 'oidc-provider'
 import { violations } from './axe.mjs'
-import { addUser, openContext, startBrowser, startStation } from './setup.mjs'
+import { addUser, openContext, startArchive, startBrowser, startStation } from './setup.mjs'
 
 const SECRET = 'a secret with spaces & signs: +%'
 const PASSWORD = 'tin whisker plateau'
@@ -21,6 +21,7 @@ const GROUPS = { erna: ['staff', 'vacuum-engineer'], otto: ['vacuum-operator'], 
 let browser
 let folder
 let station
+let archive
 let server
 
 /** A new key of this type as JSON. */
@@ -40,8 +41,8 @@ function provideWith(jwk, issuer = server.issuer) {
       {
         client_id: 'profivac',
         client_secret: SECRET,
-        redirect_uris: [`${station.url}/openid`],
-        post_logout_redirect_uris: [`${station.url}/`],
+        redirect_uris: [station, archive].map(({ url }) => `${url}/openid`),
+        post_logout_redirect_uris: [station, archive].map(({ url }) => `${url}/`),
         id_token_signed_response_alg: jwk.alg,
       },
     ],
@@ -69,23 +70,37 @@ before(async () => {
   const file = join(folder, 'hall.toml')
   await writeFile(join(folder, 'line.toml'), 'devices = ["bcg450@5"]\npressure = "2e-4 mbar"\n')
   await writeFile(join(folder, 'openid.secret'), `${SECRET}\n`, { mode: 0o600 })
-  const lines = [
-    '[openid]\nname = "Lab login"',
+  const openid = (table) => [
+    `[${table}]\nname = "Lab login"`,
     `issuer = "${server.issuer}"\nclient-id = "profivac"\nclient-secret-file = "openid.secret"`,
     'roles-claim = "lab.groups"',
-    '[openid.roles]\noperator = ["vacuum-operator"]\nengineer = ["vacuum-engineer"]',
+    `[${table}.roles]\noperator = ["vacuum-operator"]\nengineer = ["vacuum-engineer"]`,
+  ]
+  const lines = [
+    ...openid('openid'),
     '[[segment]]\nname = "hall"\nport = "sim:line.toml"',
     '[[segment.gauge]]\nname = "chamber"\naddress = 5\ndevice = "bcg450"\n',
   ]
   await writeFile(file, lines.join('\n'), { mode: 0o600 })
   await addUser(file, 'ada', 'engineer', PASSWORD)
-  ;[browser, station] = await Promise.all([startBrowser(), startStation(file)])
+  // Logins need neither NATS nor PostgreSQL.
+  const ofArchive = join(folder, 'archive.toml')
+  const tables = [
+    '[nats]\nservers = ["nats://127.0.0.1:1"]',
+    '[postgres]\nconnection = "host=127.0.0.1 port=1 user=none dbname=none"',
+    '[view]\nlisten = "127.0.0.1:0"\nusers = "archive.users"',
+    ...openid('view.openid'),
+    '[[plant]]\nname = "hall"\nreaders = []\nusers = ["openid:otto"]\n',
+  ]
+  await writeFile(ofArchive, tables.join('\n'), { mode: 0o600 })
+  await addUser(ofArchive, 'eve', 'viewer', PASSWORD)
+  ;[browser, station, archive] = await Promise.all([startBrowser(), startStation(file), startArchive(ofArchive)])
   provideWith(rsa('first'))
 })
 
 after(async () => {
   await browser?.close()
-  await station?.stop()
+  await Promise.all([station?.stop(), archive?.stop()])
   server?.closeAllConnections()
   await new Promise((done) => (server ? server.close(done) : done()))
   await rm(folder, { recursive: true, force: true })
@@ -96,12 +111,12 @@ const live = (page) => page.locator('header .connection.good').waitFor()
 const loggedOut = (page) => page.getByRole('heading', { name: 'Log in' }).waitFor()
 
 /** Opens a page of the station in a new browser. Refused requests are the only errors that the console may show. */
-async function visit(path, look, options = {}) {
+async function visit(path, look, { at = station, ...options } = {}) {
   const { page, complaints, close } = await openContext(browser, options)
   try {
     // The pages of the provider ask another computer for a font.
     await page.route('https://fonts.googleapis.com/**', (route) => route.fulfill({ contentType: 'text/css', body: '' }))
-    await page.goto(station.url + path)
+    await page.goto(at.url + path)
     await look(page)
     assert.deepEqual(
       complaints.filter((complaint) => !/status of (401|403|503)/.test(complaint)),
@@ -254,4 +269,39 @@ test('a provider that is down gives a sentence, and passwords work', async () =>
   } finally {
     provideWith(rsa('fourth'))
   }
+})
+
+test('a user of the provider logs in at the page of an archive, with the role there, and logs out at both', async () => {
+  await visit(
+    '/alarms',
+    async (page) => {
+      await loggedOut(page)
+      await login(page, 'otto')
+      await live(page)
+      const address = new URL(page.url())
+      assert.deepEqual([address.origin, address.pathname, address.search], [archive.url, '/alarms', ''])
+      assert.match(await page.locator('header .user').innerText(), /openid:otto\s+operator/)
+      const { user } = await page.evaluate(async () => (await fetch('/api/session')).json())
+      assert.deepEqual([user.name, user.role], ['openid:otto', 'operator'])
+      await page.getByRole('button', { name: 'Log out' }).click()
+      await page.getByRole('button', { name: 'Yes, sign me out' }).click()
+      await loggedOut(page)
+      assert.equal(new URL(page.url()).origin, archive.url)
+      const status = await page.evaluate(async () => (await fetch('/api/archive')).status)
+      assert.equal(status, 401)
+    },
+    { at: archive },
+  )
+})
+
+test('an archive refuses a user of the provider without a role', async () => {
+  await visit(
+    '/',
+    async (page) => {
+      await login(page, 'gast')
+      assert.match(await page.getByRole('alert').innerText(), /^Login failed: openid:gast has no role/)
+      await loggedOut(page)
+    },
+    { at: archive },
+  )
 })

@@ -71,9 +71,14 @@ export async function addUser(file, name, role, password) {
 /** A station with this file. */
 export const startStation = (file) => startProfivac('run', file)
 
-async function startProfivac(command, ...more) {
+/** An archive with this file, which needs the feature `archive`; its file says where the page is. */
+export const startArchive = (file) => startWith(['archive', file])
+
+const startProfivac = (command, ...more) => startWith([command, '--listen', '127.0.0.1:0', ...more])
+
+async function startWith(words) {
   const program = PROFIVAC
-  const child = spawn(program, [command, '--listen', '127.0.0.1:0', ...more], {
+  const child = spawn(program, words, {
     stdio: ['pipe', 'pipe', 'pipe'],
   })
   const outputs = [child.stdout, child.stderr].map((input) => createInterface({ input }))
