@@ -16,6 +16,7 @@
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
 //! | `request`, `responder` | what users of the archive ask a station for, and the station's answers |
+//! | [`pending`] | requests to stations without NATS, which poll for them |
 //! | `session` | what a session reports, and the pause before the next one |
 //! | [`view`] | one view of all stations: API and page |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
@@ -29,6 +30,7 @@ pub mod config;
 pub mod database;
 pub mod https;
 mod nats;
+pub mod pending;
 mod post;
 pub mod publisher;
 mod request;

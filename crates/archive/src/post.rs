@@ -1,11 +1,13 @@
-//! The client of an archive without NATS: one batch, one POST, and its answer after the commit.
+//! The client of an archive without NATS: one batch, one POST, and its answer after the commit; and polls for requests of users, with replies.
 
+use crate::request::MAX_OCTETS as MAX_REQUEST;
 use axum::body::{Body, Bytes, to_bytes};
 use hyper::client::conn::http1::{self, SendRequest};
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
-use hyper::{Method, Request, Response, StatusCode, body};
+use hyper::{Method, Request, Response, StatusCode, Uri, body};
 use hyper_util::rt::TokioIo;
 use profivac_recorder::outbox::Waiting;
+use profivac_station::auth::secret::RandomSecret;
 use profivac_station::client_tls::{fault, is_of_another_name, trusting};
 use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::archive::Https;
@@ -24,10 +26,16 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(20);
 /// The longest wait for the answer: longer than the archive waits for its database.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(120);
 
+/// The longest wait for a request of a user: longer than the archive waits for one.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(40);
+
+/// The header with the id of a request.
+pub const REQUEST_HEADER: &str = "profivac-request";
+
 /// The longest reason of a refusal that is shown.
 const LONGEST_REASON: usize = 400;
 
-/// Why the archive did not take a batch.
+/// Why the archive did not take a batch or a reply, or gave no request.
 #[derive(Debug, Error)]
 #[error("{archive}: {reason}")]
 pub struct PostError {
@@ -42,23 +50,38 @@ pub fn path(plant: &str, station: &str, epoch: i64, number: i64) -> String {
     format!("/v1/{plant}/{station}/{epoch}/{number}")
 }
 
+/// The path of the requests to a station.
+fn requests_path(plant: &str, station: &str) -> String {
+    format!("/v1/{plant}/{station}/request")
+}
+
+/// What is sent to the archive.
+struct Outgoing {
+    method: Method,
+    path: String,
+    payload: Bytes,
+    content: &'static str,
+    /// The longest wait for the answer.
+    wait: Duration,
+}
+
 /// A client of one archive, with a connection that stays open.
 pub struct Poster {
     origin: String,
-    https: Https,
+    url: Uri,
     token: HeaderValue,
     connector: TlsConnector,
     connection: Option<SendRequest<Body>>,
 }
 
 impl Poster {
-    /// A client that has not connected yet.
+    /// A client of the archive at `url` that has not connected yet.
     ///
     /// # Errors
     /// [`PostError`] when the certificates cannot be read.
-    pub fn new(https: &Https) -> Result<Self, PostError> {
-        let host = https.url.authority().map_or("", |authority| authority.as_str());
-        let origin = format!("{}://{host}", https.url.scheme_str().unwrap_or_default());
+    pub fn new(https: &Https, url: &Uri) -> Result<Self, PostError> {
+        let host = url.authority().map_or("", |authority| authority.as_str());
+        let origin = format!("{}://{host}", url.scheme_str().unwrap_or_default());
         let failed = |error: &dyn std::fmt::Display| PostError { archive: origin.clone(), reason: error.to_string() };
         let trusted = https.ca_file.as_deref().map(ca_certificates).transpose().map_err(|error| failed(&error))?;
         let config = trusting(trusted.unwrap_or_default()).map_err(|error| failed(&error))?.with_no_client_auth();
@@ -66,7 +89,7 @@ impl Poster {
         let mut token = token.map_err(|error| failed(&error))?;
         token.set_sensitive(true);
         let connector = TlsConnector::from(Arc::new(config));
-        Ok(Self { origin, https: https.clone(), token, connector, connection: None })
+        Ok(Self { origin, url: url.clone(), token, connector, connection: None })
     }
 
     /// Where it sends.
@@ -80,17 +103,65 @@ impl Poster {
     /// [`PostError`]; the batch may be stored nevertheless, and sending it again changes nothing.
     pub async fn post(&mut self, plant: &str, station: &str, epoch: i64, batch: Waiting) -> Result<(), PostError> {
         let (path, payload) = (path(plant, station, epoch, batch.number), Bytes::from(batch.payload));
+        let content = "application/octet-stream";
+        let answer =
+            self.exchange(Outgoing { method: Method::POST, path, payload, content, wait: ANSWER_TIMEOUT }).await?;
+        self.evaluate(answer).await
+    }
+
+    /// The id and the octets of the next request to a station; `None` if there was none for some seconds.
+    ///
+    /// # Errors
+    /// [`PostError`].
+    pub async fn poll(&mut self, plant: &str, station: &str) -> Result<Option<(RandomSecret, Bytes)>, PostError> {
+        let (path, payload) = (requests_path(plant, station), Bytes::new());
+        let get = Outgoing { method: Method::GET, path, payload, content: "application/json", wait: REQUEST_TIMEOUT };
+        let answer = self.exchange(get).await?;
+        if answer.status() != StatusCode::OK {
+            return self.evaluate(answer).await.map(|()| None);
+        }
+        let id = answer.headers().get(REQUEST_HEADER).and_then(|id| RandomSecret::parse(id.to_str().ok()?));
+        let body = timeout(CONNECT_TIMEOUT, to_bytes(Body::new(answer.into_body()), MAX_REQUEST)).await;
+        match (id, body) {
+            (Some(id), Ok(Ok(body))) => Ok(Some((id, body))),
+            _ => {
+                self.connection = None;
+                let expected = format!("expected a request of at most {MAX_REQUEST} octets with its id");
+                Err(self.failed(format!("{expected}, found another answer: check url in [archive.https]")))
+            }
+        }
+    }
+
+    /// Sends the reply to a request.
+    ///
+    /// # Errors
+    /// [`PostError`], also when no user waits for it any more.
+    pub async fn reply(
+        &mut self,
+        plant: &str,
+        station: &str,
+        id: &RandomSecret,
+        payload: Vec<u8>,
+    ) -> Result<(), PostError> {
+        let path = format!("{}/{}", requests_path(plant, station), id.reveal());
+        let (payload, content) = (payload.into(), "application/json");
+        let answer =
+            self.exchange(Outgoing { method: Method::POST, path, payload, content, wait: REQUEST_TIMEOUT }).await?;
+        self.evaluate(answer).await
+    }
+
+    /// One request and the head of its answer.
+    async fn exchange(&mut self, request: Outgoing) -> Result<Response<body::Incoming>, PostError> {
         // The archive may have closed an idle connection in this moment: a new one decides.
         if let Some(connection) = self.connection.take().filter(|connection| !connection.is_closed())
-            && let Ok(answer) = self.send(connection, &path, payload.clone()).await
+            && let Ok(answer) = self.send(connection, &request).await
         {
-            return self.evaluate(answer).await;
+            return Ok(answer);
         }
         let connection = timeout(CONNECT_TIMEOUT, self.connect()).await;
         let connection = connection.unwrap_or_else(|_| Err("no connection within 20 s".to_owned()));
         let connection = connection.map_err(|reason| self.failed(reason))?;
-        let answer = self.send(connection, &path, payload).await.map_err(|reason| self.failed(reason))?;
-        self.evaluate(answer).await
+        self.send(connection, &request).await.map_err(|reason| self.failed(reason))
     }
 
     fn failed(&self, reason: String) -> PostError {
@@ -98,7 +169,7 @@ impl Poster {
     }
 
     async fn connect(&self) -> Result<SendRequest<Body>, String> {
-        let url = &self.https.url;
+        let url = &self.url;
         let host = url.host().unwrap_or_default().trim_start_matches('[').trim_end_matches(']');
         let is_secure = url.scheme_str() == Some("https");
         let port = url.port_u16().unwrap_or(if is_secure { 443 } else { 80 });
@@ -116,24 +187,24 @@ impl Poster {
     async fn send(
         &mut self,
         mut connection: SendRequest<Body>,
-        path: &str,
-        payload: Bytes,
+        outgoing: &Outgoing,
     ) -> Result<Response<body::Incoming>, String> {
-        let host = self.https.url.authority().map_or("", |authority| authority.as_str());
+        let host = self.url.authority().map_or("", |authority| authority.as_str());
         let request = Request::builder()
-            .method(Method::POST)
-            .uri(path)
+            .method(outgoing.method.clone())
+            .uri(&outgoing.path)
             .header(HOST, host)
             .header(USER_AGENT, concat!("profivac/", env!("CARGO_PKG_VERSION")))
-            .header(CONTENT_TYPE, "application/octet-stream")
+            .header(CONTENT_TYPE, outgoing.content)
             .header(AUTHORIZATION, self.token.clone())
-            .body(Body::from(payload))
+            .body(Body::from(outgoing.payload.clone()))
             .map_err(|error| format!("the request cannot be made: {error}"))?;
         let answer = async {
             connection.ready().await?;
             connection.send_request(request).await
         };
-        let answer = timeout(ANSWER_TIMEOUT, answer).await.map_err(|_| "no answer within 120 s".to_owned())?;
+        let late = |_| format!("no answer within {} s", outgoing.wait.as_secs());
+        let answer = timeout(outgoing.wait, answer).await.map_err(late)?;
         let answer = answer.map_err(|error| format!("it does not answer: {error}"))?;
         self.connection = Some(connection);
         Ok(answer)
@@ -155,7 +226,7 @@ impl Poster {
             false if matches!(status, StatusCode::NOT_FOUND | StatusCode::METHOD_NOT_ALLOWED) => {
                 format!("expected the answer 204 of an archive, found {status}: {text}: check url in [archive.https]")
             }
-            false => format!("the batch is refused ({status}): {text}"),
+            false => format!("it refuses ({status}): {text}"),
         };
         Err(self.failed(reason))
     }
@@ -183,6 +254,7 @@ mod tests {
     use super::*;
     use crate::config::{self, Sender};
     use crate::https::{Job, Server};
+    use crate::pending::{Pending, PendingError};
     use profivac_station::config::Secret;
     use std::collections::BTreeMap;
     use std::sync::{Mutex, PoisonError};
@@ -192,11 +264,12 @@ mod tests {
     }
 
     /// Starts an archive that notes the ids of batches and commits those that are even. Returns a client with a token.
-    async fn archive(ids: Arc<Mutex<Vec<String>>>, token: &str) -> Poster {
+    async fn archive(ids: Arc<Mutex<Vec<String>>>, token: &str) -> (Poster, Pending) {
         let sender = Sender { plant: "hall".to_owned(), name: "hall-1".to_owned(), token: secret("right") };
         let https = config::Https { listen: "127.0.0.1:0".parse().unwrap(), tls: None, stations: vec![sender] };
         let server = Server::bind(&https).await.unwrap();
-        let https = Https { url: server.url().parse().unwrap(), token: secret(token), ca_file: None };
+        let pending = server.pending();
+        let url: Uri = server.url().parse().unwrap();
         drop(tokio::spawn(server.serve_with(move |Job { message, committed }| {
             let is_even = message.payload.first().is_some_and(|octet| octet % 2 == 0);
             ids.lock().unwrap_or_else(PoisonError::into_inner).push(message.id);
@@ -204,7 +277,12 @@ mod tests {
                 committed.send(()).ok();
             }
         })));
-        Poster::new(&https).unwrap()
+        (poster(url, token), pending)
+    }
+
+    fn poster(url: Uri, token: &str) -> Poster {
+        let https = Https { url: url.clone(), request_urls: Vec::new(), token: secret(token), ca_file: None };
+        Poster::new(&https, &url).unwrap()
     }
 
     fn batch(number: i64) -> Waiting {
@@ -214,7 +292,7 @@ mod tests {
     #[tokio::test]
     async fn a_batch_is_sent_with_its_numbers_until_it_is_committed() {
         let ids = Arc::<Mutex<Vec<String>>>::default();
-        let mut poster = archive(Arc::clone(&ids), "right").await;
+        let (mut poster, _pending) = archive(Arc::clone(&ids), "right").await;
         poster.post("hall", "hall-1", 5, batch(2)).await.unwrap();
         poster.post("hall", "hall-1", 5, batch(4)).await.unwrap();
         let refused = poster.post("hall", "hall-1", 5, batch(7)).await.unwrap_err().to_string();
@@ -228,10 +306,39 @@ mod tests {
 
     #[tokio::test]
     async fn a_refusal_says_why_and_never_shows_the_token() {
-        let mut poster = archive(Arc::default(), "wrong").await;
+        let (mut poster, _pending) = archive(Arc::default(), "wrong").await;
         let refused = poster.post("hall", "hall-1", 5, batch(2)).await.unwrap_err().to_string();
         assert!(refused.contains("401") && refused.contains("compare token-file at both ends"), "{refused}");
         assert!(!refused.contains("wrong"), "{refused}");
+    }
+
+    #[tokio::test]
+    async fn a_request_of_a_user_reaches_the_station_that_polls_and_its_reply_comes_back() {
+        let (mut poster, pending) = archive(Arc::default(), "right").await;
+        let station = async {
+            // The user asks when the poll waits, or before: the archive keeps the request for the next poll.
+            let (id, body) = poster.poll("hall", "hall-1").await.unwrap().unwrap();
+            poster.reply("hall", "hall-1", &id, [b"reply to ", &body[..]].concat()).await.unwrap();
+            let again = poster.reply("hall", "hall-1", &id, b"again".to_vec()).await.unwrap_err().to_string();
+            assert!(again.contains("410") && again.contains("no user waits for this reply"), "{again}");
+        };
+        let user = async {
+            loop {
+                match pending.ask("hall", "hall-1", b"one".to_vec()).await {
+                    Err(PendingError::NotConnected) => tokio::task::yield_now().await,
+                    answer => return answer,
+                }
+            }
+        };
+        let ((), answer) = tokio::join!(station, user);
+        assert_eq!(answer, Ok(b"reply to one".to_vec()));
+    }
+
+    #[tokio::test]
+    async fn a_poll_without_the_token_gets_the_reason() {
+        let (mut poster, _pending) = archive(Arc::default(), "wrong").await;
+        let refused = poster.poll("hall", "hall-1").await.unwrap_err().to_string();
+        assert!(refused.contains("401") && refused.contains("compare token-file at both ends"), "{refused}");
     }
 
     #[tokio::test]
@@ -239,7 +346,7 @@ mod tests {
         use tokio::io::{AsyncReadExt, AsyncWriteExt};
         let listener = tokio::net::TcpListener::bind(("127.0.0.1", 0)).await.unwrap();
         let url = format!("http://{}", listener.local_addr().unwrap()).parse().unwrap();
-        let mut poster = Poster::new(&Https { url, token: secret("right"), ca_file: None }).unwrap();
+        let mut poster = poster(url, "right");
         let server = async {
             let (mut stream, _) = listener.accept().await.unwrap();
             stream.read_u8().await.unwrap();

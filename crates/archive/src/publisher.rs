@@ -13,7 +13,7 @@ use profivac_gateway::ReadModel;
 use profivac_gateway::thread::{Context, GatewayThread};
 use profivac_recorder::DatabaseError;
 use profivac_recorder::outbox::{Page, Waiting};
-use profivac_station::config::gateways::archive::{Nats, Settings, Transport};
+use profivac_station::config::gateways::archive::{Https, Nats, Settings, Transport};
 use profivac_station::services::Services;
 use std::sync::Arc;
 use std::time::Duration;
@@ -29,6 +29,9 @@ const MAX_OCTETS: usize = 2 << 20;
 
 /// The time between two looks at an empty outbox: that between two transactions of the recorder.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The pause when the servers hold as many batches of the station as they may. free choice: an archive takes hundreds in this time.
+const FULL_PAUSE: Duration = Duration::from_millis(100);
 
 /// The longest wait for an acknowledgement.
 const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
@@ -62,7 +65,7 @@ pub fn start(settings: Settings, model: Arc<ReadModel>, services: Arc<Services>)
 /// Where batches go.
 enum Destination {
     JetStream(Nats, JetStream),
-    Archive(Poster),
+    Archive(Https, Poster),
 }
 
 impl Destination {
@@ -73,24 +76,25 @@ impl Destination {
                 let inbox = inbox(&settings.plant, &settings.station);
                 Self::JetStream(nats.clone(), connect_for(nats, &settings.station, MAX_WAITING, &inbox).await?)
             }
-            Transport::Https(https) => Self::Archive(Poster::new(https)?),
+            Transport::Https(https) => Self::Archive(https.clone(), Poster::new(https, &https.url)?),
         })
     }
 
     /// Begins to answer requests of the archive, if the file permits it.
-    async fn answer(&self, settings: &Settings, services: &Arc<Services>) -> Result<Option<Responder>, PublisherError> {
-        match self {
+    async fn answer(&self, settings: &Settings, context: &Context) -> Result<Responder, PublisherError> {
+        let services = &context.services;
+        Ok(match self {
             Self::JetStream(nats, jetstream) => {
-                Ok(responder::start(jetstream.client(), nats, settings, services).await?)
+                responder::answer_nats(jetstream.client(), nats, settings, services).await?
             }
-            Self::Archive(_) => Ok(None),
-        }
+            Self::Archive(https, _) => responder::answer_https(https, settings, services, &context.status)?,
+        })
     }
 
     fn name(&self) -> String {
         match self {
             Self::JetStream(nats, _) => nats.servers.join(", "),
-            Self::Archive(poster) => poster.origin().to_owned(),
+            Self::Archive(_, poster) => poster.origin().to_owned(),
         }
     }
 
@@ -103,7 +107,7 @@ impl Destination {
     ) -> (u64, Result<(), PublisherError>) {
         match self {
             Self::JetStream(nats, jetstream) => publish_page(jetstream, nats, settings, page, cursor).await,
-            Self::Archive(poster) => post_page(poster, settings, page, cursor).await,
+            Self::Archive(_, poster) => post_page(poster, settings, page, cursor).await,
         }
     }
 }
@@ -111,7 +115,7 @@ impl Destination {
 /// Publishes until it is told to stop, or something fails.
 async fn publish(settings: Settings, mut context: Context) -> Result<(), PublisherError> {
     let mut destination = Destination::open(&settings).await?;
-    let _responder = destination.answer(&settings, &context.services).await?;
+    let _responder = destination.answer(&settings, &context).await?;
     context.status.runs(destination.name());
     let mut cursor = (0, 0);
     loop {
@@ -198,12 +202,22 @@ async fn publish_page(
     for (number, acknowledgement) in waiting {
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
             Ok(Ok(_stored)) => *cursor = (page.epoch, number),
+            // An archive takes batches: the next round sends the rest.
+            Ok(Err(error)) if is_full_share(&error) && count > 0 => {
+                sleep(FULL_PAUSE).await;
+                return (count, Ok(()));
+            }
             Ok(Err(error)) => return (count, failed(explained(&error, settings))),
             Err(_) => return (count, failed(explained(&PublishErrorKind::TimedOut.into(), settings))),
         }
         count = count.saturating_add(1);
     }
     (count, published)
+}
+
+/// Whether the stream holds as many batches of the station as it may.
+fn is_full_share(error: &PublishError) -> bool {
+    error.to_string().contains("maximum messages per subject exceeded")
 }
 
 /// The error of an acknowledgement, with what to do.
@@ -221,6 +235,11 @@ fn explained(error: &PublishError, settings: &Settings) -> String {
                 subject(plant, station),
                 inbox(plant, station)
             )
+        }
+        _ if is_full_share(error) => {
+            "the servers hold as many batches of this station as they may, and no archive takes them: check that `profivac archive` runs, and \
+             its database"
+                .to_owned()
         }
         _ => format!("the batch was not stored: {error}"),
     }
@@ -253,6 +272,14 @@ mod tests {
         assert_eq!(pause_after(Some(1_000), 3_000, second), second * 2);
         assert_eq!(pause_after(Some(1_000), 500, second), Duration::ZERO);
         assert_eq!(pause_after(None, 500, Duration::ZERO), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_full_share_is_told_apart_from_a_full_stream() {
+        let error =
+            |text: &str| PublishError::with_source(PublishErrorKind::Other, std::io::Error::other(text.to_owned()));
+        assert!(is_full_share(&error("maximum messages per subject exceeded (code 503, error code 10077)")));
+        assert!(!is_full_share(&error("maximum bytes exceeded (code 503, error code 10077)")));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What a user of the archive asks a station for, over NATS: the station decides, and answers.
+//! What a user of the archive asks a station for, over NATS or HTTPS: the station decides, and answers.
 //!
 //! | Request | Answer |
 //! |---|---|
@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 
 /// The most entries of a trend: its answer stays below the megabyte that a server of NATS passes on.
 pub const MAX_PIXELS: u32 = 4_000;
+
+/// The most octets of a request: names of alarms and series are far shorter.
+pub const MAX_OCTETS: usize = 8 << 10;
 
 /// The subject of the requests to a station.
 pub fn subject(plant: &str, station: &str) -> String {

@@ -1,21 +1,23 @@
 //! The station's answers to requests of the archive. The file of the station says which requests it answers.
 
 use crate::nats::NatsError;
-use crate::request::{MAX_PIXELS, Reply, Request, subject};
+use crate::post::{PostError, Poster};
+use crate::request::{MAX_OCTETS, MAX_PIXELS, Reply, Request, subject};
 use async_nats::{Client, Message, Subject};
 use futures_util::StreamExt;
 use profivac_recorder::Micros;
+use profivac_station::auth::secret::RandomSecret;
 use profivac_station::auth::{Actor, Role, User};
-use profivac_station::config::gateways::archive::{Nats, Requests, Settings};
+use profivac_station::config::gateways::archive::{Https, Nats, Requests, Settings};
+use profivac_station::gateway_status::GatewayStatus;
 use profivac_station::services::Services;
 use profivac_station::view::Trend;
 use profivac_station::visible_text::check_line;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, spawn_blocking};
-
-/// The most octets of a request: names of alarms and series are far shorter.
-const MAX_OCTETS: usize = 8 << 10;
+use tokio::time::{Instant, sleep};
 
 /// The most characters of the name of a user: `openid:` and 64 for a user of an OpenID provider; accounts have fewer.
 const MAX_USER: usize = 71;
@@ -26,9 +28,14 @@ pub const MAX_WAITING: usize = 64;
 /// The most trends that wait for the one that is read.
 const MAX_TRENDS: usize = 4;
 
+/// The shortest time of a poll without a request, and the pauses after a failure.
+const SHORTEST_POLL: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+
 /// Answers requests until it is dropped: acknowledgements as they come, and beside them one trend after the other, so that a long
 /// trend delays no operator.
-pub struct Responder([JoinHandle<()>; 2]);
+#[derive(Default)]
+pub struct Responder(Vec<JoinHandle<()>>);
 
 impl Drop for Responder {
     fn drop(&mut self) {
@@ -36,69 +43,180 @@ impl Drop for Responder {
     }
 }
 
-/// Begins to answer; `None` if the file permits no requests.
+/// Begins to answer requests over NATS, if the file permits requests.
 ///
 /// # Errors
 /// [`NatsError`] when the connection has ended.
-pub async fn start(
+pub async fn answer_nats(
     client: Client,
     nats: &Nats,
     settings: &Settings,
     services: &Arc<Services>,
-) -> Result<Option<Responder>, NatsError> {
+) -> Result<Responder, NatsError> {
+    let mut responder = Responder::default();
     if settings.requests == Requests::Off {
-        return Ok(None);
+        return Ok(responder);
     }
     let subject = subject(&settings.plant, &settings.station);
     let mut requests = client.subscribe(subject).await.map_err(|error| NatsError::new(nats, error))?;
-    let (trends, waiting) = mpsc::channel(MAX_TRENDS);
-    let answers = Answers { client, permitted: settings.requests, services: Arc::clone(services) };
-    let of_trends = tokio::spawn(answer_trends(answers.clone(), waiting));
-    let of_others = tokio::spawn(async move {
+    let mut desk = responder.desk(client.clone(), client, settings.requests, services);
+    responder.0.push(tokio::spawn(async move {
         while let Some(message) = requests.next().await {
             let Message { payload, reply: Some(inbox), .. } = message else { continue };
-            match decoded(&payload) {
-                Ok(request @ Request::Trend { .. }) => {
-                    if let Err(error) = trends.try_send((inbox, request)) {
-                        let (inbox, _) = error.into_inner();
-                        answers.send(inbox, Reply::Busy).await;
-                    }
-                }
-                Ok(request) => answers.answer(inbox, request).await,
-                Err(reason) => answers.send(inbox, Reply::Refused(reason)).await,
-            }
+            desk.take(inbox, &payload).await;
         }
-    });
-    Ok(Some(Responder([of_trends, of_others])))
+    }));
+    Ok(responder)
 }
 
-async fn answer_trends(answers: Answers, mut waiting: mpsc::Receiver<(Subject, Request)>) {
-    while let Some((inbox, request)) = waiting.recv().await {
-        answers.answer(inbox, request).await;
+/// Begins to poll archives for requests over HTTPS, if the file permits requests. Failures are reported to `status` and tried again.
+///
+/// # Errors
+/// [`PostError`] when the certificates cannot be read.
+pub fn answer_https(
+    https: &Https,
+    settings: &Settings,
+    services: &Arc<Services>,
+    status: &Arc<GatewayStatus>,
+) -> Result<Responder, PostError> {
+    let mut responder = Responder::default();
+    if settings.requests == Requests::Off {
+        return Ok(responder);
+    }
+    for url in &https.request_urls {
+        let poster = || Poster::new(https, url);
+        let replies = || Ok::<_, PostError>(Replies { poster: poster()?, settings: settings.clone() });
+        let desk = responder.desk(replies()?, replies()?, settings.requests, services);
+        responder.0.push(tokio::spawn(poll(poster()?, settings.clone(), desk, Arc::clone(status))));
+    }
+    Ok(responder)
+}
+
+/// Polls one archive again and again.
+async fn poll(mut poster: Poster, settings: Settings, mut desk: Desk<Replies>, status: Arc<GatewayStatus>) {
+    let (mut pause, mut reported) = (SHORTEST_POLL, String::new());
+    loop {
+        let begun = Instant::now();
+        match poster.poll(&settings.plant, &settings.station).await {
+            Ok(request) => {
+                (pause, reported) = (SHORTEST_POLL, String::new());
+                match request {
+                    Some((id, body)) => desk.take(id, &body).await,
+                    // Another server could answer at once.
+                    None => sleep(SHORTEST_POLL.saturating_sub(begun.elapsed())).await,
+                }
+            }
+            Err(error) => {
+                let error = format!("requests of users do not come: {error}");
+                if error != reported {
+                    status.error(&error);
+                }
+                reported = error;
+                sleep(pause).await;
+                pause = pause.saturating_mul(2).min(LONGEST_PAUSE);
+            }
+        }
     }
 }
 
-/// What both tasks need.
+/// Where replies go.
+trait Outlet: Send + 'static {
+    /// Names a request.
+    type Id: Send + 'static;
+
+    /// Sends a reply. A user who is gone needs none.
+    fn send(&mut self, id: Self::Id, reply: Reply) -> impl Future<Output = ()> + Send;
+}
+
+impl Outlet for Client {
+    type Id = Subject;
+
+    async fn send(&mut self, inbox: Subject, reply: Reply) {
+        self.publish(inbox, encoded(&reply).into()).await.ok();
+    }
+}
+
+/// Replies to an archive over HTTPS.
+struct Replies {
+    poster: Poster,
+    settings: Settings,
+}
+
+impl Outlet for Replies {
+    type Id = RandomSecret;
+
+    async fn send(&mut self, id: RandomSecret, reply: Reply) {
+        let Settings { plant, station, .. } = &self.settings;
+        self.poster.reply(plant, station, &id, encoded(&reply)).await.ok();
+    }
+}
+
+fn encoded(reply: &Reply) -> Vec<u8> {
+    serde_json::to_vec(reply).unwrap_or_default()
+}
+
+/// Takes the requests of one archive, or of all behind the servers of NATS.
+struct Desk<O: Outlet> {
+    outlet: O,
+    answers: Answers,
+    trends: mpsc::Sender<(O::Id, Request)>,
+}
+
+impl<O: Outlet> Desk<O> {
+    async fn take(&mut self, id: O::Id, payload: &[u8]) {
+        match decoded(payload) {
+            Ok(request @ Request::Trend { .. }) => {
+                if let Err(error) = self.trends.try_send((id, request)) {
+                    let (id, _) = error.into_inner();
+                    self.outlet.send(id, Reply::Busy).await;
+                }
+            }
+            Ok(request) => {
+                let reply = self.answers.to(request).await;
+                self.outlet.send(id, reply).await;
+            }
+            Err(reason) => self.outlet.send(id, Reply::Refused(reason)).await,
+        }
+    }
+}
+
+impl Responder {
+    /// A desk, with a task of its own that reads trends and sends them to the second outlet.
+    fn desk<O: Outlet>(
+        &mut self,
+        outlet: O,
+        mut of_trends: O,
+        permitted: Requests,
+        services: &Arc<Services>,
+    ) -> Desk<O> {
+        let (trends, mut waiting) = mpsc::channel(MAX_TRENDS);
+        let answers = Answers { permitted, services: Arc::clone(services) };
+        let reading = answers.clone();
+        self.0.push(tokio::spawn(async move {
+            while let Some((id, request)) = waiting.recv().await {
+                let reply = reading.to(request).await;
+                of_trends.send(id, reply).await;
+            }
+        }));
+        Desk { outlet, answers, trends }
+    }
+}
+
+/// What the answers need.
 #[derive(Clone)]
 struct Answers {
-    client: Client,
     permitted: Requests,
     services: Arc<Services>,
 }
 
 impl Answers {
     /// Answers on a thread that may wait for the disk.
-    async fn answer(&self, inbox: Subject, request: Request) {
+    async fn to(&self, request: Request) -> Reply {
         let (permitted, services) = (self.permitted, Arc::clone(&self.services));
         let reply =
             spawn_blocking(move || answered(request, permitted, &services).unwrap_or_else(Reply::Refused)).await;
         let defect = |_| Reply::Refused("a defect of the station; it continues to run".to_owned());
-        self.send(inbox, reply.unwrap_or_else(defect)).await;
-    }
-
-    async fn send(&self, inbox: Subject, reply: Reply) {
-        // A client that is gone needs no answer.
-        self.client.publish(inbox, serde_json::to_vec(&reply).unwrap_or_default().into()).await.ok();
+        reply.unwrap_or_else(defect)
     }
 }
 

@@ -27,6 +27,13 @@ const MAX_MESSAGES: usize = 256;
 /// The most octets of a message: a batch of a station is far shorter.
 const MAX_MESSAGE_OCTETS: i32 = 768 << 10;
 
+/// A station may have this part of the octets of the stream, with batches of the largest size. free choice.
+const SHARES: i64 = 8;
+
+/// Messages that each station may have in the stream, whatever its size: two rounds of its publisher, so that an archive never waits for
+/// the station.
+const LEAST_MESSAGES: i64 = 256;
+
 /// The longest wait for the first message of a transaction.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(1);
 
@@ -111,19 +118,9 @@ async fn consumer(
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<Consumer<pull::Config>, NatsError> {
     let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, refusal(&error.to_string()));
-    let stream = stream::Config {
-        name: STREAM.to_owned(),
-        subjects: vec![SUBJECTS.to_owned()],
-        retention: RetentionPolicy::WorkQueue,
-        // A full stream refuses: batches stay at the stations.
-        discard: DiscardPolicy::New,
-        max_bytes: config.stream_octets,
-        max_message_size: MAX_MESSAGE_OCTETS,
-        num_replicas: config.replicas,
-        ..stream::Config::default()
-    };
-    let stream = jetstream.get_or_create_stream(stream).await.map_err(|error| failed(&error))?;
-    if let Some(sentence) = difference(&stream.cached_info().config, config.replicas, config.stream_octets) {
+    let wanted = stream_config(config.replicas, config.stream_octets);
+    let stream = jetstream.get_or_create_stream(wanted.clone()).await.map_err(|error| failed(&error))?;
+    if let Some(sentence) = difference(&stream.cached_info().config, &wanted) {
         report(Report::OtherStream(sentence));
     }
     let consumer = pull::Config {
@@ -136,13 +133,37 @@ async fn consumer(
     stream.get_or_create_consumer(CONSUMER, consumer).await.map_err(|error| failed(&error))
 }
 
-/// How a stream that existed differs from the file. It is not changed: another archive may have another file.
-fn difference(found: &stream::Config, replicas: usize, octets: i64) -> Option<String> {
-    let (found_replicas, found_octets) = (found.num_replicas, found.max_bytes);
-    (found_replicas != replicas || found_octets != octets).then(|| {
+/// The stream as the first archive creates it.
+fn stream_config(replicas: usize, octets: i64) -> stream::Config {
+    stream::Config {
+        name: STREAM.to_owned(),
+        subjects: vec![SUBJECTS.to_owned()],
+        retention: RetentionPolicy::WorkQueue,
+        // A full stream refuses: batches stay at the stations. So does a full share of a station, which leaves room for the others.
+        discard: DiscardPolicy::New,
+        discard_new_per_subject: true,
+        max_messages_per_subject: (octets / SHARES / i64::from(MAX_MESSAGE_OCTETS)).max(LEAST_MESSAGES),
+        max_bytes: octets,
+        max_message_size: MAX_MESSAGE_OCTETS,
+        num_replicas: replicas,
+        ..stream::Config::default()
+    }
+}
+
+/// How a stream that existed differs from that of the file, and what to do. It is not changed: another archive may have another file.
+fn difference(found: &stream::Config, wanted: &stream::Config) -> Option<String> {
+    if (found.num_replicas, found.max_bytes) != (wanted.num_replicas, wanted.max_bytes) {
+        return Some(format!(
+            "the stream {STREAM} was created with replicas = {} and stream-octets = {}, the file has {} and {}: change the file, or the stream \
+             with `nats stream edit {STREAM}`",
+            found.num_replicas, found.max_bytes, wanted.num_replicas, wanted.max_bytes
+        ));
+    }
+    let share = wanted.max_messages_per_subject;
+    (!found.discard_new_per_subject || found.max_messages_per_subject != share).then(|| {
         format!(
-            "the stream {STREAM} was created with replicas = {found_replicas} and stream-octets = {found_octets}, the file has {replicas} and \
-             {octets}: change the file, or the stream with `nats stream edit {STREAM}`"
+            "the stream {STREAM} does not give each station a share of {share} batches: one station alone could fill it; \
+             `nats stream edit {STREAM} --max-msgs-per-subject {share} --discard-per-subject` changes it"
         )
     })
 }
@@ -209,10 +230,26 @@ mod tests {
 
     #[test]
     fn a_stream_with_other_settings_is_named() {
-        let found = stream::Config { num_replicas: 1, max_bytes: 7, ..stream::Config::default() };
-        assert_eq!(difference(&found, 1, 7), None);
-        assert!(difference(&found, 3, 7).unwrap().contains("replicas = 1 and stream-octets = 7, the file has 3 and 7"));
-        assert!(difference(&found, 1, 8).unwrap().ends_with("`nats stream edit PROFIVAC`"));
+        let wanted = stream_config(1, 10_000_000_000);
+        assert_eq!(difference(&wanted, &wanted), None);
+        let other = difference(&wanted, &stream_config(3, 10_000_000_000)).unwrap();
+        assert!(
+            other.contains("replicas = 1 and stream-octets = 10000000000, the file has 3 and 10000000000"),
+            "{other}"
+        );
+        let other = difference(&wanted, &stream_config(1, 20_000_000_000)).unwrap();
+        assert!(other.ends_with("`nats stream edit PROFIVAC`"), "{other}");
+        let without_shares = stream::Config { discard_new_per_subject: false, ..wanted.clone() };
+        let other = difference(&without_shares, &wanted).unwrap();
+        assert!(other.contains("--max-msgs-per-subject 1589 --discard-per-subject"), "{other}");
+    }
+
+    #[test]
+    fn a_station_has_an_eighth_of_the_stream_and_never_less_than_two_rounds() {
+        let share = |octets| stream_config(1, octets).max_messages_per_subject;
+        assert_eq!([10_000_000_000, 1_000_000_000, 10_000_000].map(share), [1_589, 256, 256]);
+        let largest = share(10_000_000_000) * i64::from(MAX_MESSAGE_OCTETS);
+        assert!(largest <= 10_000_000_000 / SHARES);
     }
 
     #[test]

@@ -3,17 +3,19 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_archive::config::{Https, Sender};
-use profivac_archive::https::{Job, MAX_BODY, Server};
+use profivac_archive::https::{Job, MAX_BODY, MAX_REPLY, Server};
+use profivac_archive::pending::{Pending, PendingError};
 use profivac_station::config::Secret;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc;
 use tokio::runtime::Runtime;
+use tokio::task::JoinHandle;
 
 /// A server whose batches `take` commits or drops.
 struct Running {
     address: SocketAddr,
-    _runtime: Runtime,
+    runtime: Runtime,
 }
 
 fn secret(text: &str) -> Secret {
@@ -28,13 +30,48 @@ fn sender(name: &str, token: &str) -> Sender {
 }
 
 fn start(take: impl FnMut(Job) + Send + 'static) -> Running {
+    start_and(|_| {}, take)
+}
+
+fn start_and(look: impl FnOnce(&Server), take: impl FnMut(Job) + Send + 'static) -> Running {
     let stations = vec![sender("hall-1", "token-of-hall-1"), sender("hall-2", "token-of-hall-2")];
     let https = Https { listen: "127.0.0.1:0".parse().unwrap(), tls: None, stations };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
     let server = runtime.block_on(Server::bind(&https)).unwrap();
     let address = server.url().strip_prefix("http://").unwrap().parse().unwrap();
+    look(&server);
     drop(runtime.spawn(server.serve_with(take)));
-    Running { address, _runtime: runtime }
+    Running { address, runtime }
+}
+
+/// A server and the requests that its stations poll for.
+fn start_with_requests() -> (Running, Pending) {
+    let mut pending = None;
+    let server = start_and(|server| pending = Some(server.pending()), |_| panic!("a batch came through"));
+    (server, pending.unwrap())
+}
+
+/// Polls and returns the id and the body of the request that a user asks meanwhile.
+fn poll(server: &Running, station: &str) -> (String, String) {
+    let path = format!("/v1/hall/{station}/request");
+    let answer = ask(server, "GET", &path, &with_token(&format!("token-of-{station}"), 0), b"");
+    assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let id = head.lines().find_map(|line| line.strip_prefix("profivac-request: ")).unwrap();
+    (id.to_owned(), body.to_owned())
+}
+
+/// A user asks a station as soon as it polls.
+fn user(server: &Running, pending: &Pending, station: &'static str) -> JoinHandle<Result<Vec<u8>, PendingError>> {
+    let pending = pending.clone();
+    server.runtime.spawn(async move {
+        loop {
+            match pending.ask("hall", station, b"{}".to_vec()).await {
+                Err(PendingError::NotConnected) => tokio::task::yield_now().await,
+                answer => return answer,
+            }
+        }
+    })
 }
 
 /// The whole answer to a request that closes its connection.
@@ -94,6 +131,17 @@ fn a_wrong_token_station_path_method_and_length_are_refused_before_the_body_is_r
         ),
         ("POST", batch, with_token("token-of-hall-1", MAX_BODY + 1), "413", "at most 786432 octets"),
         ("POST", "/v1/hall", with_token("token-of-hall-1", 9), "404", "expected /v1/PLANT/STATION/EPOCH/NUMBER"),
+        ("GET", "/v1/hall/hall-1/request", String::new(), "401", "compare token-file at both ends"),
+        (
+            "GET",
+            "/v1/hall/hall-1/request",
+            with_token("token-of-hall-2", 0),
+            "403",
+            "that of station hall-2 of plant hall",
+        ),
+        ("POST", "/v1/hall/hall-1/request/5", with_token("token-of-hall-2", 9), "403", "that of station hall-2"),
+        ("POST", "/v1/ring/hall-1/request/5", with_token("token-of-hall-1", 9), "403", "that of station hall-1"),
+        ("POST", "/v1/hall/hall-1/request/5", with_token("token-of-hall-1", 9), "410", "no user waits for this reply"),
         ("POST", "/v1/hall/hall-1/x/7", with_token("token-of-hall-1", 9), "400", "x"),
         ("GET", batch, with_token("token-of-hall-1", 9), "405", "expected POST"),
     ];
@@ -119,4 +167,47 @@ fn a_body_without_a_length_has_the_same_limit() {
         Ok(()) => assert_eq!(&answer, b"HTTP/1.1 413"),
         Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset),
     }
+}
+
+#[test]
+fn a_station_gets_its_own_requests_and_no_other_station_can_reply() {
+    let (server, pending) = start_with_requests();
+    let asked = user(&server, &pending, "hall-1");
+    let (id, body) = poll(&server, "hall-1");
+    assert_eq!((body.as_str(), id.len()), ("{}", 64));
+    let foreign = format!("/v1/hall/hall-2/request/{id}");
+    let answer = ask(&server, "POST", &foreign, &with_token("token-of-hall-2", 6), b"\"done\"");
+    assert!(answer.starts_with("HTTP/1.1 410 "), "{answer}");
+    let own = format!("/v1/hall/hall-1/request/{id}");
+    let answer = ask(&server, "POST", &own, &with_token("token-of-hall-1", 6), b"\"done\"");
+    assert!(answer.starts_with("HTTP/1.1 204 "), "{answer}");
+    assert_eq!(server.runtime.block_on(asked).unwrap(), Ok(b"\"done\"".to_vec()));
+}
+
+#[test]
+fn a_reply_that_is_too_long_ends_the_wait_of_its_user() {
+    let (server, pending) = start_with_requests();
+    let asked = user(&server, &pending, "hall-1");
+    let (id, _) = poll(&server, "hall-1");
+    let own = format!("POST /v1/hall/hall-1/request/{id} HTTP/1.1\r\nHost: archive\r\nConnection: close\r\n");
+    let mut stream = TcpStream::connect(server.address).unwrap();
+    write!(stream, "{own}{}\r\n", with_token("token-of-hall-1", MAX_REPLY + 1)).unwrap();
+    // The server may close the connection before it has read everything.
+    stream.write_all(&vec![b' '; MAX_REPLY + 1]).ok();
+    assert_eq!(server.runtime.block_on(asked).unwrap(), Err(PendingError::Incomplete));
+}
+
+#[test]
+fn a_reply_after_its_user_has_gone_is_refused_before_it_has_come() {
+    let (server, pending) = start_with_requests();
+    let asked = user(&server, &pending, "hall-1");
+    let (id, _) = poll(&server, "hall-1");
+    let mut stream = TcpStream::connect(server.address).unwrap();
+    let head = format!("POST /v1/hall/hall-1/request/{id} HTTP/1.1\r\nHost: archive\r\nConnection: close\r\n");
+    // The body never ends.
+    write!(stream, "{head}{}\r\n ", with_token("token-of-hall-1", 9)).unwrap();
+    asked.abort();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 410 "), "{answer}");
 }

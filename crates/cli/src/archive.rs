@@ -64,7 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let watch = Watch::default();
     let log = |sentence: &str| notice(&format_args!("{sentence}"));
-    let page = config.view.as_ref().map(|view| view::start(&config, view, &watch, log)).transpose()?;
+    let pending = server.as_ref().map(Server::pending).unwrap_or_default();
+    let page = config.view.as_ref().map(|view| view::start(&config, view, &watch, pending, log)).transpose()?;
     if let Some(page) = &page {
         out(&format!("view at {}", page.url()));
     }

@@ -18,6 +18,7 @@ use super::stations::Stations;
 use super::visibility::{Hidden, Visibility};
 use super::watch::Watch;
 use crate::config::Config;
+use crate::pending::Pending;
 use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
@@ -84,11 +85,11 @@ struct Shared {
 }
 
 /// The API and the page.
-pub fn router(config: &Config, watch: &Watch, log: Arc<dyn AccessObserver>) -> Router {
+pub fn router(config: &Config, watch: &Watch, pending: Pending, log: Arc<dyn AccessObserver>) -> Router {
     let shared = Shared {
         pool: Pool::of(config.database.clone()),
         watch: watch.clone(),
-        stations: Stations::of(config.nats.clone()),
+        stations: Stations::of(config.nats.clone(), pending),
         log,
         visibility: Visibility::of(&config.plants),
         sources: Arc::default(),
@@ -171,7 +172,7 @@ struct TrendParameters {
         (status = 400, body = Problem, description = "A parameter is wrong"),
         (status = 404, body = Problem, description = "The archive has no such station"),
         (status = 409, body = Problem, description = "The station refuses"),
-        (status = 501, body = Problem, description = "The archive has no servers of NATS"),
+        (status = 501, body = Problem, description = "The file of the archive has no way to the station"),
         (status = 503, body = Problem, description = "The database or the station does not answer")
     )
 )]
@@ -257,7 +258,7 @@ struct Acknowledge {
         (status = 403, body = Problem, description = "The role operator is needed"),
         (status = 404, body = Problem, description = "The archive has no such station"),
         (status = 409, body = Problem, description = "The station refuses"),
-        (status = 501, body = Problem, description = "The archive has no servers of NATS"),
+        (status = 501, body = Problem, description = "The file of the archive has no way to the station"),
         (status = 503, body = Problem, description = "The station does not answer")
     )
 )]

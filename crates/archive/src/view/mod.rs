@@ -26,6 +26,7 @@ pub use api::description;
 pub use watch::Watch;
 
 use crate::config::{Config, View};
+use crate::pending::Pending;
 use profivac_station::api::authenticator::AccessObserver;
 use profivac_station::auth::{Access, User};
 use profivac_station::control::ReleaseReason;
@@ -43,7 +44,8 @@ impl<F: Fn(&str) + Send + Sync> AccessObserver for Log<F> {
     fn sessions_changed(&self, _ended: &dyn Fn(&User) -> Option<ReleaseReason>) {}
 }
 
-/// Starts the server of the view. It shows the states of `watch`, and passes logins, logouts and refusals to `log`.
+/// Starts the server of the view. It shows the states of `watch`, passes requests to the stations that poll through `pending`, and logins,
+/// logouts and refusals to `log`.
 ///
 /// # Errors
 /// [`ServerError`].
@@ -51,10 +53,11 @@ pub fn start(
     config: &Config,
     view: &View,
     watch: &Watch,
+    pending: Pending,
     log: impl Fn(&str) + Send + Sync + 'static,
 ) -> Result<Server, ServerError> {
     let log = Arc::new(Log(log));
-    Server::start_with(api::router(config, watch, log.clone()), log, setup(view))
+    Server::start_with(api::router(config, watch, pending, log.clone()), log, setup(view))
 }
 
 /// Checks the files that `[view]` names, without listening.

@@ -69,6 +69,7 @@ fn reading(station: &str, series: &str, sample: &Sample) -> LatestReading {
         pa: sample.pa.filter(|_| is_valid),
         limit_pa: sample.pa.filter(|_| !is_valid),
         quality: sample.quality.word(),
+        mean_of_ms: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the live stream shows.
 
 use super::visibility::Hidden;
+use profivac_recorder::Quality;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -60,7 +61,7 @@ pub struct LatestReading {
     pub station: String,
     /// The series: the name of a gauge, or `gauge.N` for channel N of a controller.
     pub series: String,
-    /// When it was measured, in milliseconds since 1970.
+    /// When it was measured, or when the time of a mean began, in milliseconds since 1970.
     pub at_ms: i64,
     /// The pressure in Pa; `null` unless the reading is valid.
     pub pa: Option<f64>,
@@ -69,6 +70,23 @@ pub struct LatestReading {
     /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing` or `assumed`.
     #[schema(example = "valid")]
     pub quality: &'static str,
+    /// The milliseconds from `at_ms` on of which `pa` is the geometric mean; `null` for a sample.
+    pub mean_of_ms: Option<i64>,
+}
+
+/// The shortest spans that a station sends.
+const SPAN_MS: i64 = 120_000;
+
+impl LatestReading {
+    /// The mean of a span of two minutes. `qualities` has a bit for the number of each quality that a sample of it had; with others than
+    /// valid ones the reading has the highest of these, and no pressure: the mean would be that of a part of the time.
+    pub fn of_span(station: String, series: String, start_ms: i64, mean_pa: Option<f64>, qualities: i16) -> Self {
+        let highest = (0..16_i64).rev().find(|bit| qualities >> bit & 1 == 1);
+        let quality = highest.map_or(Quality::Missing, |bit| Quality::from_number(bit).unwrap_or(Quality::Fault));
+        let pa = mean_pa.filter(|_| quality == Quality::Valid);
+        let mean_of_ms = Some(SPAN_MS);
+        Self { station, series, at_ms: start_ms, pa, limit_pa: None, quality: quality.word(), mean_of_ms }
+    }
 }
 
 /// An alarm that is not normal.
@@ -101,6 +119,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_span_is_a_reading_that_says_so_and_has_a_pressure_only_if_all_of_it_is_valid() {
+        let of = |mean_pa, qualities| {
+            LatestReading::of_span("hall-1".to_owned(), "chamber".to_owned(), 7, mean_pa, qualities)
+        };
+        let valid = of(Some(2.0), 1);
+        assert_eq!((valid.at_ms, valid.pa, valid.quality, valid.mean_of_ms), (7, Some(2.0), "valid", Some(120_000)));
+        for (mean_pa, qualities, word) in [
+            (Some(2.0), 1 | 1 << Quality::Overrange as i16, "overrange"),
+            (None, 1 << Quality::Off as i16, "off"),
+            (None, 0, "missing"),
+            (Some(2.0), 1 | 1 << 14, "fault"),
+            (Some(2.0), i16::MIN, "fault"),
+        ] {
+            let reading = of(mean_pa, qualities);
+            assert_eq!((reading.pa, reading.limit_pa, reading.quality), (None, None, word), "{qualities}");
+        }
+    }
+
+    #[test]
     fn a_state_without_a_plant_has_none_of_its_rows_and_counts() {
         let station = |plant: &str| StationState { plant: plant.to_owned(), epoch: 1, made_ms: None, stored_ms: None };
         let reading = |station: &str| LatestReading {
@@ -110,6 +147,7 @@ mod tests {
             pa: Some(1.0),
             limit_pa: None,
             quality: "valid",
+            mean_of_ms: None,
         };
         let alarm = |plant: &str, station: &str| ActiveAlarm {
             plant: plant.to_owned(),

@@ -50,13 +50,22 @@ const STATIONS: &str = "
         WHERE batch.station = station.id AND batch.epoch = station.epoch ORDER BY number DESC LIMIT 1
     ) AS last ON true";
 
+/// The latest sample of each series, or its latest span of two minutes where that is later by more than the ten minutes within which a
+/// constant pressure is recorded: the station sends no samples then.
 const READINGS: &str = "
-    SELECT series.station, series.name, (extract(epoch FROM last.at) * 1000)::bigint AS at, last.pressure_pa, last.quality
-    FROM profivac_data.series CROSS JOIN LATERAL (
+    SELECT series.station, series.name, (extract(epoch FROM last.at) * 1000)::bigint AS at, last.pressure_pa, last.quality,
+        (extract(epoch FROM span.start) * 1000)::bigint AS start, span.qualities,
+        CASE WHEN span.count > 0 THEN 10 ^ (span.log10_sum / span.count) END AS mean_pa
+    FROM profivac_data.series LEFT JOIN LATERAL (
         SELECT at, pressure_pa, quality FROM profivac_data.sample
         WHERE sample.series = series.id AND sample.at > now() - make_interval(days => $2) ORDER BY at DESC LIMIT 1
-    ) AS last
-    WHERE series.station = ANY ($1)";
+    ) AS last ON true LEFT JOIN LATERAL (
+        SELECT start, qualities, log10_sum, count FROM profivac_data.span
+        WHERE (last.at IS NULL OR last.at < now() - interval '10 minutes') AND span.series = series.id AND span.level = 2
+            AND span.start > coalesce(last.at + interval '10 minutes', now() - make_interval(days => $2))
+        ORDER BY span.start DESC, span.epoch DESC LIMIT 1
+    ) AS span ON true
+    WHERE series.station = ANY ($1) AND (last.at IS NOT NULL OR span.start IS NOT NULL)";
 
 const ALARMS: &str = "
     SELECT * FROM (
@@ -209,16 +218,21 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
 }
 
 fn reading(station: String, row: &Row) -> LatestReading {
+    let series = row.get("name");
+    if let Some(start) = row.get("start") {
+        return LatestReading::of_span(station, series, start, row.get("mean_pa"), row.get("qualities"));
+    }
     let quality = quality(row.get("quality"));
     let pressure: Option<f64> = row.get("pressure_pa");
     let is_valid = quality == Quality::Valid;
     LatestReading {
         station,
-        series: row.get("name"),
+        series,
         at_ms: row.get("at"),
         pa: pressure.filter(|_| is_valid),
         limit_pa: pressure.filter(|_| !is_valid),
         quality: quality.word(),
+        mean_of_ms: None,
     }
 }
 

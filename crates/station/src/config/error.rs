@@ -705,9 +705,11 @@ pub enum ArchiveProblem {
     /// The table has two destinations.
     #[error("expected [archive.nats] or [archive.https], found both: delete one of them")]
     TwoTransports,
-    /// Requests of the archive come over NATS alone.
-    #[error("requests need [archive.nats]: over HTTPS the station only sends; delete requests")]
-    RequestsWithoutNats,
+    /// No archive or too many archives that ask the station.
+    #[error(
+        "expected 1 to 8 URLs in request-urls, found {0}; without the key the station takes requests from the archive of url"
+    )]
+    RequestUrls(usize),
     /// The URL is not that of an archive.
     #[error("expected a URL like https://archive.example:8443, without a user and a path")]
     Url,

@@ -7,7 +7,7 @@
 //! samples = "all"                       # or "deadband", or "off"
 //! deadband-percent = 5.0                # with samples = "deadband"
 //! limit-octets-per-second = 100000      # unless given, without limit
-//! requests = "read"                     # what users of the archive may ask for over NATS: "off" (the default), "read", "acknowledge"
+//! requests = "read"                     # what users of the archive may ask for: "off" (the default), "read", "acknowledge"
 //!
 //! [archive.nats]
 //! servers = ["tls://nats-1.example", "tls://nats-2.example"]   # or nats:// on this computer; port 4222 unless given
@@ -18,6 +18,7 @@
 //! url = "https://archive.example:8443"  # or http:// on this computer
 //! token-file = "archive.token"          # the token of this station, readable by its owner alone
 //! ca-file = "our-ca.pem"                # trusted in addition to the certificates of the system
+//! request-urls = ["https://archive-2.example:8443"]   # the archives whose users ask the station; unless given, that of url
 //! ```
 
 use super::super::ca_certificates;
@@ -74,6 +75,9 @@ impl Eq for Settings {}
 /// The shortest token of a station: 16 random characters cannot be guessed.
 pub const SHORTEST_TOKEN: usize = 16;
 
+/// The most archives that a station asks for requests.
+const MAX_REQUEST_URLS: usize = 8;
+
 /// Where the batches of a station go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Transport {
@@ -108,6 +112,8 @@ impl Transport {
 pub struct Https {
     /// Its URL: `https://` or `http://`, with a host and without a path.
     pub url: Uri,
+    /// The URLs of the archives whose users ask the station.
+    pub request_urls: Vec<Uri>,
     /// The token of the station.
     pub token: Secret,
     /// Certificates that are trusted in addition to those of the system.
@@ -115,10 +121,10 @@ pub struct Https {
 }
 
 impl Https {
-    /// The host, if the connection leaves this computer without encryption.
+    /// The first host to which a connection leaves this computer without encryption.
     fn exposed(&self) -> Option<&str> {
-        let host = self.url.host()?;
-        (self.url.scheme_str() == Some("http") && !is_loopback(host)).then_some(host)
+        let plain = std::iter::once(&self.url).chain(&self.request_urls).filter(|url| url.scheme_str() == Some("http"));
+        plain.filter_map(Uri::host).find(|host| !is_loopback(host))
     }
 }
 
@@ -180,6 +186,8 @@ struct HttpsToml {
     token_file: Spanned<PathBuf>,
     /// Certificates in PEM that are trusted in addition to those of the system.
     ca_file: Option<Spanned<PathBuf>>,
+    /// URLs of the archives whose users ask the station, up to 8. Default: that of `url`.
+    request_urls: Option<Spanned<Vec<Spanned<Parsed<Uri>>>>>,
 }
 
 /// `samples`.
@@ -232,11 +240,6 @@ impl ArchiveToml {
             (Some(_), Some(https)) => return Err(located(&https.url, ArchiveProblem::TwoTransports)),
         };
         let requests = self.requests.as_ref().map_or(Requests::Off, |requests| *requests.get_ref());
-        if let (Some(given), Transport::Https(_)) =
-            (self.requests.as_ref().filter(|_| requests > Requests::Off), &transport)
-        {
-            return Err(located(given, ArchiveProblem::RequestsWithoutNats));
-        }
         Ok(Settings {
             plant: name(&self.plant)?,
             station: name(&self.station)?,
@@ -252,25 +255,41 @@ impl HttpsToml {
     /// The settings. Files are beside the file at `path`.
     fn into_settings(self, path: &Path) -> Result<Https, Located> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let url = self.url.get_ref().0.clone();
-        let is_plain = url.path_and_query().is_none_or(|path| path.as_str() == "/");
-        let Some(authority) = url.authority().filter(|it| is_plain && !it.as_str().contains('@')) else {
-            return Err(located(&self.url, ArchiveProblem::Url));
+        let url = url_of_archive(&self.url, self.unencrypted)?;
+        let request_urls = match &self.request_urls {
+            None => vec![url.clone()],
+            Some(urls) if urls.get_ref().is_empty() || urls.get_ref().len() > MAX_REQUEST_URLS => {
+                return Err(located(urls, ArchiveProblem::RequestUrls(urls.get_ref().len())));
+            }
+            Some(urls) => {
+                let urls = urls.get_ref().iter().map(|url| url_of_archive(url, self.unencrypted));
+                urls.collect::<Result<_, _>>()?
+            }
         };
-        match url.scheme_str() {
-            Some("https") => {}
-            Some("http") if self.unencrypted || is_loopback(authority.host()) => {}
-            Some("http") => return Err(located(&self.url, ArchiveProblem::UnencryptedUrl)),
-            _ => return Err(located(&self.url, ArchiveProblem::Url)),
-        }
         let token = secret_of_file(&self.token_file, folder)?;
         let found = token.reveal().len();
         if found < SHORTEST_TOKEN {
             return Err(located(&self.token_file, ArchiveProblem::ShortToken { least: SHORTEST_TOKEN, found }));
         }
         let ca_file = self.ca_file.map(|file| ca_file(&file, folder)).transpose()?;
-        Ok(Https { url, token, ca_file })
+        Ok(Https { url, request_urls, token, ca_file })
     }
+}
+
+/// The URL of an archive: without a path, and encrypted unless the file permits otherwise.
+fn url_of_archive(url: &Spanned<Parsed<Uri>>, unencrypted: bool) -> Result<Uri, Located> {
+    let uri = &url.get_ref().0;
+    let is_plain = uri.path_and_query().is_none_or(|path| path.as_str() == "/");
+    let Some(authority) = uri.authority().filter(|it| is_plain && !it.as_str().contains('@')) else {
+        return Err(located(url, ArchiveProblem::Url));
+    };
+    match uri.scheme_str() {
+        Some("https") => {}
+        Some("http") if unencrypted || is_loopback(authority.host()) => {}
+        Some("http") => return Err(located(url, ArchiveProblem::UnencryptedUrl)),
+        _ => return Err(located(url, ArchiveProblem::Url)),
+    }
+    Ok(uri.clone())
 }
 
 impl NatsToml {
@@ -338,7 +357,7 @@ fn located<T>(value: &Spanned<T>, problem: ArchiveProblem) -> Located {
 #[cfg(test)]
 mod tests {
     use super::super::GatewaySettings;
-    use super::Transport;
+    use super::{Requests, Transport};
     use crate::config::Config;
     use profivac_recorder::Forward;
     use std::os::unix::fs::PermissionsExt;
@@ -383,8 +402,30 @@ mod tests {
         assert_eq!((https.url.port_u16(), https.token.reveal()), (Some(8443), "secret-of-hall-1"));
         assert!(!format!("{settings:?}").contains("secret-of-hall-1"));
         assert!(config.gateways[0].is_private());
+        assert_eq!(https.request_urls, [https.url.clone()]);
         let far = read("\"http://far.example\"\nunencrypted = true");
         assert_eq!(far.gateways[0].unencrypted_broker(), Some("far.example"));
+    }
+
+    #[test]
+    fn a_station_without_nats_takes_requests_from_each_archive_that_its_file_names() {
+        let table = |requests: &str, urls: &str| {
+            let archive = format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\nrequests = \"{requests}\"\n");
+            read(&format!("{archive}{HTTPS}\"https://a.example\"\nrequest-urls = [{urls}]"))
+        };
+        let config = table("acknowledge", "\"https://a.example\", \"https://b.example:8443\"").unwrap();
+        let [GatewaySettings::Archive(settings)] = &config.gateways[..] else { panic!("one gateway") };
+        let Transport::Https(https) = &settings.transport else { panic!("HTTPS") };
+        let hosts: Vec<_> = https.request_urls.iter().filter_map(|url| url.host()).collect();
+        assert_eq!((settings.requests, &hosts[..]), (Requests::Acknowledge, &["a.example", "b.example"][..]));
+        for (urls, expected) in [
+            ("", "expected 1 to 8 URLs in request-urls, found 0"),
+            ("\"https://b.example/path\"", "expected a URL like https://"),
+            ("\"http://b.example\"", "expected https:// for an archive on another computer"),
+        ] {
+            let error = table("read", urls).unwrap_err();
+            assert!(error.contains(expected), "{error}\nexpected {expected}");
+        }
     }
 
     #[test]

@@ -160,7 +160,7 @@ export interface components {
         LatestReading: {
             /**
              * Format: int64
-             * @description When it was measured, in milliseconds since 1970.
+             * @description When it was measured, or when the time of a mean began, in milliseconds since 1970.
              */
             at_ms: number;
             /**
@@ -168,6 +168,11 @@ export interface components {
              * @description The end of the range that the pressure is beyond, in Pa.
              */
             limit_pa?: number | null;
+            /**
+             * Format: int64
+             * @description The milliseconds from `at_ms` on of which `pa` is the geometric mean; `null` for a sample.
+             */
+            mean_of_ms?: number | null;
             /**
              * Format: double
              * @description The pressure in Pa; `null` unless the reading is valid.
@@ -431,7 +436,7 @@ export interface operations {
                     "application/json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The archive has no servers of NATS */
+            /** @description The file of the archive has no way to the station */
             501: {
                 headers: {
                     [name: string]: unknown;
@@ -515,7 +520,7 @@ export interface operations {
                     "application/json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The archive has no servers of NATS */
+            /** @description The file of the archive has no way to the station */
             501: {
                 headers: {
                     [name: string]: unknown;

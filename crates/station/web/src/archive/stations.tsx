@@ -135,14 +135,18 @@ interface ReadingProps {
 }
 
 function Reading({ reading, silent, unit, now }: ReadingProps): JSX.Element {
-  const { station, series, pa, limit_pa, quality, at_ms } = reading
+  const { station, series, pa, limit_pa, quality, at_ms, mean_of_ms } = reading
+  const end = at_ms + (mean_of_ms ?? 0)
   return (
     <li class={silent ? 'row stale' : 'row'} data-series={`${station}/${series}`}>
       <Link to={trendPath([`${station}/${series}`])}>{series}</Link>
       <span class="row-readings">
         <ReadingText pa={pa ?? limit_pa ?? null} quality={quality} unit={unit} />
       </span>
-      <span class="muted">{t.common.ago(age(Math.max(0, now - at_ms)))}</span>
+      <span class="muted">
+        {mean_of_ms && `${t.archive.meanOf(age(mean_of_ms))}, `}
+        {t.common.ago(age(Math.max(0, now - end)))}
+      </span>
     </li>
   )
 }

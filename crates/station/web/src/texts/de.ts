@@ -1029,6 +1029,7 @@ export const de: Texts = {
     gauges: (count) => counted(count, 'Messgerät', 'Messgeräte'),
     lastBatch: (age) => `letzte Sendung vor ${age}`,
     noBatch: 'noch keine Sendung',
+    meanOf: (time) => `Mittel über ${time}`,
     allStations: 'alle Stationen',
     since: 'Seit',
     happened: 'Was geschah',

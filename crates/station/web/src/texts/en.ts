@@ -1036,6 +1036,7 @@ export const en = {
     gauges: (count: number) => counted(count, 'gauge', 'gauges'),
     lastBatch: (age: string) => `last batch ${age} ago`,
     noBatch: 'no batch yet',
+    meanOf: (time: string) => `mean of ${time}`,
     allStations: 'all stations',
     since: 'Since',
     happened: 'What happened',

@@ -8,15 +8,20 @@
 //! | 401 | no station of the file has this token |
 //! | 403 | the token is that of another station |
 //! | 404, 405 | another path, another method |
+//! | 410 | no user waits for the reply |
 //! | 408 | the body did not come in time |
 //! | 413 | the body is too long |
 //! | 429 | two batches of this station are on their way |
 //! | 503 | the database does not answer, or all permits are taken |
 //!
-//! A client without a token costs a connection and no memory for a body; the connections and their times have limits.
+//! A client without a token costs a connection and no memory for a body; the connections and their times have limits. A connection with the
+//! token of a station does not end in the place of others.
+//!
+//! `requests` has the paths of the requests of users.
 
 use crate::config::{Config, Https, Sender};
 use crate::nats::{message_id, subject};
+use crate::pending::Pending;
 use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, Stored};
 use axum::Router;
@@ -25,8 +30,9 @@ use axum::extract::{Path, Request, State};
 use axum::http::header::{AUTHORIZATION, CONTENT_LENGTH, RETRY_AFTER, WWW_AUTHENTICATE};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use axum::routing::post;
+use axum::routing::{get, post};
 use profivac_recorder::Micros;
+use profivac_station::auth::connections::Permit;
 use profivac_station::server::{Connections, Keys, Limits, ServerError};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -35,6 +41,10 @@ use subtle::ConstantTimeEq;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, mpsc, oneshot, watch};
 use tokio::time::{Instant, sleep_until, timeout};
+
+mod requests;
+
+pub use requests::MAX_REPLY;
 
 /// The most octets of a body: a batch of a station is far shorter.
 pub const MAX_BODY: usize = 768 << 10;
@@ -81,13 +91,52 @@ pub struct Server {
     address: SocketAddr,
     connections: Connections,
     jobs: mpsc::Receiver<Job>,
+    pending: Pending,
 }
 
 /// What all requests share.
 struct Shared {
-    stations: Vec<(Sender, Semaphore)>,
+    stations: Vec<Known>,
     permits: Semaphore,
     jobs: mpsc::Sender<Job>,
+    pending: Pending,
+}
+
+/// A station of the file.
+struct Known {
+    sender: Sender,
+    /// Its name as the holder of connections.
+    name: Arc<str>,
+    /// Permits for its batches.
+    batches: Semaphore,
+}
+
+impl Known {
+    fn of(sender: &Sender) -> Self {
+        let name = Arc::from(sender.name.as_str());
+        Self { sender: sender.clone(), name, batches: Semaphore::new(MAX_OF_STATION) }
+    }
+}
+
+impl Shared {
+    /// The station whose token the request has, if its path names the same one. Its connection then does not end in the place of others.
+    fn authorise(&self, plant: &str, station: &str, request: &Request) -> Result<&Known, Box<Response>> {
+        let Some(known) = sender(&self.stations, request.headers()) else {
+            let reason = "no [[station]] in the file of the archive has this token: compare token-file at both ends";
+            return Err(Box::new(refuse(StatusCode::UNAUTHORIZED, reason)));
+        };
+        let Sender { plant: own_plant, name, .. } = &known.sender;
+        if (plant, station) != (own_plant, name) {
+            let reason = format!(
+                "the token is that of station {name} of plant {own_plant}: correct plant, station or token-file in [archive]"
+            );
+            return Err(Box::new(refuse(StatusCode::FORBIDDEN, &reason)));
+        }
+        if let Some(permit) = request.extensions().get::<Arc<Permit>>() {
+            permit.hold_for_station(&known.name);
+        }
+        Ok(known)
+    }
 }
 
 impl Server {
@@ -101,12 +150,19 @@ impl Server {
         let listener = TcpListener::bind(https.listen).await.map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let (sender, jobs) = mpsc::channel(MAX_BATCHES);
-        let stations = https.stations.iter().map(|it| (it.clone(), Semaphore::new(MAX_OF_STATION))).collect();
-        let shared = Shared { stations, permits: Semaphore::new(MAX_BATCHES), jobs: sender };
+        let stations = https.stations.iter().map(Known::of).collect();
+        let pending = Pending::of(&https.stations);
+        let shared = Shared { stations, permits: Semaphore::new(MAX_BATCHES), jobs: sender, pending: pending.clone() };
         let limits =
             Limits { connections: MAX_CONNECTIONS, head: CLIENT_TIMEOUT, stalled: CLIENT_TIMEOUT, ..Limits::default() };
         let connections = Connections { router: router(Arc::new(shared)), keys, limits, gateway: None };
-        Ok(Self { listener, address, connections, jobs })
+        Ok(Self { listener, address, connections, jobs, pending })
+    }
+
+    /// The requests that its stations poll for.
+    #[must_use]
+    pub fn pending(&self) -> Pending {
+        self.pending.clone()
     }
 
     /// The address as a URL, with the port that the system has chosen.
@@ -152,8 +208,12 @@ async fn renew(keys: Option<&Keys>) {
 fn router(shared: Arc<Shared>) -> Router {
     Router::new()
         .route("/v1/{plant}/{station}/{epoch}/{number}", post(batch))
+        .route("/v1/{plant}/{station}/request", get(requests::next))
+        .route("/v1/{plant}/{station}/request/{id}", post(requests::reply))
         .fallback(async || refuse(StatusCode::NOT_FOUND, "expected /v1/PLANT/STATION/EPOCH/NUMBER"))
-        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "expected POST with a batch"))
+        .method_not_allowed_fallback(async || {
+            refuse(StatusCode::METHOD_NOT_ALLOWED, "expected POST with a batch or a reply, or GET of a request")
+        })
         .with_state(shared)
 }
 
@@ -174,18 +234,11 @@ async fn batch(
     Path((plant, station, epoch, number)): Path<(String, String, i64, i64)>,
     request: Request,
 ) -> Response {
-    let Some((sender, own)) = sender(&shared.stations, request.headers()) else {
-        let reason = "no [[station]] in the file of the archive has this token: compare token-file at both ends";
-        return refuse(StatusCode::UNAUTHORIZED, reason);
+    let known = match shared.authorise(&plant, &station, &request) {
+        Ok(known) => known,
+        Err(refusal) => return *refusal,
     };
-    if (plant.as_str(), station.as_str()) != (sender.plant.as_str(), sender.name.as_str()) {
-        let reason = format!(
-            "the token is that of station {} of plant {}: correct plant, station or token-file in [archive]",
-            sender.name, sender.plant
-        );
-        return refuse(StatusCode::FORBIDDEN, &reason);
-    }
-    let Ok(_own) = own.try_acquire() else {
+    let Ok(_own) = known.batches.try_acquire() else {
         return refuse(
             StatusCode::TOO_MANY_REQUESTS,
             "two batches of this station are on their way: send one at a time",
@@ -220,9 +273,9 @@ fn too_long() -> Response {
 }
 
 /// The station whose token the request has. The comparison takes the same time wherever the tokens differ.
-fn sender<'a>(stations: &'a [(Sender, Semaphore)], headers: &HeaderMap) -> Option<&'a (Sender, Semaphore)> {
+fn sender<'a>(stations: &'a [Known], headers: &HeaderMap) -> Option<&'a Known> {
     let (scheme, given) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
-    let is_same = |it: &&(Sender, Semaphore)| bool::from(it.0.token.reveal().as_bytes().ct_eq(given.trim().as_bytes()));
+    let is_same = |it: &&Known| bool::from(it.sender.token.reveal().as_bytes().ct_eq(given.trim().as_bytes()));
     stations.iter().filter(|_| scheme.eq_ignore_ascii_case("bearer")).find(is_same)
 }
 
