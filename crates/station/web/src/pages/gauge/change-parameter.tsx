@@ -8,6 +8,7 @@ import { RiskMark } from '../../components/command-dialog.tsx'
 import { useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
+import { ChangeButton } from './change-button.tsx'
 import { obstacle } from './permission.ts'
 
 type Write = NonNullable<Parameter['write']>
@@ -37,16 +38,9 @@ export function ChangeParameter({ parameter, open }: Props): JSX.Element | null 
     return <Form parameter={parameter} write={write} open={open} close={() => setEditing(false)} />
   }
   return (
-    <button
-      type="button"
-      class="change"
-      disabled={reason !== null}
-      title={reason ?? undefined}
-      aria-label={t.gauge.changeOf(name)}
-      onClick={() => setEditing(true)}
-    >
+    <ChangeButton label={t.gauge.changeOf(name)} reason={reason} press={() => setEditing(true)}>
       {t.gauge.change}
-    </button>
+    </ChangeButton>
   )
 }
 

@@ -10,6 +10,7 @@ import { compared, type Difference } from '../../lib/compare-settings.ts'
 import { useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
+import { ChangeButton } from './change-button.tsx'
 import { obstacle } from './permission.ts'
 
 interface Props {
@@ -132,15 +133,8 @@ function TakeOver({ write, name, take }: TakeOverProps): JSX.Element {
   const reason = obstacle(session, useSnapshot().control_authority, write.role, write.blocked_reason)
   if (write.blocked_reason !== null || !hasRole(session, write.role)) return <span class="muted">{reason}</span>
   return (
-    <button
-      type="button"
-      class="change"
-      disabled={reason !== null}
-      title={reason ?? undefined}
-      aria-label={t.compare.takeOverOf(name)}
-      onClick={take}
-    >
+    <ChangeButton label={t.compare.takeOverOf(name)} reason={reason} press={take}>
       {t.compare.takeOver}
-    </button>
+    </ChangeButton>
   )
 }
