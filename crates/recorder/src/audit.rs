@@ -38,10 +38,12 @@ pub enum AuditAction {
     PlantStateExtended,
     /// The user ended a declared plant state.
     PlantStateEnded,
+    /// A copy of the database is about to be made. Written before it is made.
+    Backup,
 }
 
 impl AuditAction {
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 15] = [
         Self::Execute,
         Self::Outcome,
         Self::Refused,
@@ -56,6 +58,7 @@ impl AuditAction {
         Self::PlantStateDeclared,
         Self::PlantStateExtended,
         Self::PlantStateEnded,
+        Self::Backup,
     ];
 
     /// The word in the database and in the API.
@@ -76,6 +79,7 @@ impl AuditAction {
             Self::PlantStateDeclared => "plant-state-declared",
             Self::PlantStateExtended => "plant-state-extended",
             Self::PlantStateEnded => "plant-state-ended",
+            Self::Backup => "backup",
         }
     }
 

@@ -24,6 +24,9 @@ const LOCKED_PAUSE: Duration = Duration::from_millis(50);
 /// The most pauses one after the other.
 const MAX_PAUSES: u32 = 200;
 
+/// Room that a copy leaves on its disk: the database may be on the same one, and its log grows until the copy ends. free choice
+const RESERVE: u64 = 64 << 20;
+
 /// What to do with a file that exists at the destination.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
@@ -53,6 +56,16 @@ pub enum BackupError {
         path: PathBuf,
         /// The error of the system.
         error: io::Error,
+    },
+    /// The disk has no room for the copy.
+    #[error("{path}: expected room for {needed} octets on the disk, found {free}", path = path.display())]
+    NoRoom {
+        /// The copy.
+        path: PathBuf,
+        /// The size of the copy with the room that it leaves.
+        needed: u64,
+        /// What is free.
+        free: u64,
     },
     /// The database stayed locked.
     #[error("{path} is locked by another program", path = .0.display())]
@@ -94,7 +107,7 @@ impl Reader {
         let failed = |error| BackupError::File { path: part.to_owned(), error };
         OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(part).map_err(failed)?;
         let mut copy = Connection::open(part).map_err(sql)?;
-        self.copy(&mut copy, progress)?;
+        self.copy(&mut copy, part, progress)?;
         let found: String = copy.query_row("PRAGMA quick_check(1)", [], |row| row.get(0)).map_err(sql)?;
         if found != "ok" {
             return Err(BackupError::Damaged { path: self.path().to_owned(), found });
@@ -106,7 +119,7 @@ impl Reader {
         File::open(part).and_then(|file| file.sync_all()).map_err(failed)
     }
 
-    fn copy(&self, copy: &mut Connection, mut progress: impl FnMut(u64, u64)) -> Result<(), BackupError> {
+    fn copy(&self, copy: &mut Connection, part: &Path, mut progress: impl FnMut(u64, u64)) -> Result<(), BackupError> {
         let sql = |error| DatabaseError::Sql { path: self.path().to_owned(), error };
         // A read transaction that lasts for the whole copy. Without it each commit of the recorder would start the copy again.
         let transaction = self.connection().unchecked_transaction().map_err(sql)?;
@@ -114,6 +127,8 @@ impl Reader {
         let _started: i64 =
             transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(sql)?;
         let of_pages = |pages: i32| u64::try_from(i64::from(pages).saturating_mul(octets)).unwrap_or(0);
+        let pages: i32 = transaction.query_row("PRAGMA page_count", [], |row| row.get(0)).map_err(sql)?;
+        require_room(part, of_pages(pages).saturating_add(RESERVE))?;
         let backup = Backup::new(&transaction, copy).map_err(sql)?;
         let mut pauses: u32 = 0;
         loop {
@@ -131,6 +146,16 @@ impl Reader {
             }
         }
     }
+}
+
+/// Requires room on the disk of `part`. A disk that does not say how much it has is tried.
+fn require_room(part: &Path, needed: u64) -> Result<(), BackupError> {
+    let Ok(disk) = rustix::fs::statvfs(part) else { return Ok(()) };
+    let free = disk.f_bavail.saturating_mul(disk.f_frsize);
+    if free < needed {
+        return Err(BackupError::NoRoom { path: part.to_owned(), needed, free });
+    }
+    Ok(())
 }
 
 /// Whether both paths name one file.

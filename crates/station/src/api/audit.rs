@@ -119,6 +119,8 @@ pub enum AuditActionView {
     PlantStateExtended,
     /// A declared plant state was ended.
     PlantStateEnded,
+    /// A copy of the database is about to be made.
+    Backup,
 }
 
 impl From<AuditAction> for AuditActionView {
@@ -138,6 +140,7 @@ impl From<AuditAction> for AuditActionView {
             AuditAction::PlantStateDeclared => Self::PlantStateDeclared,
             AuditAction::PlantStateExtended => Self::PlantStateExtended,
             AuditAction::PlantStateEnded => Self::PlantStateEnded,
+            AuditAction::Backup => Self::Backup,
         }
     }
 }

@@ -13,6 +13,7 @@
 //! | `/api/armed-commands/{id}`, `/api/armed-commands/{id}/execute` | disarms and executes it |
 //! | `/api/control-authority` and below | control authority |
 //! | `/api/audit`, `/api/audit.csv` | the audit trail |
+//! | `/api/backup` and below | copies of the database |
 //! | `/api/directory` | the labels of the gauges, and the views |
 //! | `/api/plant` | the plant: volumes, valves, pumps |
 //! | `/api/trend` | the trend of a series |
@@ -57,6 +58,7 @@ mod alarm_settings;
 mod alarms;
 mod audit;
 pub mod authenticator;
+mod backup;
 pub mod body;
 mod bus;
 mod compression;
@@ -84,6 +86,7 @@ use crate::services::Services;
 use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::{delete, get, post};
+use backup::Backups;
 use database::DatabaseReaders;
 use fits::Fits;
 use live_source::LiveSource;
@@ -157,7 +160,9 @@ use utoipa::OpenApi;
         control::grant,
         control::take_over,
         audit::audit,
-        audit::csv
+        audit::csv,
+        backup::backup,
+        backup::download
     )
 )]
 struct Description;
@@ -174,6 +179,7 @@ struct Shared {
     services: Arc<Services>,
     readers: DatabaseReaders,
     fits: Fits,
+    backups: Backups,
     snapshots: Arc<LiveSource>,
 }
 
@@ -192,6 +198,12 @@ impl FromRef<Shared> for DatabaseReaders {
 impl FromRef<Shared> for Fits {
     fn from_ref(shared: &Shared) -> Self {
         shared.fits.clone()
+    }
+}
+
+impl FromRef<Shared> for Backups {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.backups.clone()
     }
 }
 
@@ -255,6 +267,7 @@ pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
 /// The API of a station, and the dashboard.
 pub fn router(services: Arc<Services>) -> Router {
     let readers = DatabaseReaders::of(Arc::clone(&services));
+    let backups = Backups::new(&services);
     let snapshots = Arc::new(live::source(Arc::clone(&services)));
     Router::new()
         .route("/api/station", get(snapshot::station))
@@ -281,6 +294,8 @@ pub fn router(services: Arc<Services>) -> Router {
         .merge(session_routes())
         .route("/api/audit", get(audit::audit))
         .route("/api/audit.csv", get(audit::csv))
+        .route("/api/backup", post(backup::backup))
+        .route("/api/backup/{id}", get(backup::download))
         .merge(control_routes())
         .route("/api/live", get(live::live))
         .route("/api/openapi.json", get(async || ([("content-type", "application/json")], description())))
@@ -292,5 +307,5 @@ pub fn router(services: Arc<Services>) -> Router {
         .method_not_allowed_fallback(method_not_allowed)
         .layer(axum::middleware::from_fn(headers::catch_panic))
         .layer(axum::middleware::from_fn(headers::headers))
-        .with_state(Shared { services, readers, fits: Fits::new(), snapshots })
+        .with_state(Shared { services, readers, fits: Fits::new(), backups, snapshots })
 }

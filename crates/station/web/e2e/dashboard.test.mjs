@@ -456,6 +456,7 @@ test('dragging sets start and end of a rise, and the fit separates leak and outg
     // 2.4e-3 Pa/s in 12 L are 2.88e-5 Pa m³/s. The time of pumping is not recorded, so outgassing that does not return to the
     // wall explains the steady part as well, and the leak is the upper bound. Numbers on the page have three digits.
     const [mbarLitres, pascalCubic, sccm] = await leak(page, /^(Outgassing|A leak and outgassing)$/)
+    assert.match(await text(page.locator('.result .facts')), /mbar\/s \(.* mbar\/s to .* mbar\/s\)/)
     assert.ok(pascalCubic.low <= 2.88e-5 && 2.87e-5 <= pascalCubic.high, JSON.stringify(pascalCubic))
     assert.ok(pascalCubic.high < 1.03 * 2.88e-5, JSON.stringify(pascalCubic))
     // 1 sccm is 0.01813 mbar L/s at 20 °C.

@@ -62,6 +62,9 @@ test('a plant is identified, with intervals, residuals, a prediction with its ba
       const [low, high] = numbersIn(await row.locator('td').nth(1).innerText())
       assert.ok(low <= truth && truth <= high, `${name}: ${low} to ${high} without ${truth}`)
     }
+    assert.equal(await page.locator('.log-chart .unit').textContent(), 'mbar')
+    const exponent = page.locator('tbody tr', { hasText: 'exponent of outgassing' })
+    assert.match(await exponent.locator('td').nth(1).innerText(), /^[01]\.\d+ to [01]\.\d+$/)
     const pump = page.locator('tbody tr', { hasText: 'ultimate pressure of the pump' })
     assert.match(await pump.innerText(), /cannot be told from zero/)
     assert.ok((await page.locator('svg').first().locator('circle.measured').count()) > 100)

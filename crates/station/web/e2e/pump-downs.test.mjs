@@ -17,8 +17,8 @@ after(async () => {
 })
 
 /** Opens a page of the station. The console may show no error. */
-async function visit(path, look) {
-  const { page, complaints, close } = await openPage(browser, plant.url + path, {})
+async function visit(path, look, options = {}) {
+  const { page, complaints, close } = await openPage(browser, plant.url + path, options)
   try {
     await look(page)
     assert.deepEqual(complaints, [])
@@ -37,12 +37,42 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
     const verdict = await page.locator('.verdict').innerText()
     assert.match(
       verdict,
-      /later to 1e-\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d: the pressure above/,
+      /▲ .* later to 1\.00 × 10⁻\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d: the pressure above/,
     )
     assert.match(verdict, /late at low pressure only|falls as the time/)
     const row = page.locator('tr.deviates', { hasText: '1.00 × 10⁻⁵ mbar' })
-    assert.match(await row.innerText(), /12 min.*6 min.*later/s)
+    assert.match(await row.innerText(), /12 min.*▲ later.*6 min/s)
+    // Colour is for alarms: a deviation is as dark as other text.
+    const colours = await page
+      .locator('body, .verdict.deviates, tr.deviates td')
+      .evaluateAll((all) => all.map((element) => getComputedStyle(element).color))
+    assert.equal(new Set(colours).size, 1, colours.join('; '))
+    assert.match(await page.locator('.legend').innerText(), /━ \d{4}-\d\d-\d\d .*─ the others, as usual/)
   })
+})
+
+test('on a phone the chart has its unit, and texts as large as those of the page', async () => {
+  const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }
+  await visit(
+    PAGE,
+    async (page) => {
+      const texts = page.locator('.log-chart text')
+      await texts.first().waitFor()
+      const heights = await texts.evaluateAll((all) => all.map((text) => text.getBoundingClientRect().height))
+      assert.ok(Math.min(...heights) >= 10, heights.join(' '))
+      assert.equal(await page.locator('.log-chart .unit').textContent(), 'mbar')
+      const lines = await page
+        .locator('.runs button, td:nth-of-type(1)')
+        .evaluateAll((all) =>
+          all.map(
+            (element) =>
+              element.getBoundingClientRect().height / Number.parseFloat(getComputedStyle(element).lineHeight),
+          ),
+        )
+      assert.ok(Math.max(...lines) < 3.2, `a time takes ${Math.max(...lines)} lines`)
+    },
+    phone,
+  )
 })
 
 test('another pump-down and a reference can be chosen, and stay in the address', async () => {

@@ -20,8 +20,8 @@ after(async () => {
 })
 
 /** Opens a page in a browser without a session. Refused requests are the only errors that the console may show. */
-async function visit(path, look) {
-  const { page, complaints, close } = await openContext(browser)
+async function visit(path, look, options = {}) {
+  const { page, complaints, close } = await openContext(browser, options)
   try {
     await page.goto(plant.url + path)
     await look(page)
@@ -75,6 +75,32 @@ test('the login works with the keyboard alone, and with a password manager', asy
     await live(page)
     assert.match(await page.locator('header .user').innerText(), /vera\s+viewer/)
   })
+})
+
+test('the edges of the fields are seen, in light and dark', async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    await visit(
+      '/',
+      async (page) => {
+        await page.getByRole('button', { name: 'Log in' }).waitFor()
+        // WCAG 2.2, 1.4.11.
+        const contrast = await page.getByLabel('Name').evaluate((field) => {
+          const light = (colour) => {
+            const [red, green, blue] = colour
+              .match(/[\d.]+/g)
+              .map((part) => part / 255)
+              .map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4))
+            return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+          }
+          const { borderTopColor, backgroundColor } = getComputedStyle(field)
+          const [low, high] = [light(borderTopColor), light(backgroundColor)].sort((one, other) => one - other)
+          return (high + 0.05) / (low + 0.05)
+        })
+        assert.ok(contrast >= 3, `${colorScheme}: ${contrast}`)
+      },
+      { colorScheme },
+    )
+  }
 })
 
 test('a wrong password and an unknown name are refused with the same text', async () => {

@@ -68,6 +68,18 @@ export async function addUser(file, name, role, password) {
   if (code !== 0) throw new Error(`user add ended with ${code}`)
 }
 
+/** What a command of the program prints. */
+export async function runProgram(...more) {
+  const child = spawn(PROFIVAC, more, { stdio: ['ignore', 'pipe', 'inherit'] })
+  let printed = ''
+  child.stdout.on('data', (text) => {
+    printed += text
+  })
+  const [code] = await once(child, 'close')
+  if (code !== 0) throw new Error(`${more.join(' ')} ended with ${code}`)
+  return printed
+}
+
 /** A station with this file. */
 export const startStation = (file) => startProfivac('run', file)
 

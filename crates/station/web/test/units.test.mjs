@@ -1,6 +1,17 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { age, clock, decade, moment, momentOf, number, parts, readable } from '../dist/test/lib/format.js'
+import {
+  age,
+  clock,
+  decade,
+  fileSize,
+  moment,
+  momentOf,
+  number,
+  parts,
+  ratio,
+  readable,
+} from '../dist/test/lib/format.js'
 import { inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/lib/units.js'
 
 test('one pascal in every unit', () => {
@@ -34,6 +45,16 @@ test('pressures have three digits', () => {
   ])
     assert.equal(number(value), text)
   assert.deepEqual(parts(2.5e-9), { mantissa: '2.50', exponent: -9 })
+})
+
+test('ratios from a thousandth on have no power of ten', () => {
+  const texts = [0, 0.0005, 0.001, 0.92519, 0.9999, 1, 3.614, 123.4].map(ratio)
+  assert.deepEqual(texts, ['0', '5.00 × 10⁻⁴', '0.001', '0.925', '1.00', '1.00', '3.61', '123'])
+})
+
+test('sizes of files have three digits and the largest unit that fits', () => {
+  const texts = [0, 512, 3100, 24_000_000, 5.2e9].map((octets) => fileSize(octets).replace('\u00a0', ' '))
+  assert.deepEqual(texts, ['0 B', '512 B', '3.10 kB', '24.0 MB', '5.20 GB'])
 })
 
 test('axes have powers of ten, plain ones where they are short', () => {

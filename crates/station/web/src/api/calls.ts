@@ -9,6 +9,7 @@ import type {
   AlarmSettings,
   ArmedCommand,
   AuditEntry,
+  Backup,
   Block,
   BusReport,
   Capture,
@@ -205,6 +206,11 @@ export const disarm = (id: string): Promise<undefined> => remove('/api/armed-com
 export function conditionsOf(error: unknown): Condition[] {
   return (error instanceof RequestError && (error.body as Partial<Refusal> | null)?.conditions) || []
 }
+
+/** Makes a copy of the database; takes as long as the disk of the station needs. */
+export const makeBackup = (): Promise<Backup> => post('/api/backup', {})
+
+export const backupAddress = (id: string): string => addressOf('/api/backup/{id}', { path: { id } })
 
 export interface AuditFilter {
   gauge: string

@@ -124,5 +124,6 @@ export type ArmedCommand = Schemas['ArmedCommandView']
 export type Outcome = Schemas['ExecutedView']
 /** The answer when a command is refused: the reason, and all conditions. */
 export type Refusal = Schemas['ConflictView']
+export type Backup = Schemas['BackupView']
 export type AuditEntry = Schemas['AuditView']
 export type AuditAction = AuditEntry['action']

@@ -34,6 +34,12 @@ export function number(value: number): string {
   return exponent === null ? mantissa : `${mantissa} × 10${superscript(exponent)}`
 }
 
+/** A ratio or an exponent: `0.925`, `3.61`. Below a thousandth as a power of ten. */
+export function ratio(value: number): string {
+  const size = Math.abs(value)
+  return size >= 0.001 && size < 0.9995 ? String(Number(value.toPrecision(3))) : number(value)
+}
+
 /** A power of ten for an axis: `10⁻⁶`, or the plain number from 1 to 1000. */
 export function decade(value: number): string {
   const exponent = Math.round(Math.log10(value))
@@ -94,6 +100,17 @@ export function momentOf(text: string): number | null {
 
 /** A count with groups of three digits. A point and a comma are both read as a decimal mark: the mark between groups is a space (ISO 80000-1). */
 export const grouped = (value: number): string => value.toLocaleString('en-GB').replaceAll(',', '\u202f')
+
+/** A size of a file: `3.10 kB`, `24.0 MB`. */
+export function fileSize(octets: number): string {
+  const sizes: [number, string][] = [
+    [1e9, 'GB'],
+    [1e6, 'MB'],
+    [1e3, 'kB'],
+  ]
+  const [size, name] = sizes.find(([size]) => octets >= size) ?? [1, 'B']
+  return unbroken(`${parts(octets / size).mantissa} ${name}`)
+}
 
 /** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. Names in quotation marks stay. */
 export function readable(text: string): string {

@@ -2,13 +2,20 @@
 
 import type { Bounds, Plant, TargetTime } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
-import { age, number } from './format.ts'
+import { age, number, ratio } from './format.ts'
 import { type Axes, place } from './pump-downs.ts'
 
 /** `1.2 (1.0 to 1.5)` as its two parts, each number divided by a unit. */
-export function boundsText({ mean, low, high }: Bounds, unit: number): { value: string; interval: string } {
-  const upper = high === null || high === undefined ? t.identify.noLimit : number(high / unit)
-  return { value: number(mean / unit), interval: t.common.rangeText(number(low / unit), upper) }
+export function boundsText(bounds: Bounds, unit: number): { value: string; interval: string } {
+  return textsOf(bounds, (value) => number(value / unit))
+}
+
+/** The same for a number without a unit: `0.988 to 1.01`. */
+export const ratioText = (bounds: Bounds): { value: string; interval: string } => textsOf(bounds, ratio)
+
+function textsOf({ mean, low, high }: Bounds, text: (value: number) => string): { value: string; interval: string } {
+  const upper = high === null || high === undefined ? t.identify.noLimit : text(high)
+  return { value: text(mean), interval: t.common.rangeText(text(low), upper) }
 }
 
 /** `2 h 5 min (1 h 50 min to 2 h 20 min)`. */
@@ -21,7 +28,7 @@ export function timesText({ mean, low, high }: TargetTime): string {
 
 /** The title of a result and what it is worth. */
 export function worth({ is_described, misfit }: Plant): { title: string; sentence: string } {
-  return (is_described ? t.identify.described : t.identify.notDescribed)(number(misfit))
+  return (is_described ? t.identify.described : t.identify.notDescribed)(ratio(misfit))
 }
 
 /** The first time that is drawn, in s: before it a logarithmic axis has decades without samples. */

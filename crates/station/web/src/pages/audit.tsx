@@ -4,10 +4,12 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { type AuditFilter, auditAddress, fetchAudit } from '../api/calls.ts'
 import type { AuditEntry } from '../api/types.ts'
+import { BackupDialog } from '../components/backup-dialog.tsx'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
+import { hasRole, useSession } from '../session.ts'
 import { t } from '../texts/texts.ts'
 
 const DAY_MS = 86_400_000
@@ -69,8 +71,11 @@ export function Audit(): JSX.Element {
   const [gauge, setGauge] = useState('')
   const [user, setUser] = useState('')
   const [period, setPeriod] = useState('')
+  const [copies, setCopies] = useState(0)
+  const [isCopying, setCopying] = useState(false)
+  const mayCopy = hasRole(useSession(), 'engineer')
   const filter: AuditFilter = { gauge, user, from: period ? station.now_ms - Number(period) : null }
-  const log = useLog(`${gauge} ${user} ${period}`, (limit, signal) => fetchAudit(filter, limit, signal))
+  const log = useLog(`${gauge} ${user} ${period} ${copies}`, (limit, signal) => fetchAudit(filter, limit, signal))
   const names = sameText(gauges.map(({ name }) => name))
   return (
     <section class="panel audit" aria-label={t.pages['/audit']}>
@@ -92,6 +97,11 @@ export function Audit(): JSX.Element {
         <a class="button" href={auditAddress(filter)} download="audit.csv">
           {t.common.saveCsv}
         </a>
+        {mayCopy && (
+          <button type="button" onClick={() => setCopying(true)}>
+            {t.backup.open}
+          </button>
+        )}
       </div>
       <LogTable
         caption={t.audit.caption}
@@ -106,6 +116,7 @@ export function Audit(): JSX.Element {
           isFiltered: Boolean(gauge || user || period),
         }}
       />
+      {isCopying && <BackupDialog made={() => setCopies(copies + 1)} close={() => setCopying(false)} />}
     </section>
   )
 }

@@ -676,14 +676,15 @@ export const de: Texts = {
     none: 'Kein Abpumpvorgang in dieser Zeit: ein Abfall des Drucks um zwei Dekaden.',
     asUsual: 'Wie üblich.',
     tooFew: 'Zu wenige frühere Abpumpvorgänge zum Vergleich: fünf von einem ähnlichen Druck aus sind nötig.',
+    others: 'die anderen, wie üblich',
+    othersDeviating: 'die anderen, abweichend',
     chart: (count, unit) => `${counted(count, 'Abpumpvorgang', 'Abpumpvorgänge')} in ${unit} über Sekunden`,
     seconds: 'Sekunden',
     times: 'Zeiten',
     caption: (start) => `Zeit bis zu jeder Dekade, Abpumpvorgang vom ${start}`,
     pressure: 'Druck',
     usual: 'Üblich (Grenzen)',
-    deviation: 'Abweichung',
-    deviations: { later: 'später', earlier: 'früher' },
+    deviations: { later: '▲ später', earlier: '▼ früher' },
     all: 'Alle Abpumpvorgänge',
     notDeviating: 'wie üblich',
     notReached: 'nicht erreicht',
@@ -805,9 +806,9 @@ export const de: Texts = {
     volume: 'Volumen eingeben, um Gasströme zu sehen',
     chooseGas: 'Gasartabhängigkeit des Messgeräts wählen',
     gasDependences: {
-      none: 'gasartunabhängig, oder wie angezeigt',
-      ionisation: 'Glüh- oder Kaltkathode: Leck als Luft, Ausgasung als Wasser',
-      conduction: 'Pirani: Leck als Luft, Ausgasung als Wasser',
+      none: 'nicht korrigiert: wie angezeigt',
+      ionisation: 'Glüh- oder Kaltkathode',
+      conduction: 'Pirani',
     },
     accuracy: 'Genauigkeit des Messgeräts aus dem Handbuch eingeben',
     drag: 'Oder im Diagramm über den Druckanstieg ziehen. Das Mausrad und + − vergrößern und verkleinern; die Pfeiltasten bewegen.',
@@ -977,6 +978,7 @@ export const de: Texts = {
       'plant-state-declared': 'Anlagenzustand gesetzt',
       'plant-state-extended': 'Anlagenzustand verlängert',
       'plant-state-ended': 'Anlagenzustand beendet',
+      backup: 'Kopie der Datenbank',
     },
     allTimes: 'alle Zeiten',
     lastDay: 'letzter Tag',
@@ -989,6 +991,19 @@ export const de: Texts = {
     outcome: 'Ergebnis',
     allGauges: 'alle Messgeräte',
     caption: 'Audit-Trail, der neueste Eintrag zuerst',
+  },
+
+  backup: {
+    open: 'Datenbank kopieren …',
+    title: 'Kopie der Datenbank',
+    about:
+      'Die Kopie ist eine Datei mit allen Messwerten, Ereignissen, Alarmen und dem Audit-Trail. Die Station zeichnet dabei weiter auf. Bis die Kopie heruntergeladen ist, braucht sie Platz auf dem Datenträger der Station.',
+    without: 'Die Datei der Station und die Benutzer sind nicht enthalten: Kopieren Sie diese Dateien auf der Station.',
+    make: 'Kopie erstellen',
+    making: 'Die Station erstellt und prüft die Kopie …',
+    made: (time, size, until) =>
+      `Die Kopie von ${time} hat ${size}. Sie kann bis ${until} heruntergeladen werden, oder bis jemand eine andere erstellt.`,
+    save: 'Kopie herunterladen',
   },
 
   gateways: {

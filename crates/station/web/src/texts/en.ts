@@ -694,14 +694,15 @@ export const en = {
     none: 'No pump-down in this time: a fall of the pressure by two decades.',
     asUsual: 'As usual.',
     tooFew: 'Too few pump-downs before it to compare with: five from a similar pressure are needed.',
+    others: 'the others, as usual',
+    othersDeviating: 'the others, deviating',
     chart: (count: number, unit: string) => `${count} pump-downs in ${unit} over seconds`,
     seconds: 'seconds',
     times: 'Times',
     caption: (start: string) => `Time to each decade, pump-down of ${start}`,
     pressure: 'Pressure',
     usual: 'Usual (limits)',
-    deviation: 'Deviation',
-    deviations: { later: 'later', earlier: 'earlier' } satisfies Record<
+    deviations: { later: '▲ later', earlier: '▼ earlier' } satisfies Record<
       NonNullable<PumpDownLevel['deviation']>,
       string
     >,
@@ -817,9 +818,9 @@ export const en = {
     volume: 'Enter the volume to see flows',
     chooseGas: 'Choose how the gauge depends on the gas',
     gasDependences: {
-      none: 'does not depend on the gas, or as indicated',
-      ionisation: 'hot or cold cathode: a leak of air, outgassing of water',
-      conduction: 'Pirani: a leak of air, outgassing of water',
+      none: 'not corrected: as indicated',
+      ionisation: 'hot or cold cathode',
+      conduction: 'Pirani',
     },
     accuracy: 'Enter the accuracy of the gauge from its manual',
     drag: 'Or drag over the rise in the chart. The wheel and + − zoom; the arrow keys move.',
@@ -984,6 +985,7 @@ export const en = {
       'plant-state-declared': 'plant state declared',
       'plant-state-extended': 'plant state extended',
       'plant-state-ended': 'plant state ended',
+      backup: 'copy of the database',
     } satisfies Record<AuditAction, string>,
     allTimes: 'all times',
     lastDay: 'last day',
@@ -996,6 +998,19 @@ export const en = {
     outcome: 'Outcome',
     allGauges: 'all gauges',
     caption: 'Audit trail, the latest entry first',
+  },
+
+  backup: {
+    open: 'Copy the database …',
+    title: 'Copy of the database',
+    about:
+      'The copy is one file with all samples, events, alarms and the audit trail. The station records meanwhile. Until the copy is downloaded, it needs room on the disk of the station.',
+    without: 'The file of the station and its users are not in the copy: copy these files on the station.',
+    make: 'Make the copy',
+    making: 'The station makes and checks the copy …',
+    made: (time: string, size: string, until: string) =>
+      `The copy of ${time} has ${size}. It can be downloaded until ${until}, or until a user makes another one.`,
+    save: 'Download the copy',
   },
 
   gateways: {

@@ -5,7 +5,7 @@ import type { Bounds, Certainty, Plant, Remedy } from '../../api/types.ts'
 import { Pressure } from '../../components/pressure.tsx'
 import { Sprays } from '../../components/sprays.tsx'
 import { age, number } from '../../lib/format.ts'
-import { boundsText, timesText, worth } from '../../lib/plant.ts'
+import { boundsText, ratioText, timesText, worth } from '../../lib/plant.ts'
 import { useUnit } from '../../settings.ts'
 import { t } from '../../texts/texts.ts'
 
@@ -40,8 +40,7 @@ export function Result({ plant, target }: Props): JSX.Element {
       <ol class="remedies">
         {plant.remedies.map(({ remedy, divided_by }) => (
           <li key={remedy}>
-            {remedyText(remedy)}: <strong>{boundsText(divided_by, 1).value}</strong> (
-            {boundsText(divided_by, 1).interval})
+            {remedyText(remedy)}: <strong>{ratioText(divided_by).value}</strong> ({ratioText(divided_by).interval})
           </li>
         ))}
       </ol>
@@ -54,9 +53,8 @@ const remedyText = (remedy: Remedy): string => t.identify.remedies[remedy]
 interface Row {
   name: ComponentChildren
   value: Bounds
-  /** The unit, and its size in that of the API. */
-  unit: string
-  size: number
+  /** The unit, and its size in that of the API; `null` for a number without a unit. */
+  unit: { name: string; size: number } | null
   note: string | null
 }
 
@@ -72,23 +70,20 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
   const flow = (name: string, { flow }: Plant['leak'], note: string | null): Row => ({
     name,
     value: flow.mbar_l_per_s,
-    unit: 'mbar L/s',
-    size: 1,
+    unit: { name: 'mbar L/s', size: 1 },
     note,
   })
   const rows: Row[] = [
     {
       name: t.identify.volumeName,
       value: plant.volume_m3.value,
-      unit: 'L',
-      size: 1e-3,
+      unit: { name: 'L', size: 1e-3 },
       note: plant.is_volume_given ? t.identify.asGiven : noteOf(plant.volume_m3.certainty, notes.volume),
     },
     ...plant.speeds.map(({ pa, m3_per_s: { value, certainty } }) => ({
       name: t.identify.speedAt(<Pressure pa={pa} unit={unit} />),
       value,
-      unit: 'L/s',
-      size: 1e-3,
+      unit: { name: 'L/s', size: 1e-3 },
       note: noteOf(certainty, notes.speed),
     })),
     flow(t.identify.leak, plant.leak, noteOf(plant.leak.certainty, notes.leak, notes.leakBound)),
@@ -96,8 +91,7 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
     {
       name: t.identify.exponent,
       value: plant.exponent.value,
-      unit: '',
-      size: 1,
+      unit: null,
       note: noteOf(plant.exponent.certainty, notes.exponent),
     },
   ]
@@ -114,17 +108,8 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
         </tr>
       </thead>
       <tbody>
-        {rows.map(({ name, value, unit, size, note }, place) => (
-          <tr key={place}>
-            <th scope="row">
-              {name}
-              {note && <small>{note}</small>}
-            </th>
-            <td>
-              {boundsText(value, size).value} {unit}
-            </td>
-            <td>{boundsText(value, size).interval}</td>
-          </tr>
+        {rows.map((row, place) => (
+          <NumberRow key={place} row={row} />
         ))}
         <tr>
           <th scope="row">
@@ -140,6 +125,22 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
         </tr>
       </tbody>
     </table>
+  )
+}
+
+function NumberRow({ row: { name, value, unit, note } }: { row: Row }): JSX.Element {
+  const texts = unit ? boundsText(value, unit.size) : ratioText(value)
+  return (
+    <tr>
+      <th scope="row">
+        {name}
+        {note && <small>{note}</small>}
+      </th>
+      <td>
+        {texts.value} {unit?.name}
+      </td>
+      <td>{texts.interval}</td>
+    </tr>
   )
 }
 

@@ -59,12 +59,20 @@ function Fact({ name, children }: { name: string; children: ComponentChildren })
 }
 
 function Rate({ rate }: { rate: Interval }): JSX.Element {
-  const unit = useUnit()
   return (
     <>
-      <Pressure pa={rate.mean} unit={unit} />
-      /s ({t.common.range(<Pressure pa={rate.low} unit={unit} />, <Pressure pa={rate.high} unit={unit} />)})
+      <PerSecond pa={rate.mean} /> ({t.common.range(<PerSecond pa={rate.low} />, <PerSecond pa={rate.high} />)})
     </>
+  )
+}
+
+function PerSecond({ pa }: { pa: number }): JSX.Element {
+  const unit = useUnit()
+  return (
+    <span class="rate">
+      <Pressure pa={pa} unit={unit} />
+      /s
+    </span>
   )
 }
 

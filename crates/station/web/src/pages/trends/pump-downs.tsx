@@ -6,12 +6,12 @@ import { fetchPumpDowns, reportAddress } from '../../api/calls.ts'
 import type { PumpDown } from '../../api/types.ts'
 import { Choice, sameText } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { LogChart, PressureGrid, TimeGrid } from '../../components/log-chart.tsx'
 import { Pressure } from '../../components/pressure.tsx'
 import { Sprays } from '../../components/sprays.tsx'
 import { allSeries } from '../../components/use-trends.ts'
-import { decade, moment } from '../../lib/format.ts'
-import { axesOf, decadesOf, place, polyline, timeText, usualText } from '../../lib/pump-downs.ts'
-import { inUnit, UNITS } from '../../lib/units.ts'
+import { moment, readable } from '../../lib/format.ts'
+import { axesOf, polyline, timeText, usualText } from '../../lib/pump-downs.ts'
 import { live, useSnapshot } from '../../live.ts'
 import { Link, setQuery, useLocation } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
@@ -25,8 +25,8 @@ const DAYS = [7, 30, 90, 730] as const
 
 const DAY_MS = 86_400_000
 
-/** The size of the chart, and of its margins. */
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [760, 392, 56, 24, 12, 40]
+/** The height of the chart in pixels. */
+const HEIGHT = 392
 
 export function PumpDowns(): JSX.Element {
   const { query } = useLocation()
@@ -81,9 +81,7 @@ export function PumpDowns(): JSX.Element {
         <>
           <Verdict run={shown} />
           <Sprays sprays={shown.sprays} />
-          <div class="panel">
-            <Overlay runs={runs} shown={shown} />
-          </div>
+          <Overlay runs={runs} shown={shown} />
           <Levels run={shown} />
           <p>
             <a href={reportAddress({ series, from: shown.start_ms, to: shown.end_ms, unit })} download>
@@ -106,7 +104,7 @@ function Verdict({ run: { deviation, levels } }: { run: PumpDown }): JSX.Element
   if (deviation) {
     return (
       <p class="verdict deviates" role="status" lang="en">
-        <strong>{deviation.text}</strong>: {deviation.likeness}.
+        <span aria-hidden="true">▲</span> <strong>{readable(deviation.text)}</strong>: {readable(deviation.likeness)}.
       </p>
     )
   }
@@ -123,51 +121,31 @@ function Overlay({ runs, shown }: { runs: PumpDown[]; shown: PumpDown }): JSX.El
   const unit = useUnit()
   const axes = axesOf(runs)
   if (!axes) return null
-  const [width, height] = [WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM]
-  // The axis has decades of Pa; a unit moves its labels.
-  const perUnit = UNITS[unit]
-  const [from, to] = axes.pa.map((decade) => Math.log10(inUnit(10 ** decade, unit))) as [number, number]
-  const marks = decadesOf([Math.ceil(from - 1e-9), Math.floor(to + 1e-9)])
+  const others = runs.filter((run) => run !== shown)
   return (
-    <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={t.pumpDowns.chart(runs.length, unit)}>
-      <g transform={`translate(${LEFT} ${TOP})`}>
-        {decadesOf(axes.s).map((exponent) => {
-          const x = place(10 ** exponent, axes.s) * width
-          return (
-            <g key={`s${exponent}`}>
-              <line class="grid" x1={x} x2={x} y1={0} y2={height} />
-              <text x={x} y={height + 16} text-anchor="middle">
-                {decade(10 ** exponent)}
-              </text>
-            </g>
-          )
-        })}
-        {marks.map((exponent) => {
-          const y = (1 - place(perUnit * 10 ** exponent, axes.pa)) * height
-          return (
-            <g key={`p${exponent}`}>
-              <line class="grid" x1={0} x2={width} y1={y} y2={y} />
-              <text x={-6} y={y + 4} text-anchor="end">
-                {decade(10 ** exponent)}
-              </text>
-            </g>
-          )
-        })}
-        <text x={width / 2} y={height + 32} text-anchor="middle">
-          {t.pumpDowns.seconds}
-        </text>
-        {runs
-          .filter((run) => run !== shown)
-          .map((run) => (
-            <polyline
-              key={run.start_ms}
-              class={run.deviation ? 'other deviates' : 'other'}
-              points={polyline(run, axes, width, height)}
-            />
-          ))}
-        <polyline class="shown" points={polyline(shown, axes, width, height)} />
-      </g>
-    </svg>
+    <figure class="panel">
+      <figcaption class="legend">
+        <span class="shown">━ {moment(shown.start_ms)}</span>
+        {others.some(({ deviation }) => !deviation) && <span>─ {t.pumpDowns.others}</span>}
+        {others.some(({ deviation }) => deviation) && <span>╌ {t.pumpDowns.othersDeviating}</span>}
+      </figcaption>
+      <LogChart height={HEIGHT} label={t.pumpDowns.chart(runs.length, unit)}>
+        {(width, height) => (
+          <>
+            <TimeGrid axes={axes} width={width} height={height} name={t.pumpDowns.seconds} />
+            <PressureGrid axes={axes} width={width} height={height} />
+            {others.map((run) => (
+              <polyline
+                key={run.start_ms}
+                class={run.deviation ? 'other deviates' : 'other'}
+                points={polyline(run, axes, width, height)}
+              />
+            ))}
+            <polyline class="shown" points={polyline(shown, axes, width, height)} />
+          </>
+        )}
+      </LogChart>
+    </figure>
   )
 }
 
@@ -182,7 +160,6 @@ function Levels({ run }: { run: PumpDown }): JSX.Element {
             <th scope="col">{t.pumpDowns.pressure}</th>
             <th scope="col">{t.common.time}</th>
             <th scope="col">{t.pumpDowns.usual}</th>
-            <th scope="col">{t.pumpDowns.deviation}</th>
           </tr>
         </thead>
         <tbody>
@@ -191,9 +168,11 @@ function Levels({ run }: { run: PumpDown }): JSX.Element {
               <th scope="row">
                 <Pressure pa={level.pa} unit={unit} />
               </th>
-              <td>{timeText(level)}</td>
+              <td>
+                {timeText(level)}
+                {level.deviation && <small>{t.pumpDowns.deviations[level.deviation]}</small>}
+              </td>
               <td>{usualText(level)}</td>
-              <td>{level.deviation && t.pumpDowns.deviations[level.deviation]}</td>
             </tr>
           ))}
         </tbody>
@@ -217,7 +196,11 @@ function Runs({ runs, shown, show }: RunsProps): JSX.Element {
             <button type="button" aria-pressed={run === shown} onClick={() => show(run)}>
               {moment(run.start_ms)}
             </button>
-            {run.deviation ? <span lang="en">{run.deviation.text}</span> : <span>{t.pumpDowns.notDeviating}</span>}
+            {run.deviation ? (
+              <span lang="en">{readable(run.deviation.text)}</span>
+            ) : (
+              <span>{t.pumpDowns.notDeviating}</span>
+            )}
           </li>
         ))}
       </ul>
