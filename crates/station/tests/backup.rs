@@ -7,7 +7,7 @@ mod support;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
-use profivac_recorder::{Micros, Quality, Reader, Sample};
+use profivac_recorder::{EventKind, Micros, Quality, Reader, Sample};
 use profivac_station::api::middleware::Peer;
 use profivac_station::api::router;
 use profivac_station::auth::{Role, User};
@@ -129,6 +129,10 @@ async fn a_copy_needs_the_role_engineer() {
 #[tokio::test]
 async fn no_second_copy_is_made_while_one_is_downloaded_and_the_next_one_ends_the_one_before() {
     let station = Station::new();
+    // More than the station reads ahead of its client.
+    for _ in 0..1500 {
+        station.services.recorder().event_now_and_wait(None, EventKind::Note, "x".repeat(2000));
+    }
     let first = station.copy().await;
     let mut download = station.send("GET", &first, Role::Engineer).await.into_body().into_data_stream();
     assert!(download.next().await.is_some());
