@@ -37,7 +37,7 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
     const verdict = await page.locator('.verdict').innerText()
     assert.match(
       verdict,
-      /▲ .* later to 1\.00 × 10⁻\d mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d: the pressure above/,
+      /▲ .* later to 1\.00 × 10⁻. mbar than usual: .*the median of the last 10.*; since \w+day, \d{4}-\d\d-\d\d: the pressure above/,
     )
     assert.match(verdict, /late at low pressure only|falls as the time/)
     const row = page.locator('tr.deviates', { hasText: '1.00 × 10⁻⁵ mbar' })
@@ -62,7 +62,7 @@ test('on a phone the chart has its unit, and texts as large as those of the page
       assert.ok(Math.min(...heights) >= 10, heights.join(' '))
       assert.equal(await page.locator('.log-chart .unit').textContent(), 'mbar')
       const lines = await page
-        .locator('.runs button, td:nth-of-type(1)')
+        .locator('.runs button')
         .evaluateAll((all) =>
           all.map(
             (element) =>
