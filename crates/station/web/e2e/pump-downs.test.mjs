@@ -47,7 +47,7 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
       .locator('body, .verdict.deviates, tr.deviates td')
       .evaluateAll((all) => all.map((element) => getComputedStyle(element).color))
     assert.equal(new Set(colours).size, 1, colours.join('; '))
-    assert.match(await page.locator('.legend').innerText(), /━ \d{4}-\d\d-\d\d .*─ the others, as usual/)
+    assert.match(await page.locator('.legend').innerText(), /━ \d{4}-\d\d-\d\d .*─ the others, as usual/s)
   })
 })
 
