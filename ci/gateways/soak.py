@@ -1,19 +1,24 @@
 #!/usr/bin/env python3
-"""A station with everything enabled, for hours: ci/gateways/soak.py PROGRAM [MINUTES] [SEGMENTS]
+"""A station with everything enabled, for hours: ci/gateways/soak.py PROGRAM [MINUTES [SEGMENTS] | --short]
 
-SEGMENTS (24) lines of four virtual gauges, so that sixty minutes (MINUTES) are a day of bus time; recorder, alarms, a webhook whose server
-refuses every third notification, and every gateway. All the time gauges lose power, break and are mended, lines are cut, pressures cross the
-limits of alarms, and clients of each protocol, of the API and of the live stream come and go. Prints a row in each minute: memory, files,
-threads, disk, cycles. Ends with 1 when files or threads grow in the second half, when memory or captures pass their documented limits, when a
-client never succeeded, or when a gauge does not exchange data at the end. PROGRAM has the feature opcua; mosquitto is installed.
+SEGMENTS (24) lines of four virtual gauges, so that sixty minutes (MINUTES) are a day of bus time; on every eighth line another station is the
+master, and this one only listens. Recorder, captures, alarms, users, an archive over HTTP, a webhook and a mail server, which refuse every third
+notification and batch, and every gateway. All the time gauges lose power, break and are mended, lines are cut, pressures cross the limits of
+alarms, the station reads its file again, and clients of each protocol, of the API and of the live stream come and go.
+
+Prints a row in each minute. Ends with 1 when something passes its limit (bounds.py) while clients come and go, when files or threads are more
+than before the first client after the last one has gone, when a client never succeeded, or when a gauge does not exchange data at the end.
+PROGRAM has the features opcua and archive; mosquitto is installed. With --short, as in ./test: three lines, a minute and a half, a row every five seconds.
 """
 
+import http.client
 import http.cookiejar
 import http.server
 import json
 import os
 import random
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -24,14 +29,15 @@ import urllib.error
 import urllib.request
 
 import load
+from bounds import FILES, THREADS, Observed, Row, grown
 from plant import free_port, wait_for
 
 DEVICES = {5: "bcg450", 6: "psg550", 7: "tpg300", 8: "img400"}
 FAULT = "eeprom"
 USER, PASSWORD = "olga", "tin whisker plateau"
-MIB = 1 << 20
-# The flight recorder of a segment in memory, and its captures on the disk: docs/listening.md.
-RECORDER_MIB, CAPTURES_MIB = 64, 256
+TOKEN = "a-token-of-the-archive"
+# One line of so many belongs to another station.
+LISTENED = 8
 
 
 class Lines:
@@ -63,37 +69,80 @@ class Lines:
 
 
 class Sink(http.server.BaseHTTPRequestHandler):
-    """The server of the webhook."""
+    """The server of the webhook, and the archive: both refuse every third request."""
 
-    count = 0
+    asked = {"notifications": 0, "batches": 0}
 
     def do_POST(self):
-        Sink.count += 1
+        kind = "batches" if self.path.startswith("/v1/") else "notifications"
+        Sink.asked[kind] += 1
         self.rfile.read(int(self.headers["Content-Length"]))
-        self.send_response(503 if Sink.count % 3 == 0 else 204)
+        self.send_response(503 if Sink.asked[kind] % 3 == 0 else 204)
         self.end_headers()
 
     def log_message(self, *_):
         pass
 
 
-def write_plant(folder, ports, lines, sink):
-    """The file of the station."""
-    text = ["[station]\nname = \"soak\"\ndatabase = \"soak.db\"\n"]
-    for number, port in enumerate(lines.ports):
-        text.append(f'[[segment]]\nname = "s{number}"\nport = "tcp://127.0.0.1:{port}"\nbaud = 19200\n')
+class Mail:
+    """The mail server: it refuses every third message for the time being."""
+
+    def __init__(self):
+        peer = os.path.join(os.path.dirname(__file__), "../../crates/station/tests/peers/smtp_server.py")
+        replies = ["250", "250", "451"] * 10_000
+        self.process = subprocess.Popen(
+            [sys.executable, peer, "none", "-", "-", *replies], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.port, self.count = int(self.process.stdout.readline()), 0
+        threading.Thread(target=self.take, daemon=True).start()
+
+    def take(self):
+        for _ in self.process.stdout:
+            self.count += 1
+
+
+def is_listened(number, count):
+    """Whether another station is the master of a line."""
+    return number >= count - max(1, count // LISTENED)
+
+
+def segments(lines, numbers, listens):
+    """The tables of the lines with `numbers`, on which the station listens or is the master."""
+    text = []
+    for number in numbers:
+        text.append(f'[[segment]]\nname = "s{number}"\nport = "tcp://127.0.0.1:{lines.ports[number]}"\nbaud = 19200\n')
+        if listens:
+            text.append("listen-only = true\n")
         for address, device in DEVICES.items():
             text.append(f'[[segment.gauge]]\nname = "g{number}-{address}"\naddress = {address}\ndevice = "{device}"\npoll = "1 s"\n')
+    return text
+
+
+def write(folder, name, text):
+    path = os.path.join(folder, name)
+    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
+        file.write(text)
+    return path
+
+
+def write_plants(folder, plc_folder, ports, lines, sink, mail):
+    """The files of the station, and of the one that is the master of the lines on which it listens."""
+    count = len(lines.ports)
+    listened = [number for number in range(count) if is_listened(number, count)]
+    text = ["[station]\nname = \"soak\"\ndatabase = \"soak.db\"\n"]
+    text += segments(lines, [number for number in range(count) if number not in listened], False) + segments(lines, listened, True)
+    for number in range(count):
         text.append(f'[[alarm]]\nname = "high {number}"\ngauge = "g{number}-5"\nabove = "1e-2 mbar"\npriority = "high"\n')
     text.append(f'[[webhook]]\nurl = "http://127.0.0.1:{sink}/"\n')
+    text.append(f'[[email]]\nname = "shift"\nserver = "127.0.0.1:{mail}"\nsecurity = "none"\nfrom = "soak@example.org"\nto = ["shift@example.org"]\n')
+    write(folder, "archive.token", TOKEN)
+    text.append(f'[archive]\nplant = "hall"\nstation = "soak"\n\n'
+                f'[archive.https]\nurl = "http://127.0.0.1:{sink}"\ntoken-file = "archive.token"\n')
     modbus, prometheus, ca, pva, opcua, broker = ports
     text.append(f'[epics]\nca-port = {ca}\npva-port = {pva}\npva-search-port = {free_port()}\n\n[opcua]\nlisten = "127.0.0.1:{opcua}"\n')
     text.append(f'[mqtt]\nbroker = "mqtt://127.0.0.1:{broker}"\n\n[mqtt.sparkplug]\ngroup = "soak"\n')
     text.append(f'[modbus]\nlisten = "127.0.0.1:{modbus}"\n\n[prometheus]\nlisten = "127.0.0.1:{prometheus}"\n')
-    path = os.path.join(folder, "plant.toml")
-    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
-        file.write("\n".join(text))
-    return path
+    plc = "\n".join(['[station]\nname = "plc"\n', *segments(lines, listened, False)])
+    return write(folder, "plant.toml", "\n".join(text)), write(plc_folder, "plc.toml", plc)
 
 
 class Repeated(threading.Thread):
@@ -110,7 +159,8 @@ class Repeated(threading.Thread):
                 self.count += 1
             except urllib.error.HTTPError as error:
                 self.last = f"{error.url}: {error.code} {error.read().decode()}"
-            except (OSError, AssertionError, ValueError) as error:
+                self.ended.wait(0.5)
+            except (OSError, http.client.HTTPException, AssertionError, ValueError) as error:
                 self.last = error
                 self.ended.wait(0.5)
 
@@ -136,18 +186,25 @@ def disturb(lines, ended, source):
         lines.start(number)
 
 
-def session(url):
-    """Logs in; the cookie goes with every later request of this program."""
-    urllib.request.install_opener(urllib.request.build_opener(urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar())))
-    with urllib.request.urlopen(url + "/api/session", timeout=60) as answer:
-        token = json.load(answer)["token"]
-    body = json.dumps({"name": USER, "password": PASSWORD}).encode()
-    headers = {"Content-Type": "application/json", "X-CSRF-Token": token or ""}
-    with urllib.request.urlopen(urllib.request.Request(url + "/api/login", body, headers), timeout=60) as answer:
-        return json.load(answer)["token"]
+class Session:
+    """A session of the user, with its cookies."""
+
+    def __init__(self, url):
+        self.url, self.opener = url, urllib.request.build_opener(urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()))
+        self.token = json.loads(self.get("/api/session"))["token"]
+        self.token = json.loads(self.post("/api/login", {"name": USER, "password": PASSWORD}))["token"]
+
+    def get(self, path):
+        with self.opener.open(self.url + path, timeout=60) as answer:
+            return answer.read()
+
+    def post(self, path, body=None):
+        headers = {"Content-Type": "application/json", "X-CSRF-Token": self.token or ""}
+        with self.opener.open(urllib.request.Request(self.url + path, json.dumps(body or {}).encode(), headers), timeout=60) as answer:
+            return answer.read()
 
 
-def clients(url, ports, count):
+def clients(url, ports, count, user):
     """What clients do, by name: each comes, reads for some seconds, and goes."""
 
     def read(path, seconds=0):
@@ -155,8 +212,6 @@ def clients(url, ports, count):
         with urllib.request.urlopen(url + path, timeout=60) as answer:
             while answer.read1(1 << 16) and (not seconds or time.monotonic() < end):
                 pass
-
-    token = session(url)
 
     def drain(make):
         it = make()
@@ -189,18 +244,31 @@ def clients(url, ports, count):
         time.sleep(1)
 
     def note():
-        """The operator notes something."""
-        body = json.dumps({"text": "soak"}).encode()
-        headers = {"Content-Type": "application/json", "X-CSRF-Token": token}
-        request = urllib.request.Request(url + "/api/notes", body, headers)
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            answer.read()
+        """The operator notes something and acknowledges all alarms."""
+        user.post("/api/notes", {"text": "soak"})
+        alarms = [{"name": alarm["name"], "occurrence": alarm["occurrence"]} for alarm in json.loads(user.get("/api/alarms"))]
+        user.post("/api/alarms/acknowledge", {"alarms": alarms})
+        time.sleep(5)
+
+    def login():
+        """A browser comes and goes."""
+        Session(url).post("/api/logout")
+        time.sleep(20)
+
+    def capture():
+        """The operator makes a capture, and reads the last one."""
+        captures = f"/api/segments/s{random.randrange(count)}/captures"
+        user.post(captures)
         time.sleep(10)
+        if found := json.loads(user.get(captures)):
+            user.get(captures + "/" + found[-1]["name"])
 
     return {
         "API": history,
         "live stream": lambda: read("/api/live", 10),
         "note": note,
+        "login": login,
+        "capture": capture,
         "Channel Access": lambda: drain(lambda: load.ca_circuit(ports[2])),
         "PV Access": lambda: drain(lambda: load.pva_circuit(ports[3])),
         "OPC UA": opcua,
@@ -210,107 +278,89 @@ def clients(url, ports, count):
     }
 
 
-class Row:
-    """What the station holds at one moment."""
-
-    def __init__(self, pid, folder, prometheus):
-        with open(f"/proc/{pid}/status") as file:
-            status = dict(line.split(":", 1) for line in file)
-        self.memory = int(status["VmRSS"].split()[0]) / 1024
-        self.threads = int(status["Threads"])
-        self.files = len(os.listdir(f"/proc/{pid}/fd"))
-        sizes = {name: size(os.path.join(folder, name)) for name in os.listdir(folder) if name.startswith("soak.db")}
-        self.captures = sizes.pop("soak.db.captures", 0) / MIB
-        self.database = sum(sizes.values()) / MIB
-        with urllib.request.urlopen(f"http://127.0.0.1:{prometheus}/metrics", timeout=60) as answer:
-            lines = answer.read().decode().splitlines()
-        self.cycles = total("profivac_segment_cycle_seconds_count{", lines)
-        self.lost = total("profivac_device_lost_cycles_total{", lines)
-
-    def text(self, minute):
-        return (f"{minute:4} min  {self.memory:6.0f} MiB  {self.files:4} files  {self.threads:3} threads  database {self.database:6.1f} MiB  "
-                f"captures {self.captures:6.1f} MiB  {self.cycles:.0f} cycles, {self.lost:.0f} lost")
-
-
-def total(start, lines):
-    return sum(float(line.rsplit(" ", 1)[1]) for line in lines if line.startswith(start))
-
-
-def size(path):
-    """The octets of a file, or of all files of a folder."""
-    if os.path.isfile(path):
-        return os.path.getsize(path)
-    return sum(os.path.getsize(os.path.join(folder, name)) for folder, _, names in os.walk(path) for name in names)
-
-
-def grown(rows, segments):
-    """What grows without end: the second half of the rows is compared with the first."""
-    first, second = rows[: max(1, len(rows) // 2)], rows[len(rows) // 2 :]
-    found = []
-    allowed = rows[0].memory + (RECORDER_MIB + 4) * segments
-    if second[-1].memory > allowed:
-        found.append(f"the memory grew to {second[-1].memory:.0f} MiB, expected at most {allowed:.0f}: the flight recorders and what was there before")
-    hourly = (second[-1].database - second[0].database) / max(1, len(second) - 1) * 60
-    print(f"the database grows by {hourly:.1f} MiB in an hour", flush=True)
-    for name, room in [("files", 10), ("threads", 5)]:
-        before, after = max(getattr(row, name) for row in first), max(getattr(row, name) for row in second)
-        if after > before + room:
-            found.append(f"{name} grew from {before} to {after}")
-    if second[-1].captures > CAPTURES_MIB * segments:
-        found.append(f"captures have {second[-1].captures:.0f} MiB")
-    return found
+def at_rest(row, before):
+    """The row after the clients have gone, when it has no more files and threads than the one before they came. A pool of threads and
+    of connections to the database grows with the first clients."""
+    after = row()
+    assert after.files <= before.files + FILES, f"{after.files} files, {before.files} before the clients"
+    assert after.threads <= before.threads + THREADS, f"{after.threads} threads, {before.threads} before the clients"
+    assert after.deleted <= before.deleted, f"{after.deleted} files are open that are deleted"
+    return after
 
 
 def main():
-    program = os.path.abspath(sys.argv[1])
-    minutes, segments = (int(sys.argv[2]) if len(sys.argv) > 2 else 60), (int(sys.argv[3]) if len(sys.argv) > 3 else 24)
-    load.GAUGE_NAMES = [f"G{number}-{address}" for number in range(segments) for address in DEVICES]
-    folder, ports = tempfile.mkdtemp(prefix="profivac-soak-"), [free_port() for _ in range(6)]
+    program, rest = os.path.abspath(sys.argv[1]), sys.argv[2:]
+    is_short = rest == ["--short"]
+    minutes, count = (1.5, 3) if is_short else [int(given) for given in [*rest, *["60", "24"][len(rest):]]]
+    every_s = 5 if is_short else 60
+    load.GAUGE_NAMES = [f"G{number}-{address}" for number in range(count) for address in DEVICES]
+    folder, plc_folder = tempfile.mkdtemp(prefix="profivac-soak-"), tempfile.mkdtemp(prefix="profivac-plc-")
+    ports = [free_port() for _ in range(6)]
     sink = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Sink)
     threading.Thread(target=sink.serve_forever, daemon=True).start()
     broker = subprocess.Popen([shutil.which("mosquitto") or "/usr/sbin/mosquitto", "-p", str(ports[5])], stderr=subprocess.DEVNULL)
-    lines = Lines(program, segments)
-    plant = write_plant(folder, ports, lines, sink.server_port)
+    mail, lines = Mail(), Lines(program, count)
+    plant, plc_plant = write_plants(folder, plc_folder, ports, lines, sink.server_port, mail.port)
     subprocess.run([program, "user", "add", USER, "--role", "operator", plant, "--password-stdin"], input=PASSWORD + "\n", text=True, check=True)
+    plc = subprocess.Popen([program, "run", plc_plant, "--listen", "127.0.0.1:0"], stdout=subprocess.DEVNULL)
     station = subprocess.Popen([program, "run", plant, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
     found = ["it did not come to its end"]
     try:
         url = station.stdout.readline().split()[1]
-
-        source = random.Random(25)
-        work = clients(url, ports, segments)
+        user, source = Session(url), random.Random(25)
+        urllib.request.install_opener(user.opener)
+        observed = Observed(url, [f"s{number}" for number in range(count)])
 
         def exchanging():
-            with urllib.request.urlopen(url + "/api/gauges", timeout=60) as answer:
-                states = [gauge["state"] for gauge in json.load(answer)]
-            return len(states) == segments * len(DEVICES) and all(state == "data-exchange" for state in states)
+            states = {gauge["name"]: gauge["state"] for gauge in json.loads(user.get("/api/gauges"))}
+            others = [name for name, state in states.items() if state != "data-exchange"]
+            assert len(states) == count * len(DEVICES) and not others, f"{len(states)} gauges, without data exchange: {others}"
+            return True
+
+        def row():
+            return Row(station.pid, folder, ports[1], observed)
+
+        def reload():
+            """The station reads its file again."""
+            station.send_signal(signal.SIGHUP)
+            ended.wait(15)
 
         wait_for("data exchange of all gauges", exchanging)
-        ended = threading.Event()
-        work = {"disturbances": lambda: disturb(lines, ended, source), **work}
+        before = wait_for("the first row", row)
+        print(before.text(0), flush=True)
+        ended, began = threading.Event(), time.monotonic()
+        work = {"disturbances": lambda: disturb(lines, ended, source), "reload": reload, **clients(url, ports, count, user)}
         threads = [Repeated(name, it, ended) for name, it in work.items()]
         for thread in threads:
             thread.start()
         rows = []
-        for minute in range(minutes):
-            ended.wait(60)
-            rows.append(Row(station.pid, folder, ports[1]))
-            print(rows[-1].text(minute + 1), flush=True)
+        for _ in range(int(minutes * 60 / every_s)):
+            ended.wait(every_s)
+            rows.append(row())
+            print(rows[-1].text(rows[-1].at - began), flush=True)
         ended.set()
         for thread in threads:
             thread.join(120)
             print(f"{thread.name}: {thread.count} times" + (f", last error: {thread.last!r}" if thread.last else ""), flush=True)
-        found = grown(rows, segments)
+        share = 100 * (rows[-1].processor - rows[0].processor) / max(1, rows[-1].at - rows[0].at)
+        print(f"{share:.1f} % of a core; notifications, batches and messages: {Sink.asked}, {mail.count}", flush=True)
+        found = grown(rows, count, count * len(DEVICES))
         found += [f"{thread.name} never worked: {thread.last!r}" for thread in threads if not thread.count]
+        found += [f"the station sent no {what}" for what, number in {**Sink.asked, "mail": mail.count}.items() if not number]
         wait_for("data exchange of all gauges at the end", exchanging)
-        print(f"{segments * minutes / 60:.1f} hours of bus time; {Sink.count} notifications", flush=True)
+        after = wait_for("rest after the clients", lambda: at_rest(row, before))
+        print(after.text(after.at - began), flush=True)
+        print(f"{count * minutes / 60:.2f} hours of bus time", flush=True)
     finally:
-        station.terminate()
-        station.wait()
+        for process in (station, plc):
+            process.terminate()
+            process.wait()
         lines.close()
-        broker.kill()
-        broker.wait()
-        shutil.rmtree(folder, ignore_errors=True)
+        for process in (broker, mail.process):
+            process.kill()
+            process.wait()
+        for it in (folder, plc_folder):
+            shutil.rmtree(it, ignore_errors=True)
         for line in found:
             print(line, flush=True)
     sys.exit(1 if found else 0)
