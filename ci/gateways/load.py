@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""The processor share of the gateways: ci/gateways/load.py PROGRAM [SECONDS]
+"""The processor share of the gateways: ci/gateways/load.py PROGRAM [SECONDS [--alone]]
 
 A station with 480 virtual gauges at 5 Hz and 50 subscribers for each protocol, one protocol after the other: monitors of the time of each
 reading over Channel Access and PV Access, subscribers of a broker, masters that read all slots over Modbus once a second, servers that
 scrape Prometheus every 5 s, sessions of OPC UA with a value for each gauge every 200 ms. Prints the processor time of each group
 of threads in percent of one core. PROGRAM has the feature opcua; mosquitto is installed. Not part of ./test.
+
+With --alone the gauges are processes behind TCP ports, so that the processor time is that of the station without the simulation; it has no
+gateways but that for Prometheus, and no clients.
 """
 
 import asyncio
@@ -24,6 +27,76 @@ from plant import free_port, wait_for
 SEGMENTS, GAUGES = 16, 30
 MASTERS, SCRAPERS = 50, 50
 POLL_S, SCRAPE_S = 1.0, 5.0
+
+
+class Gauges:
+    """The virtual gauges of each segment as a process behind a TCP port."""
+
+    def __init__(self, program):
+        devices = [f"bcg450@{address}" for address in range(3, 3 + GAUGES)]
+        command = [program, "simulate", "--tcp", "127.0.0.1:0", "--baud", "19200", *devices]
+        self.processes = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(SEGMENTS)]
+        self.ports = [it.stdout.readline().split()[1] for it in self.processes]
+
+    def close(self):
+        for process in self.processes:
+            process.kill()
+            process.wait()
+
+
+def write_lone_plant(folder, prometheus, gauges):
+    """A station whose gauges are elsewhere."""
+    lines = ['[station]\nname = "load"\n']
+    for segment, port in enumerate(gauges.ports):
+        lines.append(f'[[segment]]\nname = "s{segment}"\nport = "tcp://{port}"\nbaud = 19200\n')
+        for address in range(3, 3 + GAUGES):
+            lines.append(f'[[segment.gauge]]\nname = "g{segment}-{address}"\naddress = {address}\ndevice = "bcg450"\npoll = "200ms"\n')
+    lines.append(f'[prometheus]\nlisten = "127.0.0.1:{prometheus}"\n')
+    path = os.path.join(folder, "plant.toml")
+    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
+        file.write("\n".join(lines))
+    return path
+
+
+def exchanges(prometheus):
+    """The exchanges of data of all segments so far: a cycle has one for each gauge."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{prometheus}/metrics", timeout=60) as answer:
+        lines = answer.read().decode().splitlines()
+    return GAUGES * sum(float(line.rsplit(" ", 1)[1]) for line in lines if line.startswith("profivac_segment_cycle_seconds_count{"))
+
+
+def alone(program, seconds):
+    """Prints the processor share of a station without clients, user and system apart."""
+    folder, prometheus, gauges = tempfile.mkdtemp(prefix="profivac-load-"), free_port(), Gauges(program)
+    station = subprocess.Popen([program, "run", write_lone_plant(folder, prometheus, gauges)], stdout=subprocess.PIPE, text=True)
+    try:
+        station.stdout.readline()
+        wait_for("480 pressures", lambda: pressures(prometheus) == SEGMENTS * GAUGES)
+        time.sleep(10)
+        before, done, began = user_and_system(station.pid), exchanges(prometheus), time.monotonic()
+        time.sleep(seconds)
+        after, passed = user_and_system(station.pid), time.monotonic() - began
+        user, system = (100 * (new - old) / passed for new, old in zip(after, before))
+        print(f"the station alone: {user + system:.1f} % of a core, user {user:.1f} %, system {system:.1f} %; "
+              f"{(exchanges(prometheus) - done) / passed:.0f} exchanges/s; load of the computer {os.getloadavg()[0]:.1f}")
+    finally:
+        station.terminate()
+        station.wait()
+        gauges.close()
+        subprocess.run(["rm", "-rf", folder], check=False)
+
+
+def user_and_system(pid):
+    """The processor time of a process in seconds, in its own code and in the kernel."""
+    with open(f"/proc/{pid}/stat") as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return [int(it) / os.sysconf("SC_CLK_TCK") for it in fields[11:13]]
+
+
+def pressures(prometheus):
+    """How many gauges have a pressure."""
+    with urllib.request.urlopen(f"http://127.0.0.1:{prometheus}/metrics") as answer:
+        return answer.read().count(b"\nprofivac_reading_pressure_pascals{")
 
 
 def write_plant(folder, ports):
@@ -368,6 +441,8 @@ def report(label, before, after, passed):
 
 def main():
     program, seconds = os.path.abspath(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 20
+    if "--alone" in sys.argv:
+        return alone(program, seconds)
     folder, ports = tempfile.mkdtemp(prefix="profivac-load-"), [free_port() for _ in range(6)]
     broker = subprocess.Popen(["mosquitto", "-p", str(ports[5])], stderr=subprocess.DEVNULL)
     plant = write_plant(folder, ports)
@@ -375,11 +450,7 @@ def main():
     try:
         url = station.stdout.readline().split()[1]
 
-        def measuring():
-            with urllib.request.urlopen(f"http://127.0.0.1:{ports[1]}/metrics") as answer:
-                return answer.read().count(b"\nprofivac_reading_pressure_pascals{") == SEGMENTS * GAUGES
-
-        wait_for("480 pressures", measuring)
+        wait_for("480 pressures", lambda: pressures(ports[1]) == SEGMENTS * GAUGES)
         counts = {"modbus": 0, "prometheus": 0, "octets": 0, "slowest round": 0.0, "slowest scrape": 0.0}
         measured("without clients", station.pid, seconds, lambda: time.sleep(seconds))
         with_sockets("Channel Access, 50 subscribers", url, "epics", station.pid, seconds, lambda: ca_circuit(ports[2]))

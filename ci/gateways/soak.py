@@ -8,7 +8,7 @@ alarms, the station reads its file again, and clients of each protocol, of the A
 
 Prints a row in each minute. Ends with 1 when something passes its limit (bounds.py) while clients come and go, when files or threads are more
 than before the first client after the last one has gone, when a client never succeeded, or when a gauge does not exchange data at the end.
-PROGRAM has the features opcua and archive; mosquitto is installed. With --short, as in ./test: three lines, a minute and a half, a row every five seconds.
+PROGRAM has the features opcua and archive; mosquitto is installed. With --short, as in ./test: three lines, 75 seconds, a row every five.
 """
 
 import http.client
@@ -204,8 +204,8 @@ class Session:
             return answer.read()
 
 
-def clients(url, ports, count, user):
-    """What clients do, by name: each comes, reads for some seconds, and goes."""
+def clients(url, ports, count, user, pause):
+    """What clients do, by name: each comes, reads for some seconds, and goes; `pause` waits."""
 
     def read(path, seconds=0):
         end = time.monotonic() + seconds
@@ -232,7 +232,7 @@ def clients(url, ports, count, user):
             for _ in range(10):
                 it.sendall(request)
                 assert it.recv(1 << 20)
-                time.sleep(0.2)
+                pause(0.2)
 
     def history():
         now = int(time.time() * 1000)
@@ -241,25 +241,25 @@ def clients(url, ports, count, user):
         for path in ("gauges", "alarms", "station", f"events?{times}", f"trend?series={series}&{times}", f"export.csv?series={series}&{times}",
                      f"export.parquet?series={series}&{times}", f"report.html?series={series}&{times}"):
             read("/api/" + path)
-        time.sleep(1)
+        pause(1)
 
     def note():
         """The operator notes something and acknowledges all alarms."""
         user.post("/api/notes", {"text": "soak"})
         alarms = [{"name": alarm["name"], "occurrence": alarm["occurrence"]} for alarm in json.loads(user.get("/api/alarms"))]
         user.post("/api/alarms/acknowledge", {"alarms": alarms})
-        time.sleep(5)
+        pause(5)
 
     def login():
         """A browser comes and goes."""
         Session(url).post("/api/logout")
-        time.sleep(20)
+        pause(20)
 
     def capture():
         """The operator makes a capture, and reads the last one."""
         captures = f"/api/segments/s{random.randrange(count)}/captures"
         user.post(captures)
-        time.sleep(10)
+        pause(10)
         if found := json.loads(user.get(captures)):
             user.get(captures + "/" + found[-1]["name"])
 
@@ -291,7 +291,7 @@ def at_rest(row, before):
 def main():
     program, rest = os.path.abspath(sys.argv[1]), sys.argv[2:]
     is_short = rest == ["--short"]
-    minutes, count = (1.5, 3) if is_short else [int(given) for given in [*rest, *["60", "24"][len(rest):]]]
+    minutes, count = (1.25, 3) if is_short else [int(given) for given in [*rest, *["60", "24"][len(rest):]]]
     every_s = 5 if is_short else 60
     load.GAUGE_NAMES = [f"G{number}-{address}" for number in range(count) for address in DEVICES]
     folder, plc_folder = tempfile.mkdtemp(prefix="profivac-soak-"), tempfile.mkdtemp(prefix="profivac-plc-")
@@ -329,7 +329,7 @@ def main():
         before = wait_for("the first row", row)
         print(before.text(0), flush=True)
         ended, began = threading.Event(), time.monotonic()
-        work = {"disturbances": lambda: disturb(lines, ended, source), "reload": reload, **clients(url, ports, count, user)}
+        work = {"disturbances": lambda: disturb(lines, ended, source), "reload": reload, **clients(url, ports, count, user, ended.wait)}
         threads = [Repeated(name, it, ended) for name, it in work.items()]
         for thread in threads:
             thread.start()
