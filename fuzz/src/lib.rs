@@ -18,6 +18,8 @@ pub mod files;
 #[cfg(feature = "station")]
 pub mod gateways;
 pub mod master;
+#[cfg(feature = "opcua")]
+pub mod opcua;
 #[cfg(feature = "station")]
 pub mod plant;
 #[cfg(feature = "station")]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A target: its name, and what takes the octets.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 23] = [
+const TARGETS: [Target; 24] = [
     ("api", fuzz::api::run),
     ("batch", fuzz::batch::run),
     ("capture", fuzz::files::capture),
@@ -21,6 +21,7 @@ const TARGETS: [Target; 23] = [
     ("device_spec", fuzz::files::device_spec),
     ("master", fuzz::master::run),
     ("modbus", fuzz::gateways::modbus),
+    ("opcua", fuzz::opcua::run),
     ("plant", fuzz::plant::run),
     ("prometheus", fuzz::prometheus::run),
     ("pv_access", fuzz::gateways::pv_access),

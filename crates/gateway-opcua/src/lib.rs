@@ -8,6 +8,7 @@
 //! | [`standard`] | the methods of conditions, which belong to the namespace of OPC UA |
 //! | [`value`] | values of points as values of OPC UA |
 //! | [`space`] | the nodes in the address space of the library |
+//! | [`filters`] | filters of events, as far as they may be evaluated |
 //! | [`history`] | raw history from the record |
 //! | [`users`] | logins |
 //! | [`certificates`] | the folder of the certificates |
@@ -17,7 +18,7 @@
 
 pub mod alarms;
 pub mod certificates;
-
+pub mod filters;
 pub mod history;
 pub mod manager;
 pub mod plan;

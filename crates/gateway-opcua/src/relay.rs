@@ -1,10 +1,12 @@
-//! The connections of clients. The library accepts any number of connections, and goes on to read requests while a client takes no
-//! answers; so a relay stands before it, which counts connections and stops reading from a client that does not take its answers.
+//! The connections of clients. The library accepts any number of connections, goes on to read requests while a client takes no answers,
+//! and collects the octets of a chunk whatever length it claims; so a relay stands before it. It counts connections, stops reading from a
+//! client that does not take its answers, and disconnects one whose chunk is too long.
 
 use profivac_gateway::socket::keep_alive;
 use profivac_gateway::thread::StopSignal;
 use profivac_station::gateway_status::GatewayStatus;
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
@@ -25,8 +27,12 @@ const STALL_TIMEOUT: Duration = Duration::from_secs(10);
 /// The pause after the system could not accept a connection, for example because no file descriptor is free.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// The octets that are passed on at once: the largest chunk of a message.
+/// The largest chunk of a message in octets, and the most octets that are passed on at once. The library announces 65,535 (OPC 10000-6,
+/// 7.1.2.4).
 const CHUNK: usize = 65_536;
+
+/// The head of a chunk: its type in four octets, and its length with the head in 32 bits, the lowest octet first (OPC 10000-6, 7.1.2.2).
+const HEAD: usize = 8;
 
 /// The connections of each address.
 #[derive(Debug, Default)]
@@ -84,7 +90,11 @@ pub async fn run(listener: TcpListener, server: SocketAddr, status: Arc<GatewayS
         tokio::spawn(async move {
             status.client_connected();
             tokio::select! {
-                _ = serve(client, server) => {}
+                ended = serve(client, server) => {
+                    if let Some(reason) = ended.err().filter(|error| error.kind() == ErrorKind::InvalidData) {
+                        status.refused(&format!("a connection from {}: {reason}", peer.ip()));
+                    }
+                }
                 () = stop.stopped() => {}
             }
             status.client_disconnected();
@@ -108,20 +118,63 @@ async fn serve(client: TcpStream, server: SocketAddr) -> std::io::Result<()> {
     }
 }
 
-/// Passes requests on, but none while an answer waits for the client.
+/// A client has begun a chunk with a length that it may not have.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a chunk of {HEAD} to {CHUNK} octets, found one of {0}")]
+struct WrongLength(u32);
+
+/// Where the chunks of a client begin and end.
+#[derive(Debug, Default)]
+struct Chunks {
+    head: Vec<u8>,
+    /// The octets of the present chunk that follow.
+    rest: usize,
+}
+
+impl Chunks {
+    /// The client has sent these octets.
+    ///
+    /// # Errors
+    /// The length of the first chunk that may not have it.
+    fn take(&mut self, mut octets: &[u8]) -> Result<(), WrongLength> {
+        while !octets.is_empty() {
+            let wanted = if self.rest > 0 { self.rest } else { HEAD - self.head.len() };
+            let (taken, behind) = octets.split_at(wanted.min(octets.len()));
+            octets = behind;
+            if self.rest > 0 {
+                self.rest -= taken.len();
+                continue;
+            }
+            self.head.extend_from_slice(taken);
+            let Some(length) = self.head.get(4..).and_then(|length| length.try_into().ok()) else { continue };
+            self.head.clear();
+            let length = u32::from_le_bytes(length);
+            let is_right = usize::try_from(length).is_ok_and(|it| (HEAD..=CHUNK).contains(&it));
+            if !is_right {
+                return Err(WrongLength(length));
+            }
+            self.rest = length as usize - HEAD;
+        }
+        Ok(())
+    }
+}
+
+/// Passes requests on, but none while an answer waits for the client. Ends at a chunk of a wrong length, without passing its head on.
 async fn pass_requests(
     mut client: impl AsyncRead + Unpin,
     mut server: impl AsyncWrite + Unpin,
     answering: &Mutex<()>,
 ) -> std::io::Result<()> {
-    let mut chunk = vec![0; CHUNK];
+    let (mut octets, mut chunks) = (vec![0; CHUNK], Chunks::default());
     loop {
-        let length = client.read(&mut chunk).await?;
+        let length = client.read(&mut octets).await?;
         if length == 0 {
             return Ok(());
         }
+        let read = octets.get(..length).unwrap_or_default();
+        chunks.take(read).map_err(|error| std::io::Error::new(ErrorKind::InvalidData, error))?;
         drop(answering.lock().await);
-        server.write_all(chunk.get(..length).unwrap_or_default()).await?;
+        server.write_all(read).await?;
     }
 }
 
@@ -175,14 +228,50 @@ mod tests {
         server_answers.write_all(b"more than four").await.unwrap();
         // Without time a future is polled and not awaited: the answer begins, and holds the requests back until it ends.
         assert!(timeout(Duration::ZERO, &mut answers).await.is_err(), "the answer waits");
-        client_requests.write_all(b"request").await.unwrap();
+        client_requests.write_all(&chunk(9)).await.unwrap();
         assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
-        let mut request = [0; 7];
+        let mut request = [0; 9];
         assert!(timeout(Duration::ZERO, server_requests.read(&mut request)).await.is_err(), "no request passes");
         // Without the answer that waits the request passes.
         drop(answers);
         assert!(timeout(Duration::ZERO, &mut requests).await.is_err());
-        assert_eq!(server_requests.read(&mut request).await.unwrap(), 7);
+        assert_eq!(server_requests.read(&mut request).await.unwrap(), 9);
+    }
+
+    /// A chunk of this length, or its first octets.
+    fn chunk(length: u32) -> Vec<u8> {
+        let mut octets = [b"MSGF".as_slice(), &length.to_le_bytes()].concat();
+        octets.resize((length as usize).clamp(HEAD, CHUNK), 0);
+        octets
+    }
+
+    #[test]
+    fn chunks_of_right_lengths_follow_each_other_in_pieces_of_any_size() {
+        let stream = [chunk(8), chunk(9), chunk(65_536), chunk(8), chunk(100)].concat();
+        for size in [1, 3, 8, 1000, stream.len()] {
+            let mut chunks = Chunks::default();
+            assert!(stream.chunks(size).all(|piece| chunks.take(piece).is_ok()), "pieces of {size}");
+            assert_eq!((chunks.head.len(), chunks.rest), (0, 0));
+            for length in [0, 7, 65_537, u32::MAX] {
+                let mut chunks = Chunks::default();
+                chunks.take(&stream).unwrap();
+                let found = chunk(length).chunks(size).find_map(|piece| chunks.take(piece).err());
+                assert_eq!(found, Some(WrongLength(length)), "pieces of {size}");
+            }
+        }
+    }
+
+    /// The library would collect its octets until the memory is full.
+    #[tokio::test]
+    async fn a_client_that_begins_a_chunk_without_end_is_disconnected() {
+        let (client_in, mut client) = duplex(CHUNK);
+        let (server_out, mut server) = duplex(CHUNK);
+        client.write_all(&chunk(u32::MAX)[..HEAD]).await.unwrap();
+        let ended = pass_requests(client_in, server_out, &Mutex::new(())).await;
+        assert_eq!(ended.unwrap_err().to_string(), "expected a chunk of 8 to 65536 octets, found one of 4294967295");
+        let mut passed = Vec::new();
+        server.read_to_end(&mut passed).await.unwrap();
+        assert!(passed.is_empty(), "{passed:?}");
     }
 
     #[tokio::test]

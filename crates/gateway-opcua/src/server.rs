@@ -3,6 +3,7 @@
 use crate::OpcuaError;
 use crate::alarms::{Condition, Conditions};
 use crate::certificates::{self, KEY, OWN};
+use crate::filters;
 use crate::manager::{StationNodes, StationNodesBuilder};
 use crate::relay;
 use crate::space::Space;
@@ -50,7 +51,8 @@ fn application_uri(station: &str) -> String {
 
 /// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
 /// queues of events for each session, which 2,000 changes of alarms fill.
-fn limits() -> Limits {
+#[must_use]
+pub fn limits() -> Limits {
     Limits {
         max_sessions: 64,
         max_message_size: 4 << 20,
@@ -148,6 +150,7 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let address = listener.local_addr().unwrap_or(address);
     prepare_certificates(&settings, &context).await?;
     let (server, handle) = builder(&settings, &context).build().map_err(OpcuaError::Build)?;
+    *handle.info().type_loaders.write() = filters::loaders();
     let internal = |error| OpcuaError::Listen { address: (Ipv4Addr::LOCALHOST, 0).into(), error };
     let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
     let library_address = library.local_addr().map_err(internal)?;

@@ -31,17 +31,30 @@ impl Conditions {
         method: &NodeId,
         arguments: &[Variant],
     ) -> Result<(), StatusCode> {
-        let method = Method::of_type(method).or_else(|| Method::of_instance(method));
-        let method = method.ok_or(StatusCode::BadMethodInvalid)?;
-        match (method, arguments) {
-            (Method::Refresh, [Variant::UInt32(subscription)]) => return self.refresh(context, *subscription, None),
+        match (method_of(method)?, arguments) {
+            (Method::Refresh, [Variant::UInt32(subscription)]) => self.refresh(context, *subscription, None),
             (Method::Refresh2, [Variant::UInt32(subscription), Variant::UInt32(item)]) => {
-                return self.refresh(context, *subscription, Some(*item));
+                self.refresh(context, *subscription, Some(*item))
             }
-            (Method::Enable, []) => return Err(StatusCode::BadConditionAlreadyEnabled),
-            _ => {}
+            _ => self.call_as(&context.token.0, object, method, arguments).await,
         }
-        let user = &context.token.0;
+    }
+
+    /// Calls a method other than a refresh, for this user.
+    ///
+    /// # Errors
+    /// The status for the client.
+    pub async fn call_as(
+        &self,
+        user: &str,
+        object: &NodeId,
+        method: &NodeId,
+        arguments: &[Variant],
+    ) -> Result<(), StatusCode> {
+        let method = method_of(method)?;
+        if method == Method::Enable && arguments.is_empty() {
+            return Err(StatusCode::BadConditionAlreadyEnabled);
+        }
         let done = match change_of(method, arguments)? {
             Change::Refused(status, reason) => Err((status, reason.to_owned())),
             change => {
@@ -76,6 +89,10 @@ impl Conditions {
         let done = commander.execute(user, request, None).await;
         done.map_err(|error| (status_of(&error, inapplicable), error.to_string()))
     }
+}
+
+fn method_of(node: &NodeId) -> Result<Method, StatusCode> {
+    Method::of_type(node).or_else(|| Method::of_instance(node)).ok_or(StatusCode::BadMethodInvalid)
 }
 
 /// What a call asks for.

@@ -34,6 +34,12 @@ pub struct Condition {
 }
 
 impl Condition {
+    /// Its node.
+    #[must_use]
+    pub const fn node(&self) -> &NodeId {
+        &self.node
+    }
+
     /// Whether it is sent when a client asks for all conditions that stand.
     #[must_use]
     pub const fn is_retained(&self) -> bool {
