@@ -1,4 +1,4 @@
-//! The client of an archive without NATS: one batch, one POST, and its answer after the commit; and polls for requests of users, with replies.
+//! The client of an archive without NATS: one batch, one POST, and its answer after the commit; polls for requests of users, and replies.
 
 use crate::request::MAX_OCTETS as MAX_REQUEST;
 use axum::body::{Body, Bytes, to_bytes};
@@ -55,7 +55,7 @@ fn requests_path(plant: &str, station: &str) -> String {
     format!("/v1/{plant}/{station}/request")
 }
 
-/// What is sent to the archive.
+/// A message to the archive.
 struct Outgoing {
     method: Method,
     path: String,

@@ -59,11 +59,11 @@ pub async fn answer_nats(
     }
     let subject = subject(&settings.plant, &settings.station);
     let mut requests = client.subscribe(subject).await.map_err(|error| NatsError::new(nats, error))?;
-    let mut desk = responder.desk(client.clone(), client, settings.requests, services);
+    let mut receiver = responder.receiver(client.clone(), client, settings.requests, services);
     responder.0.push(tokio::spawn(async move {
         while let Some(message) = requests.next().await {
             let Message { payload, reply: Some(inbox), .. } = message else { continue };
-            desk.take(inbox, &payload).await;
+            receiver.take(inbox, &payload).await;
         }
     }));
     Ok(responder)
@@ -86,14 +86,14 @@ pub fn answer_https(
     for url in &https.request_urls {
         let poster = || Poster::new(https, url);
         let replies = || Ok::<_, PostError>(Replies { poster: poster()?, settings: settings.clone() });
-        let desk = responder.desk(replies()?, replies()?, settings.requests, services);
-        responder.0.push(tokio::spawn(poll(poster()?, settings.clone(), desk, Arc::clone(status))));
+        let receiver = responder.receiver(replies()?, replies()?, settings.requests, services);
+        responder.0.push(tokio::spawn(poll(poster()?, settings.clone(), receiver, Arc::clone(status))));
     }
     Ok(responder)
 }
 
 /// Polls one archive again and again.
-async fn poll(mut poster: Poster, settings: Settings, mut desk: Desk<Replies>, status: Arc<GatewayStatus>) {
+async fn poll(mut poster: Poster, settings: Settings, mut receiver: Receiver<Replies>, status: Arc<GatewayStatus>) {
     let (mut pause, mut reported) = (SHORTEST_POLL, String::new());
     loop {
         let begun = Instant::now();
@@ -101,7 +101,7 @@ async fn poll(mut poster: Poster, settings: Settings, mut desk: Desk<Replies>, s
             Ok(request) => {
                 (pause, reported) = (SHORTEST_POLL, String::new());
                 match request {
-                    Some((id, body)) => desk.take(id, &body).await,
+                    Some((id, body)) => receiver.take(id, &body).await,
                     // Another server could answer at once.
                     None => sleep(SHORTEST_POLL.saturating_sub(begun.elapsed())).await,
                 }
@@ -156,13 +156,13 @@ fn encoded(reply: &Reply) -> Vec<u8> {
 }
 
 /// Takes the requests of one archive, or of all behind the servers of NATS.
-struct Desk<O: Outlet> {
+struct Receiver<O: Outlet> {
     outlet: O,
     answers: Answers,
     trends: mpsc::Sender<(O::Id, Request)>,
 }
 
-impl<O: Outlet> Desk<O> {
+impl<O: Outlet> Receiver<O> {
     async fn take(&mut self, id: O::Id, payload: &[u8]) {
         match decoded(payload) {
             Ok(request @ Request::Trend { .. }) => {
@@ -181,14 +181,14 @@ impl<O: Outlet> Desk<O> {
 }
 
 impl Responder {
-    /// A desk, with a task of its own that reads trends and sends them to the second outlet.
-    fn desk<O: Outlet>(
+    /// A receiver, with a task of its own that reads trends and sends them to the second outlet.
+    fn receiver<O: Outlet>(
         &mut self,
         outlet: O,
         mut of_trends: O,
         permitted: Requests,
         services: &Arc<Services>,
-    ) -> Desk<O> {
+    ) -> Receiver<O> {
         let (trends, mut waiting) = mpsc::channel(MAX_TRENDS);
         let answers = Answers { permitted, services: Arc::clone(services) };
         let reading = answers.clone();
@@ -198,7 +198,7 @@ impl Responder {
                 of_trends.send(id, reply).await;
             }
         }));
-        Desk { outlet, answers, trends }
+        Receiver { outlet, answers, trends }
     }
 }
 

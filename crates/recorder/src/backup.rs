@@ -64,7 +64,7 @@ pub enum BackupError {
         path: PathBuf,
         /// The size of the copy with the room that it leaves.
         needed: u64,
-        /// What is free.
+        /// The free octets.
         free: u64,
     },
     /// The database stayed locked.

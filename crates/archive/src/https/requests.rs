@@ -41,11 +41,11 @@ pub(super) async fn reply(
         return *refusal;
     }
     let Some(mut replying) = shared.pending.replying(&plant, &station, &id) else {
-        return nobody_waits();
+        return no_user_waits();
     };
     let read = tokio::select! {
         read = to_bytes(request.into_body(), MAX_REPLY) => read,
-        () = replying.closed() => return nobody_waits(),
+        () = replying.closed() => return no_user_waits(),
     };
     match read {
         Ok(reply) => {
@@ -60,6 +60,6 @@ pub(super) async fn reply(
     }
 }
 
-fn nobody_waits() -> Response {
+fn no_user_waits() -> Response {
     refuse(StatusCode::GONE, "no user waits for this reply: its request is answered, or its time is over")
 }

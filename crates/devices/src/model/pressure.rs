@@ -189,8 +189,8 @@ impl PressureFormat {
         };
         // free choice: no manual limits a number that a master may write. A negative pressure has no COUNTS when the
         // unit changes (errata-bpg-bcg-tpg 74), and one beyond a float has no value in some unit; both are out of
-        // range, and so is NaN.
-        (is_pressure && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
+        // range, and so are NaN and an infinite number, of which a distance downwards would make the whole point.
+        (is_pressure && number.is_finite() && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)
     }
 
     /// The octets of a pressure: a float, or an integer truncated to whole units and saturated (errata-bpg-bcg-tpg 69 and 70).
@@ -233,6 +233,13 @@ mod tests {
     const fn distance(upwards: bool) -> PressureFormat {
         let counts = Counts::Distance { per_decade: 1000.0, at_1_mbar: 5000.0, from_mbar: 100.0, upwards };
         PressureFormat { unit: &COUNTS, number: NumberType::Float, counts, max_integer: 32767 }
+    }
+
+    #[test]
+    fn an_infinite_difference_is_refused() {
+        for upwards in [true, false] {
+            assert_eq!(distance(upwards).decode(&f32::INFINITY.to_be_bytes()), None, "upwards: {upwards}");
+        }
     }
 
     #[test]

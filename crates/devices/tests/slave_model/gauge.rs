@@ -153,7 +153,7 @@ impl<D: Device + Clone> Peek<D> {
         inputs
     }
 
-    /// A write of a parameter. What is open, `real` decides: the code of the parameter channel, if it refuses.
+    /// A write of a parameter. `real` decides open points: the code of the parameter channel, if it refuses.
     fn change(&mut self, row: &Row, data: &[u8], real: impl Fn(&Self) -> Option<u8>) -> Result<(), usize> {
         let before = self.contents.clone();
         let reason = match self.contents.write(key(row), data) {

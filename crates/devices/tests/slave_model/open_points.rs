@@ -47,5 +47,4 @@ pub const OF_THE_DEVICE: &[&str] = &[
     "of the device: a factor without a range (P 99)",
     "of the device: which of two errors of an adjustment comes first (P 131)",
     "of the device: whether a refused degas is a warning (B 96)",
-    "of the device: an infinite hysteresis in COUNTS is stored, where code 2 belongs (P 32)",
 ];

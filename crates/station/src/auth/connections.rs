@@ -32,7 +32,7 @@ const SHARE: usize = 4;
 /// The connections that one station holds: one for batches, one for requests, and those in whose place it has opened others.
 pub const MAX_HELD_BY_STATION: usize = 4;
 
-/// Who holds a permit.
+/// The holder of a permit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Holder {
     /// A user.

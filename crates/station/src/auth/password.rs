@@ -123,7 +123,7 @@ fn guesses(password: &str, words: &[&str]) -> Result<(), PasswordError> {
     Err(PasswordError::Guessed(warning.map(|warning| warning.to_string().trim_end_matches('.').to_lowercase())))
 }
 
-/// Nobody has checked how easily the password is guessed, so it is refused.
+/// No library estimates how easily the password is guessed, so it is refused.
 #[cfg(not(feature = "passwords"))]
 fn guesses(_password: &str, _words: &[&str]) -> Result<(), PasswordError> {
     Err(PasswordError::NotBuilt)

@@ -123,7 +123,7 @@ impl Bcg450 {
     }
 }
 
-/// 3.1: what the Device Block has.
+/// tira41d1 3.1: the parameters of the Device Block.
 const fn device_block(index: u8) -> Rule {
     match index {
         15 => Rule::Command,

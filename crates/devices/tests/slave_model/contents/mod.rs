@@ -239,13 +239,13 @@ impl Common {
 
     /// Stores a written pressure. A number that is no pressure is refused, and what is no pressure is open.
     pub fn keep(&mut self, key: Key, octets: &[u8], scale: Scale) -> Verdict {
-        let Some((mbar, verdict)) = self.judge(octets, scale) else { return Verdict::Refused(Reason::Range) };
+        let Some((mbar, verdict)) = self.evaluate(octets, scale) else { return Verdict::Refused(Reason::Range) };
         self.pressures.insert(key, Stored { mbar, written: Some((self.form, octets.to_vec())) });
         verdict
     }
 
     /// The pressure of octets, and whether it is accepted.
-    pub fn judge(&self, octets: &[u8], scale: Scale) -> Option<(f64, Verdict)> {
+    pub fn evaluate(&self, octets: &[u8], scale: Scale) -> Option<(f64, Verdict)> {
         let number = self.form.parse(octets).filter(|it| it.is_finite())?;
         let mbar = self.form.mbar(number, scale);
         let logarithm = self.form.unit == Unit::Counts && matches!(scale, Scale::Logarithm { .. });

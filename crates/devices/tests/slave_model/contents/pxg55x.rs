@@ -168,7 +168,7 @@ impl Particular for Pxg55x {
         }
     }
 
-    /// 8.1.3, 8.3.3 (81, 82).
+    /// tira56e1 8.1.3, 8.3.3 (81, 82).
     fn scale(&self, (slot, instance, _): Key) -> Scale {
         if slot == 1 && instance == 3 {
             return Scale::Line(16.0);
@@ -250,10 +250,7 @@ impl Particular for Pxg55x {
                 }
                 let Some(number) = common.form.parse(data).filter(|it| !it.is_nan()) else { return refused };
                 common.set_pressure(key, f64::NAN);
-                if number == f64::INFINITY {
-                    return Verdict::Open(17);
-                }
-                if number >= 0.0 { Verdict::Open(11) } else { refused }
+                if number >= 0.0 && number.is_finite() { Verdict::Open(11) } else { refused }
             }
             ((2 | 3, _, 201), &[a, b, c, d]) => {
                 let factor = f32::from_be_bytes([a, b, c, d]);
@@ -278,7 +275,7 @@ impl Particular for Pxg55x {
         }
     }
 
-    /// 7.2.2: 129 is Reset. 128, Factory Reset, is not in the conversations.
+    /// tira56e1 7.2.2: 129 is Reset. 128, Factory Reset, is not in the conversations.
     fn command(&mut self, common: &mut Common, number: u8) -> Verdict {
         if number != 129 {
             return Verdict::Refused(Reason::Range);

@@ -126,7 +126,7 @@ impl Particular for Tpg {
             // (138).
             ((5..=10, ..), _) if Self::valid(common, key.0) => not_now,
             // (137).
-            ((5..=10, _, 21 | 22), _) => match common.judge(data, NO_COUNTS) {
+            ((5..=10, _, 21 | 22), _) => match common.evaluate(data, NO_COUNTS) {
                 Some((mbar, _)) if mbar > 0.0 => common.keep(key, data, NO_COUNTS),
                 _ => refused,
             },

@@ -402,7 +402,7 @@ mod tests {
         assert_eq!((https.url.port_u16(), https.token.reveal()), (Some(8443), "secret-of-hall-1"));
         assert!(!format!("{settings:?}").contains("secret-of-hall-1"));
         assert!(config.gateways[0].is_private());
-        assert_eq!(https.request_urls, [https.url.clone()]);
+        assert_eq!(https.request_urls, std::slice::from_ref(&https.url));
         let far = read("\"http://far.example\"\nunencrypted = true");
         assert_eq!(far.gateways[0].unencrypted_broker(), Some("far.example"));
     }

@@ -26,7 +26,7 @@ interface Props {
   children: (width: number, height: number) => ComponentChildren
 }
 
-/** One unit of the picture is one pixel on the screen, so texts have the same size on a desk and on a phone. */
+/** One unit of the picture is one pixel on the screen, so texts have the same size on a wide screen and on a phone. */
 export function LogChart({ height, label, children }: Props): JSX.Element {
   const frame = useRef<HTMLDivElement>(null)
   const [width, setWidth] = useState(USUAL_WIDTH)
