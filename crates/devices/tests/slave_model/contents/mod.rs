@@ -227,9 +227,9 @@ impl Common {
     pub fn kept(&self, key: Key, factory: Option<f64>, scale: Scale) -> Content {
         match (self.pressures.get(&key), factory) {
             (Some(Stored { written: Some((form, octets)), .. }), _) if *form == self.form => {
-                // A number near 0 has no digits in COUNTS.
-                let counts = form.unit == Unit::Counts && form.float;
-                if counts { Content::About(octets.clone()) } else { Content::Octets(octets.clone()) }
+                // A number near 0 has no digits in COUNTS, and 0 has two floats.
+                let has_others = form.float && (form.unit == Unit::Counts || form.parse(octets) == Some(0.0));
+                if has_others { Content::About(octets.clone()) } else { Content::Octets(octets.clone()) }
             }
             (Some(stored), _) => self.show(stored.mbar, scale),
             (None, Some(mbar)) => self.show(mbar, scale),
