@@ -1,5 +1,7 @@
 //! The tests of slave and master in one program: linked once, and what they share is compiled once.
 
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
 #[path = "../../../tests/support/octets.rs"]
