@@ -516,6 +516,9 @@ test('a station that stops is shown as lost, and the page reconnects', async () 
     await page.locator('.connection.lost').waitFor()
     await page.getByRole('alert').getByText('The connection to the station is lost').waitFor()
     await page.locator('[data-gauge="turbo outlet"].stale', { hasText: 'no data since' }).waitFor()
+    const lines = page.locator('[data-gauge="turbo outlet"] .sparkline polyline')
+    const dashes = await lines.evaluateAll((all) => all.map((line) => getComputedStyle(line).strokeDasharray))
+    assert.ok(dashes.length > 0 && dashes.every((dash) => dash !== 'none'), dashes.join('; '))
     mortal = await startPlant(address)
     await page.locator('.connection.good').waitFor()
     await page.locator('[data-gauge="turbo outlet"]:not(.stale)').waitFor()
@@ -549,24 +552,44 @@ test('the page of a controller without DP-V1 has its channels, parameters and co
   })
 })
 
-test('red is the colour of an active alarm of high priority and of nothing else', async () => {
-  const reds = () => {
+test('the colour of an alarm of each priority is the colour of nothing else', async () => {
+  const coloured = ([variable, priority]) => {
     const probe = document.body.appendChild(document.createElement('i'))
-    probe.style.color = 'var(--bad)'
-    const red = getComputedStyle(probe).color
+    probe.style.color = `var(${variable})`
+    const wanted = getComputedStyle(probe).color
     probe.remove()
-    const isRed = (element) =>
+    const has = (element) =>
       [':before', null].some((part) => {
-        const { color, backgroundColor, borderTopColor, borderTopWidth } = getComputedStyle(element, part)
-        return color === red || backgroundColor === red || (borderTopColor === red && borderTopWidth !== '0px')
+        const { color, fill, stroke, backgroundColor, borderTopColor, borderTopWidth } = getComputedStyle(element, part)
+        const border = borderTopWidth === '0px' ? '' : borderTopColor
+        const inside = element instanceof SVGElement ? [fill, stroke] : []
+        return [color, backgroundColor, border, ...inside].includes(wanted)
       })
+    const marks = ['.priority', '.badge'].map((mark) => `${mark}.${priority}`).join()
+    const isMark = (element) => element.closest(marks) ?? element.closest('.alarm-item, svg .alarm, [data-alarm]')
     return [...document.querySelectorAll('body *')]
-      .filter((element) => isRed(element) && !element.closest('.priority.high, .badge.high, .alarm-item'))
+      .filter((element) => has(element) && !isMark(element))
       .map(({ outerHTML }) => outerHTML.slice(0, 80))
   }
+  const colours = { '--bad': 'high', '--warn': 'medium', '--low': 'low' }
   for (const path of Object.keys(PAGES)) {
-    await visit(path, async (page) => assert.deepEqual(await page.evaluate(reds), [], path))
+    await visit(path, async (page) => {
+      for (const colour of Object.entries(colours)) {
+        assert.deepEqual(await page.evaluate(coloured, colour), [], `${path} ${colour}`)
+      }
+    })
   }
+})
+
+test('a sparkline has a scale of whole decades over ten minutes', async () => {
+  await visit('/', async (page) => {
+    const scale = page.locator('[data-gauge="chamber"] .sparkline-scale')
+    await scale.getByText('10 min').waitFor()
+    const [top, , bottom] = await scale.locator('span').allInnerTexts()
+    assert.match(top, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
+    assert.match(bottom, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
+    assert.notEqual(top, bottom)
+  })
 })
 
 test('times are typed and shown as 2026-01-31 14:03:22 in every language', async () => {
@@ -577,6 +600,19 @@ test('times are typed and shown as 2026-01-31 14:03:22 in every language', async
   const { started_ms } = await plant.json('/api/station')
   await visit(`/rise?s=vessel&begin=${started_ms - 600_000}`, look, { locale: 'en-US' })
   await visit('/trends', look, { locale: 'en-US' })
+})
+
+test('times are those of the time zone of the browser', async () => {
+  const { started_ms } = await plant.json('/api/station')
+  for (const timezoneId of ['Asia/Tokyo', 'America/St_Johns']) {
+    const look = async (page) => {
+      const row = page.locator('.events tbody tr', { hasText: 'the station starts' }).last()
+      const here = new Date(started_ms).toLocaleString('sv-SE', { timeZone: timezoneId })
+      // The event may be a second away from the start.
+      assert.equal((await row.locator('.time').innerText()).slice(0, 16), here.slice(0, 16))
+    }
+    await visit('/events', look, { timezoneId })
+  }
 })
 
 test('the pressure axis has its unit', async () => {

@@ -1,6 +1,7 @@
 // Pump-downs over each other in a browser.
 
 import assert from 'node:assert/strict'
+import { readFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
 import { openPage, startBrowser, startPlant } from './setup.mjs'
 
@@ -110,5 +111,16 @@ test('helium at a leak is a sentence with its size and its time', async () => {
   await visit(PAGE, async (page) => {
     await page.locator('.verdict').waitFor()
     assert.equal(await page.getByRole('region', { name: 'Like helium at a leak' }).count(), 0)
+  })
+})
+
+test('the report about the chosen pump-down is downloaded', async () => {
+  await visit(PAGE, async (page) => {
+    const [report] = await Promise.all([
+      page.waitForEvent('download'),
+      page.getByRole('link', { name: 'Report about this pump-down' }).click(),
+    ])
+    assert.match(report.suggestedFilename(), /^pump-down-[\d-]+\.html$/)
+    assert.match(await readFile(await report.path(), 'utf8'), /transfer lock/)
   })
 })

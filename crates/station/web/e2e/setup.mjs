@@ -80,6 +80,21 @@ export async function runProgram(...more) {
   return printed
 }
 
+/** Virtual gauges behind a TCP port; a line to them, such as `pressure 1e-3 mbar`, changes them. */
+export async function startGauges(...words) {
+  const child = spawn(PROFIVAC, ['simulate', '--tcp', '127.0.0.1:0', ...words], { stdio: ['pipe', 'pipe', 'inherit'] })
+  const [said] = await once(createInterface({ input: child.stdout }), 'line')
+  return {
+    port: `tcp://${said.replace('ready ', '')}`,
+    tell: (line) => child.stdin.write(`${line}\n`),
+    stop: async () => {
+      const gone = once(child, 'exit')
+      child.kill('SIGTERM')
+      await gone
+    },
+  }
+}
+
 /** A station with this file. */
 export const startStation = (file) => startProfivac('run', file)
 
