@@ -527,6 +527,39 @@ async def check_hostile(plant, port):
     assert plant.station.poll() is None, "the station ended"
 
 
+def costly_filter(elements):
+    """A filter whose elements refer to the next one twice: the paths between them double with each element."""
+    both = lambda index: [ua.ElementOperand(Index=index + 1), ua.ElementOperand(Index=index + 1)]
+    found = [ua.ContentFilterElement(FilterOperator=ua.FilterOperator.And, FilterOperands=both(index)) for index in range(elements)]
+    one = ua.LiteralOperand(Value=ua.Variant(1))
+    found.append(ua.ContentFilterElement(FilterOperator=ua.FilterOperator.Equals, FilterOperands=[one, one]))
+    costly = condition_filter()
+    costly.WhereClause = ua.ContentFilter(Elements=found)
+    return costly
+
+
+async def check_filters(port):
+    """A filter with few paths is accepted; one with 2^40 is refused, and the other clients go on."""
+    async with Station(port) as hostile, Station(port) as station:
+        subscription = await hostile.client.create_subscription(100, Changes())
+        await subscription.subscribe_alarms_and_conditions(evfilter=costly_filter(3))
+        try:
+            await subscription.subscribe_alarms_and_conditions(evfilter=costly_filter(40))
+        except (ua.UaError, ConnectionError, asyncio.CancelledError) as error:
+            print(f"a costly filter is refused: {error!r}", flush=True)
+        else:
+            raise AssertionError("a filter with 2^40 paths is accepted")
+        assert (await station.data("gauge/chamber/pressure")).StatusCode.name == "Good"
+
+
+async def check_chunks(port):
+    """A client that begins a chunk of 4 GiB is disconnected."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(b"HELF" + (2**32 - 1).to_bytes(4, "little"))
+    assert await asyncio.wait_for(reader.read(), HANG_S) == b""
+    writer.close()
+
+
 async def main(program):
     port = free_port()
     with Plant(program, f'[opcua]\nlisten = "127.0.0.1:{port}"\n') as plant:
@@ -557,6 +590,9 @@ async def main(program):
         assert before == after, before ^ after
         await station.client.disconnect()
         print("restart", flush=True)
+        await check_filters(port)
+        await check_chunks(port)
+        print("filters", flush=True)
         await check_hostile(plant, port)
         await check_security(plant, port)
         print("security", flush=True)
