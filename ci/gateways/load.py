@@ -44,6 +44,14 @@ class Gauges:
             process.wait()
 
 
+def plant_file(folder, lines):
+    """Writes a file that only its owner reads, and returns its path."""
+    path = os.path.join(folder, "plant.toml")
+    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
+        file.write("\n".join(lines))
+    return path
+
+
 def write_lone_plant(folder, prometheus, gauges):
     """A station whose gauges are elsewhere."""
     lines = ['[station]\nname = "load"\n']
@@ -52,10 +60,7 @@ def write_lone_plant(folder, prometheus, gauges):
         for address in range(3, 3 + GAUGES):
             lines.append(f'[[segment.gauge]]\nname = "g{segment}-{address}"\naddress = {address}\ndevice = "bcg450"\npoll = "200ms"\n')
     lines.append(f'[prometheus]\nlisten = "127.0.0.1:{prometheus}"\n')
-    path = os.path.join(folder, "plant.toml")
-    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
-        file.write("\n".join(lines))
-    return path
+    return plant_file(folder, lines)
 
 
 def exchanges(prometheus):
@@ -113,10 +118,7 @@ def write_plant(folder, ports):
     lines.append(f'[epics]\nca-port = {ca}\npva-port = {pva}\npva-search-port = {free_port()}\n\n[opcua]\nlisten = "127.0.0.1:{opcua}"\n')
     lines.append(f'[mqtt]\nbroker = "mqtt://127.0.0.1:{broker}"\n\n[mqtt.sparkplug]\ngroup = "load"\n')
     lines.append(f'[modbus]\nlisten = "127.0.0.1:{ports[0]}"\n\n[prometheus]\nlisten = "127.0.0.1:{ports[1]}"\n')
-    path = os.path.join(folder, "plant.toml")
-    with open(path, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as file:
-        file.write("\n".join(lines))
-    return path
+    return plant_file(folder, lines)
 
 
 def times(pid):
