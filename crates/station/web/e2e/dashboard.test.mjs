@@ -510,8 +510,8 @@ test('a station that stops is shown as lost, and the page reconnects', async () 
   const { address } = mortal
   const { page, close } = await openPage(browser, mortal.url)
   try {
-    const card = page.locator('[data-gauge="turbo outlet"]')
-    assert.ok(!(await card.getAttribute('class')).includes('stale'))
+    const fresh = page.locator('[data-gauge="turbo outlet"]:not(.stale)')
+    await fresh.waitFor()
     await mortal.stop()
     await page.locator('.connection.lost').waitFor()
     await page.getByRole('alert').getByText('The connection to the station is lost').waitFor()
@@ -519,11 +519,14 @@ test('a station that stops is shown as lost, and the page reconnects', async () 
     const lines = page.locator('.sparkline.stale polyline')
     await lines.first().waitFor({ state: 'attached' })
     const dashes = await lines.evaluateAll((all) => all.map((line) => getComputedStyle(line).strokeDasharray))
-    assert.ok(dashes.every((dash) => dash !== 'none'), dashes.join('; '))
+    assert.ok(
+      dashes.every((dash) => dash !== 'none'),
+      dashes.join('; '),
+    )
     mortal = await startPlant(address)
     await page.locator('.connection.good').waitFor()
-    await page.locator('[data-gauge="turbo outlet"]:not(.stale)').waitFor()
-    assert.equal(await page.getByRole('alert').count(), 0)
+    await fresh.waitFor()
+    await page.getByRole('alert').waitFor({ state: 'detached' })
   } finally {
     await close()
     await mortal.stop()
