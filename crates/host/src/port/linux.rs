@@ -27,8 +27,8 @@ const TERMINALS: &str = "/sys/class/tty";
 const LATENCY_MS: u32 = 1;
 
 /// Whether a device is the slave side of a pty.
-pub fn is_pty(name: &str) -> bool {
-    fs::canonicalize(name).is_ok_and(|device| device.starts_with("/dev/pts"))
+pub fn is_pty(path: impl AsRef<Path>) -> bool {
+    fs::canonicalize(path).is_ok_and(|device| device.starts_with("/dev/pts"))
 }
 
 /// The latency of a USB adapter whose driver does not tell it. free choice: the longest that is usual, the default of FTDI
@@ -220,17 +220,29 @@ impl LinkClaim {
     /// # Errors
     /// `EEXIST` when another process holds it; the error of the system when its folder is missing.
     pub fn of(path: &Path) -> io::Result<Self> {
-        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-        let folder = fs::metadata(parent.unwrap_or(Path::new(".")))?;
-        let mut name = DefaultHasher::new();
-        (folder.dev(), folder.ino(), path.file_name()).hash(&mut name);
-        let address = SocketAddr::from_abstract_name(format!("profivac-pty-{:016x}", name.finish()))?;
+        let address = SocketAddr::from_abstract_name(name_of_claim(path)?)?;
         let socket = UnixListener::bind_addr(&address).map_err(|error| match error.kind() {
             io::ErrorKind::AddrInUse => Errno::EXIST.into(),
             _ => error,
         })?;
         Ok(Self { _socket: socket })
     }
+
+    /// Whether a process holds the link `path`. The kernel's list of sockets says so: a connection would stay in the queue of the holder.
+    pub fn is_held(path: &Path) -> bool {
+        let Ok(name) = name_of_claim(path) else { return false };
+        let sockets = fs::read_to_string("/proc/net/unix").unwrap_or_default();
+        sockets.split_ascii_whitespace().any(|word| word.strip_prefix('@') == Some(&name))
+    }
+}
+
+/// The name of the abstract socket of a link, the same for every way to its folder.
+fn name_of_claim(path: &Path) -> io::Result<String> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let folder = fs::metadata(parent.unwrap_or(Path::new(".")))?;
+    let mut name = DefaultHasher::new();
+    (folder.dev(), folder.ino(), path.file_name()).hash(&mut name);
+    Ok(format!("profivac-pty-{:016x}", name.finish()))
 }
 
 #[cfg(test)]

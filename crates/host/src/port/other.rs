@@ -13,8 +13,8 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Whether a device is the slave side of a pty, by the names of macOS and the BSDs.
-pub fn is_pty(name: &str) -> bool {
-    let device = fs::canonicalize(name).unwrap_or_default();
+pub fn is_pty(path: impl AsRef<Path>) -> bool {
+    let device = fs::canonicalize(path).unwrap_or_default();
     let device = device.to_string_lossy();
     device.starts_with("/dev/ttys") || device.starts_with("/dev/pts/") || device.starts_with("/dev/ttyp")
 }
@@ -71,5 +71,10 @@ impl LinkClaim {
     /// Always succeeds.
     pub fn of(_path: &Path) -> std::io::Result<Self> {
         Ok(Self)
+    }
+
+    /// Always false.
+    pub fn is_held(_path: &Path) -> bool {
+        false
     }
 }

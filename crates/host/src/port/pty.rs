@@ -7,7 +7,7 @@
 //! A process that is killed leaves its link. It dangles, or leads to a later pty that got the same number; both are replaced.
 
 use super::notice::{DropCounter, Notice, Notices};
-use super::system::{LinkClaim, OpenEvents};
+use super::system::{LinkClaim, OpenEvents, is_pty};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -20,7 +20,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::os::unix::ffi::OsStringExt;
-use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, symlink};
+use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::path::{Path, PathBuf};
 
 /// The master side of a pty, and the link to the slave side.
@@ -181,11 +181,17 @@ fn remove_left_over(path: &Path) -> io::Result<()> {
     if is_left_over(path) { fs::remove_file(path) } else { Ok(()) }
 }
 
-/// Whether a link dangles, or leads to a pty that is younger than the link: a process makes its pty before the link.
+/// Whether a link dangles, or leads to a pty that is younger than the link: a process makes its pty before the link. Links to serial
+/// devices, as those below `/dev/serial`, may be older than the last change of the device.
 fn is_left_over(path: &Path) -> bool {
     let (Ok(link), true) = (fs::symlink_metadata(path), path.is_symlink()) else { return false };
     let Ok(target) = fs::metadata(path) else { return !path.exists() };
-    target.file_type().is_char_device() && (target.ctime(), target.ctime_nsec()) > (link.mtime(), link.mtime_nsec())
+    is_pty(path) && (target.ctime(), target.ctime_nsec()) > (link.mtime(), link.mtime_nsec())
+}
+
+/// Whether a link leads to a pty that another program has made since the one that made the link was killed.
+pub(super) fn leads_to_another_program(path: &Path) -> bool {
+    is_left_over(path) && path.exists() && !LinkClaim::is_held(path)
 }
 
 fn link_error(name: &str, error: io::Error) -> PortError {
@@ -197,7 +203,9 @@ fn link_error(name: &str, error: io::Error) -> PortError {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Serial;
     use super::*;
+    use profivac_dp::link::Baud;
     use rustix::fs::{AtFlags, CWD, Timestamps, utimensat};
 
     const AN_HOUR_S: i64 = 3600;
@@ -228,6 +236,29 @@ mod tests {
         let ours = Pty::create(&path).unwrap();
         assert_eq!(fs::read_link(&path).unwrap(), ours.slave_path);
         assert_ne!(ours.slave_path, side);
+    }
+
+    #[test]
+    fn a_left_over_link_to_the_pty_of_another_program_is_not_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let (_master, side) = stranger();
+        old_link(&side, &path);
+        let opened = Serial::open(path.to_str().unwrap(), Baud::B19200);
+        assert!(matches!(opened, Err(PortError::LeftOver(_))), "{opened:?}");
+        fs::remove_file(&path).unwrap();
+        symlink(&side, &path).unwrap();
+        assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok(), "a link that is younger than its pty");
+    }
+
+    #[test]
+    fn a_link_in_use_is_opened_also_when_its_pty_got_another_owner_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let ours = Pty::create(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        old_link(&ours.slave_path, &path);
+        assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok());
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
-use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, system};
+use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, pty, system};
 use crate::clock::duration_of;
 use crate::readiness::Readiness;
 use profivac_dp::link::{Baud, CHARACTER_TBIT};
@@ -17,6 +17,7 @@ use rustix::termios::{
     ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, tcflush, tcgetattr, tcsetattr,
 };
 use std::os::fd::AsRawFd;
+use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -53,9 +54,9 @@ impl Serial {
     /// Opens a device exclusively: raw, eight data bits, even parity, one stop bit.
     ///
     /// # Errors
-    /// [`PortError::NotFound`], [`InUse`](PortError::InUse), [`PermissionDenied`](PortError::PermissionDenied),
-    /// [`NotSerial`](PortError::NotSerial), [`UnsupportedCharacter`](PortError::UnsupportedCharacter) and
-    /// [`UnsupportedRate`](PortError::UnsupportedRate).
+    /// [`PortError::NotFound`], [`LeftOver`](PortError::LeftOver), [`InUse`](PortError::InUse),
+    /// [`PermissionDenied`](PortError::PermissionDenied), [`NotSerial`](PortError::NotSerial),
+    /// [`UnsupportedCharacter`](PortError::UnsupportedCharacter) and [`UnsupportedRate`](PortError::UnsupportedRate).
     pub fn open(name: &str, baud: Baud) -> Result<Self, PortError> {
         Self::open_for(name, baud, OFlags::RDWR)
     }
@@ -71,6 +72,10 @@ impl Serial {
 
     fn open_for(name: &str, baud: Baud, access: OFlags) -> Result<Self, PortError> {
         let opening = |errno| PortError::opening(name, errno);
+        // Before anything is set: the terminal of another program would lose its settings and its lock.
+        if pty::leads_to_another_program(Path::new(name)) {
+            return Err(PortError::LeftOver(name.to_owned()));
+        }
         let flags = access | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let device = rustix::fs::open(name, flags, Mode::empty()).map_err(opening)?;
         let settings = tcgetattr(&device).map_err(opening)?;
