@@ -15,6 +15,7 @@ use profivac_station::config::gateways::modbus::Settings;
 use profivac_station::view::BusStationState;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 const HEAD: &str = "[[segment]]\nname = \"hall\"\nport = \"sim:hall.toml\"\n";
 
@@ -161,7 +162,8 @@ impl Plant {
         (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(read_at)));
         let reading = &mut gauge.readings[0];
         (reading.quality, reading.pa, reading.limit_pa) = (quality, pa, limit_pa);
-        if let Some(emission) = gauge.parameters.iter_mut().find(|it| it.target.ends_with("emission-status")) {
+        let parameters = Arc::make_mut(&mut gauge.parameters);
+        if let Some(emission) = parameters.iter_mut().find(|it| it.target.ends_with("emission-status")) {
             (emission.text, emission.number, emission.read_at) = ("on".to_owned(), Some(1.0), Some(Micros(read_at)));
         }
         let snapshot: Snapshot = self.modeller.next(inputs, Micros(read_at));

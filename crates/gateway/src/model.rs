@@ -131,7 +131,7 @@ impl Modeller {
         self.readings.retain(|name, _| inputs.gauges.iter().any(|gauge| gauge.name == *name));
         for gauge in &mut inputs.gauges {
             if gauge.parameters.is_empty() {
-                gauge.parameters = plant::default_parameters(gauge);
+                gauge.parameters = plant::default_parameters(gauge).into();
             }
             if gauge.readings.is_empty() {
                 let known = self.readings.entry(gauge.name.clone());

@@ -116,7 +116,7 @@ fn inputs() -> Inputs {
         gauge.warnings = vec!["warning".to_owned()];
         let reading = &mut gauge.readings[0];
         (reading.quality, reading.pa, reading.corrected_pa) = (Quality::Valid, Some(0.5), Some(0.6));
-        if let Some(parameter) = gauge.parameters.first_mut() {
+        if let Some(parameter) = Arc::make_mut(&mut gauge.parameters).first_mut() {
             (parameter.number, parameter.read_at) = (Some(4.0), Some(Micros(1)));
             "four".clone_into(&mut parameter.text);
         }
@@ -305,7 +305,7 @@ fn every_value_of_a_gauge_is_a_point() {
         ];
         expect(&snapshot, &series, expected);
         for WatchedParameter { target, name: _, is_pressure, number, text: words, read_at } in
-            parameters.into_iter().take(1)
+            parameters.iter().take(1).cloned()
         {
             let signal = if is_pressure { Signal::ParameterPressure } else { Signal::ParameterNumber };
             assert!(read_at.is_some());

@@ -171,6 +171,7 @@ fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
 mod tests {
     use super::*;
     use crate::view::BusStationState;
+    use std::sync::Arc;
 
     #[test]
     fn readings_age_after_publication_and_a_stalled_thread_is_reported() {
@@ -192,7 +193,7 @@ mod tests {
             poll_ms: 200,
             stale_after_ms: 3000,
             age_ms: Some(12),
-            parameters: Vec::new(),
+            parameters: Arc::default(),
             read_at: None,
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));

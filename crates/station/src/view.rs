@@ -8,6 +8,7 @@ use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
 use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
 use serde::{Deserialize, Serialize, Serializer};
+use std::sync::Arc;
 use std::time::Duration;
 use utoipa::ToSchema;
 
@@ -145,7 +146,9 @@ pub struct Gauge {
     /// The readings, one for each measuring part in the cyclic data.
     pub readings: Vec<Reading>,
     /// The parameters that gateways show beside the pressures; empty while no gateway runs.
-    pub parameters: Vec<WatchedParameter>,
+    #[schema(value_type = Vec<WatchedParameter>)]
+    #[serde(serialize_with = "sequence")]
+    pub parameters: Arc<[WatchedParameter]>,
     /// The age of the readings in milliseconds; `null` if there never was one.
     pub age_ms: Option<u64>,
     /// When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
@@ -233,6 +236,10 @@ pub fn fault_text(exceptions: &[String], readings: &[Reading]) -> String {
     let faults: Vec<_> =
         faults.map(|it| format!("{}: {}", it.series, it.cause.as_deref().unwrap_or("fault"))).collect();
     if faults.is_empty() { "a fault".to_owned() } else { faults.join(", ") }
+}
+
+fn sequence<S: Serializer, T: Serialize>(items: &Arc<[T]>, serializer: S) -> Result<S::Ok, S::Error> {
+    items[..].serialize(serializer)
 }
 
 fn milliseconds<S: Serializer>(at: &Option<Micros>, serializer: S) -> Result<S::Ok, S::Error> {

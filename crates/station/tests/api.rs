@@ -116,7 +116,7 @@ fn snapshot() -> SegmentSnapshot {
         levels: Vec::new(),
         readings: vec![reading],
         age_ms: None,
-        parameters: Vec::new(),
+        parameters: Arc::default(),
         read_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,

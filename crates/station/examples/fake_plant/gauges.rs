@@ -310,7 +310,7 @@ impl Fake {
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings.map(|(index, (series, shown))| self.reading(index, &series, told(shown))).collect(),
             age_ms,
-            parameters: Vec::new(),
+            parameters: Arc::default(),
             read_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,

@@ -275,7 +275,7 @@ mod tests {
             gas: "n2".to_owned(),
             levels: Vec::new(),
             age_ms: Some(12),
-            parameters: Vec::new(),
+            parameters: Arc::default(),
             read_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,

@@ -80,18 +80,20 @@ impl DemoSegment {
     fn sample(&mut self, segment: &mut MemorySegment) {
         let (slaves, baud) = (segment.slaves().to_vec(), segment.baud());
         let Some(master) = segment.master_mut() else { return };
+        let now = Instant::now();
         for (gauge, slave) in self.gauges.iter_mut().zip(slaves) {
-            if gauge.takes_search_turn() {
+            if gauge.takes_search_turn(now) {
                 // The gauge was switched off for a while; in memory it is the same device again.
                 gauge.search_finished(&self.services.recorder, master, baud, Ok(slave));
             }
-            gauge.sample(&self.services.recorder, master);
+            gauge.sample(&self.services.recorder, master, now);
         }
     }
 
     /// Reads the defects of one gauge with an alarm, if its time has come.
     fn name_defects(&mut self, segment: &mut MemorySegment) {
-        let due = self.gauges.iter_mut().find_map(|gauge| Some((gauge.takes_defects_turn()?, gauge)));
+        let now = Instant::now();
+        let due = self.gauges.iter_mut().find_map(|gauge| Some((gauge.takes_defects_turn(now)?, gauge)));
         if let Some((defects, gauge)) = due.and_then(|(slave, gauge)| Some((defects_of(segment, &slave)?, gauge))) {
             gauge.take_defects(defects);
         }

@@ -168,8 +168,7 @@ impl GaugeSession {
     }
 
     /// Whether the gauge is missing and is to be searched now. If so, sets the time of the next search.
-    pub fn takes_search_turn(&mut self) -> bool {
-        let now = Instant::now();
+    pub fn takes_search_turn(&mut self, now: Instant) -> bool {
         let is_due = self.slave.is_none() && self.search_at <= now;
         if is_due {
             self.search_at = now + SEARCH_INTERVAL;
@@ -233,8 +232,7 @@ impl GaugeSession {
     }
 
     /// Takes the present reading, if its time has come.
-    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster) {
-        let now = Instant::now();
+    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, now: Instant) {
         let Some(slave) = self.slave.filter(|_| self.sample_at <= now) else { return };
         self.sample_at = now + self.config.poll;
         let address = self.config.address;
@@ -302,8 +300,8 @@ impl GaugeSession {
     }
 
     /// The slave whose defects are to be read now, if there is one. If so, sets the time of the next reading.
-    pub fn takes_defects_turn(&mut self) -> Option<CyclicSlave> {
-        let (now, slave) = (Instant::now(), self.slave?);
+    pub fn takes_defects_turn(&mut self, now: Instant) -> Option<CyclicSlave> {
+        let slave = self.slave?;
         let is_due = slave.model.features.dpv1 && self.defects_at? <= now;
         self.defects_at = if is_due { Some(now + DEFECTS_INTERVAL) } else { self.defects_at };
         is_due.then_some(slave)
@@ -438,7 +436,7 @@ impl GaugeSession {
 pub fn planned_gauge(config: &config::Gauge, segment: &str, listen_only: bool) -> view::Gauge {
     let readings = planned_readings(config);
     // A gauge of another master has none.
-    let parameters = if listen_only { Vec::new() } else { planned_parameters(&config.device) };
+    let parameters = if listen_only { Arc::default() } else { planned_parameters(&config.device).into() };
     view::Gauge { readings, parameters, listen_only, ..GaugeSession::new(config.clone()).view(segment) }
 }
 

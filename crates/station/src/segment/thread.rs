@@ -178,9 +178,10 @@ impl SegmentThread {
         let mut publish_at = Instant::now();
         move |master| {
             let Ok(mut gauges) = gauges.try_lock() else { return };
-            gauges.iter_mut().for_each(|gauge| gauge.sample(&services.recorder, master));
-            if Instant::now() >= publish_at && !is_abandoned.load(Ordering::Relaxed) {
-                publish_at = Instant::now() + PUBLISH_INTERVAL;
+            let now = Instant::now();
+            gauges.iter_mut().for_each(|gauge| gauge.sample(&services.recorder, master, now));
+            if now >= publish_at && !is_abandoned.load(Ordering::Relaxed) {
+                publish_at = now + PUBLISH_INTERVAL;
                 services.snapshots.publish_gauges(&name, gauges.iter().map(|gauge| gauge.view(&name)).collect());
             }
         }
@@ -249,7 +250,8 @@ impl SegmentThread {
         }
         self.observe_line();
         self.search_next(session)?;
-        self.gauges().iter_mut().for_each(|gauge| gauge.sample(&self.services.recorder, session.master()));
+        let now = Instant::now();
+        self.gauges().iter_mut().for_each(|gauge| gauge.sample(&self.services.recorder, session.master(), now));
         self.name_defects(session);
         self.read_watched(session);
         if Instant::now() >= self.publish_at {
@@ -290,7 +292,9 @@ impl SegmentThread {
 
     /// Searches for one gauge that is missing, if its time has come.
     fn search_next(&mut self, session: &mut BusSession) -> Result<(), ServeEnd> {
-        let gauge = self.gauges().iter_mut().find_map(|gauge| gauge.takes_search_turn().then(|| gauge.config.clone()));
+        let now = Instant::now();
+        let gauge =
+            self.gauges().iter_mut().find_map(|gauge| gauge.takes_search_turn(now).then(|| gauge.config.clone()));
         let Some(config) = gauge else { return Ok(()) };
         let found = match find_gauge(session, &config, self.config.master) {
             Err(FindError::Port(error)) => return Err(error.into()),
@@ -304,7 +308,8 @@ impl SegmentThread {
 
     /// Reads the defects of one gauge with an alarm, if its time has come. A port that is lost meanwhile is found lost in the next cycle.
     fn name_defects(&self, session: &mut BusSession) {
-        let slave = self.gauges().iter_mut().find_map(GaugeSession::takes_defects_turn);
+        let now = Instant::now();
+        let slave = self.gauges().iter_mut().find_map(|gauge| gauge.takes_defects_turn(now));
         let Some((slave, defects)) = slave.and_then(|slave| Some((slave, defects_of(session, &slave)?))) else {
             return;
         };

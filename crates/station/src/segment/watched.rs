@@ -14,6 +14,7 @@ use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::Value;
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role};
 use profivac_recorder::Micros;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The time between two readings of a parameter. free choice: people who look at a trip point wait no longer.
@@ -34,7 +35,6 @@ const LOCATIONS: [&str; 3] = ["Trip Point", "Setpoint", "Relay"];
 struct Watched {
     parameter: &'static NamedParameter,
     read_at: Instant,
-    last: Option<WatchedParameter>,
 }
 
 /// The watched parameters of a gauge.
@@ -42,6 +42,8 @@ struct Watched {
 pub struct WatchedParameters {
     model: Option<&'static str>,
     list: Vec<Watched>,
+    /// The last values, in the order of the tables. Views share them: a view is made ten times a second, a value changes rarely.
+    values: Arc<[WatchedParameter]>,
 }
 
 impl WatchedParameters {
@@ -51,8 +53,9 @@ impl WatchedParameters {
             return;
         }
         self.model = Some(model.name);
-        let watched = |parameter| Watched { parameter, read_at: now, last: None };
+        let watched = |parameter| Watched { parameter, read_at: now };
         self.list = watched_of(model).map(watched).collect();
+        self.values = planned(model).into();
     }
 
     /// When the next parameter is to be read; `None` for a device without watched parameters.
@@ -70,8 +73,9 @@ impl WatchedParameters {
 
     /// Takes a value. Without one, the gauge did not answer or refused: the last value is no longer true.
     pub fn take(&mut self, parameter: &NamedParameter, value: Option<WatchedParameter>) {
-        if let Some(watched) = self.list.iter_mut().find(|watched| watched.parameter.name == parameter.name) {
-            watched.last = value;
+        let index = self.list.iter().position(|watched| watched.parameter.name == parameter.name);
+        if let Some(place) = index.and_then(|index| Arc::make_mut(&mut self.values).get_mut(index)) {
+            *place = value.unwrap_or_else(|| absent(parameter));
         }
     }
 
@@ -81,8 +85,8 @@ impl WatchedParameters {
     }
 
     /// The values that were read, in the order of the tables.
-    pub fn values(&self) -> Vec<WatchedParameter> {
-        self.list.iter().map(|watched| watched.last.clone().unwrap_or_else(|| absent(watched.parameter))).collect()
+    pub fn values(&self) -> Arc<[WatchedParameter]> {
+        Arc::clone(&self.values)
     }
 }
 

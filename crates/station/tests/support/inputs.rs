@@ -77,7 +77,7 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         levels: Vec::new(),
         readings,
         age_ms: Some(10),
-        parameters: Vec::new(),
+        parameters: Arc::default(),
         read_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
