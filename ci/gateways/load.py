@@ -7,7 +7,7 @@ scrape Prometheus every 5 s, sessions of OPC UA with a value for each gauge ever
 of threads in percent of one core. PROGRAM has the feature opcua; mosquitto is installed. Not part of ./test.
 
 With --alone the gauges are processes behind TCP ports, so that the processor time is that of the station without the simulation; it has no
-gateways but that for Prometheus, and no clients.
+gateways and no clients. Prints the time of each group of threads too.
 """
 
 import asyncio
@@ -52,38 +52,51 @@ def plant_file(folder, lines):
     return path
 
 
-def write_lone_plant(folder, prometheus, gauges):
+def write_lone_plant(folder, gauges):
     """A station whose gauges are elsewhere."""
     lines = ['[station]\nname = "load"\n']
     for segment, port in enumerate(gauges.ports):
         lines.append(f'[[segment]]\nname = "s{segment}"\nport = "tcp://{port}"\nbaud = 19200\n')
         for address in range(3, 3 + GAUGES):
             lines.append(f'[[segment.gauge]]\nname = "g{segment}-{address}"\naddress = {address}\ndevice = "bcg450"\npoll = "200ms"\n')
-    lines.append(f'[prometheus]\nlisten = "127.0.0.1:{prometheus}"\n')
     return plant_file(folder, lines)
 
 
-def exchanges(prometheus):
-    """The exchanges of data of all segments so far: a cycle has one for each gauge."""
-    with urllib.request.urlopen(f"http://127.0.0.1:{prometheus}/metrics", timeout=60) as answer:
-        lines = answer.read().decode().splitlines()
-    return GAUGES * sum(float(line.rsplit(" ", 1)[1]) for line in lines if line.startswith("profivac_segment_cycle_seconds_count{"))
+def answer_of(url):
+    with urllib.request.urlopen(url, timeout=60) as answer:
+        return json.load(answer)
+
+
+def exchanges(url):
+    """The exchanges of data of all segments in a second: a cycle has one for each gauge."""
+    return sum(GAUGES * 1000 / segment["cycle_ms"] for segment in answer_of(f"{url}/api/segments"))
+
+
+def exchanging(url):
+    """How many gauges exchange data."""
+    return sum(gauge["state"] == "data-exchange" for gauge in answer_of(f"{url}/api/gauges"))
 
 
 def alone(program, seconds):
     """Prints the processor share of a station without clients, user and system apart."""
-    folder, prometheus, gauges = tempfile.mkdtemp(prefix="profivac-load-"), free_port(), Gauges(program)
-    station = subprocess.Popen([program, "run", write_lone_plant(folder, prometheus, gauges)], stdout=subprocess.PIPE, text=True)
+    folder, gauges = tempfile.mkdtemp(prefix="profivac-load-"), Gauges(program)
+    command = [program, "run", write_lone_plant(folder, gauges), "--listen", "127.0.0.1:0"]
+    station = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
-        station.stdout.readline()
-        wait_for("480 pressures", lambda: pressures(prometheus) == SEGMENTS * GAUGES)
+        said = station.stdout.readline()
+        url = said[said.index("http://"):].strip()
+        wait_for("480 gauges in data exchange", lambda: exchanging(url) == SEGMENTS * GAUGES)
         time.sleep(10)
-        before, done, began = user_and_system(station.pid), exchanges(prometheus), time.monotonic()
+        before, by_thread, began = user_and_system(station.pid), times(station.pid, of_station), time.monotonic()
         time.sleep(seconds)
         after, passed = user_and_system(station.pid), time.monotonic() - began
         user, system = (100 * (new - old) / passed for new, old in zip(after, before))
         print(f"the station alone: {user + system:.1f} % of a core, user {user:.1f} %, system {system:.1f} %; "
-              f"{(exchanges(prometheus) - done) / passed:.0f} exchanges/s; load of the computer {os.getloadavg()[0]:.1f}")
+              f"{exchanges(url):.0f} exchanges/s; load of the computer {os.getloadavg()[0]:.1f}")
+        for name, spent in sorted(times(station.pid, of_station).items(), key=lambda it: -it[1]):
+            share = 100 * (spent - by_thread.get(name, 0)) / passed
+            if share >= 0.05:
+                print(f"  {name}: {share:.1f} %")
     finally:
         station.terminate()
         station.wait()
@@ -121,15 +134,25 @@ def write_plant(folder, ports):
     return plant_file(folder, lines)
 
 
-def times(pid):
+def of_gateway(thread):
+    """The group of a thread: its gateway, or everything else."""
+    gateways = ("epics", "mqtt", "modbus", "opcua", "prometheus", "read model", "sparkplug")
+    return thread if thread in gateways else "segments, recorder, API"
+
+
+def of_station(thread):
+    """The group of a thread: the segments, or its name."""
+    return "segments" if thread.startswith("s") and thread[1:].isdigit() else thread
+
+
+def times(pid, group=of_gateway):
     """Processor seconds of each group of threads, by name."""
     found, tick = {}, os.sysconf("SC_CLK_TCK")
     for task in os.listdir(f"/proc/{pid}/task"):
         with open(f"/proc/{pid}/task/{task}/stat") as file:
             text = file.read()
         name = text[text.index("(") + 1:text.rindex(")")]
-        gateways = ("epics", "mqtt", "modbus", "opcua", "prometheus", "read model", "sparkplug")
-        name = name if name in gateways else "segments, recorder, API"
+        name = group(name)
         user, system = text[text.rindex(")") + 2:].split()[11:13]
         found[name] = found.get(name, 0) + (int(user) + int(system)) / tick
     return found

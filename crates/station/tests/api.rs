@@ -274,6 +274,18 @@ fn outgassing_after_hours_of_pumping_is_not_called_a_leak() {
     assert!(rise["flows"].is_null());
 }
 
+#[test]
+fn a_pump_down_of_half_a_minute_is_found_in_a_search_of_thirty_days() {
+    let station = TestStation::new();
+    (0..60).for_each(|second| station.record(second, 1e5 * (-(second as f64 - 10.0).max(0.0) / 2.0).exp() + 1e-3));
+    assert!(station.services.recorder().flush());
+    let (from, to) = (NEW_YEAR_MS - 29 * 86_400_000, NEW_YEAR_MS + 86_400_000);
+    let answer = station.json(&format!("/api/pump-downs?series=chamber&from={from}&to={to}"));
+    assert_eq!(answer["runs"].as_array().unwrap().len(), 1, "{answer}");
+    let before = station.json(&format!("/api/pump-downs?series=chamber&from={from}&to={}", NEW_YEAR_MS - 1));
+    assert_eq!(before["runs"].as_array().unwrap().len(), 0, "{before}");
+}
+
 /// Eleven pump-downs, one a day; the last has twice the outgassing.
 #[test]
 fn pump_downs_are_compared_with_the_last_ten_or_with_a_chosen_one() {

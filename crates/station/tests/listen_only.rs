@@ -309,6 +309,9 @@ fn the_line_of_a_segment_in_memory_has_live_list_statistics_and_captures() {
 
     station.outside(|segment| segment.set_noise(0.01));
     until("damage", || buses.report("hall").filter(|report| report.damaged > 3));
+    until("the same count in the segment", || {
+        station.services.snapshots().segments().into_iter().find(|segment| segment.damaged_telegrams > 3)
+    });
     station.outside(|segment| segment.set_noise(0.0));
     assert!(buses.request_capture("hall", "the test"));
     let captures = buses.captures("hall").unwrap();

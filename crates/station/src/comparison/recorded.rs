@@ -5,7 +5,7 @@ use crate::pumpdown::compare::{Comparison, Pattern, Run, USUAL_RUNS};
 use crate::pumpdown::excess::{Excess, excess};
 use crate::pumpdown::final_slope::pressure;
 use crate::pumpdown::{PumpDown, TimeRange, Trace};
-use crate::report::series::{pump_downs_in, series};
+use crate::report::series::{known, pump_downs_in, series};
 use profivac_recorder::{DatabaseError, Reader};
 
 /// The most points of a curve, evenly on a logarithmic axis of time.
@@ -17,7 +17,8 @@ const FIRST_S: f64 = 1.0;
 /// The least number of usual curves of which a median is formed.
 const LEAST_CURVES: usize = 5;
 
-/// Days, and the length of the spans in s for a search of at most these days.
+/// Days, and the length of the spans in s for a search of at most these days. Only days with samples count: a pump-down of half a minute
+/// is found in a short record, whatever time the question covers.
 const WIDTHS: [(f64, i64); 3] = [(1.0, 1), (10.0, 10), (f64::INFINITY, 120)];
 
 /// A pump-down with its samples.
@@ -60,6 +61,11 @@ impl Recorded {
 /// # Errors
 /// [`DatabaseError`] when the database cannot be read.
 pub fn recorded(reader: &Reader, gauge: &str, range: TimeRange) -> Result<Vec<Recorded>, DatabaseError> {
+    let Some(known) = known(reader, &[gauge.to_owned()])? else { return Ok(Vec::new()) };
+    let range = TimeRange { start: range.start.max(known.start), end: range.end.min(known.end) };
+    if range.start >= range.end {
+        return Ok(Vec::new());
+    }
     let days = range.seconds() / 86_400.0;
     let width = WIDTHS.into_iter().find(|(most, _)| days <= *most).map_or(120, |(_, width)| width);
     let found = pump_downs_in(reader, &[gauge.to_owned()], range, width)?;

@@ -101,7 +101,11 @@ impl DemoSegment {
 
     fn publish(&self, segment: &MemorySegment) {
         let gauges = self.gauges.iter().map(|gauge| gauge.view(&self.name)).collect();
-        let segment = view(&self.name, self.master, segment, &self.gauges);
+        let damaged = self.line.observer().totals().damaged;
+        let segment = Segment {
+            damaged_telegrams: u32::try_from(damaged).unwrap_or(u32::MAX),
+            ..view(&self.name, self.master, segment, &self.gauges)
+        };
         self.services.snapshots.publish(SegmentSnapshot { segment, gauges });
     }
 }
