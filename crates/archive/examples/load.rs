@@ -86,18 +86,21 @@ impl Message {
         Ok(jetstream.publish_with_headers(subject, headers, self.payload.clone()).await?)
     }
 
-    /// Waits until the batch is stored. While the share of its station is full, it is published again, as a station does.
+    /// Waits until the batch is stored. While the share of its station is full, it is published again, as a station does: the first time
+    /// at once, because the batches behind one that was refused were mostly refused with it.
     async fn stored(
         &self,
         jetstream: &jetstream::Context,
         mut acknowledgement: PublishAckFuture,
     ) -> Result<(), Box<dyn Error>> {
         let begun = Instant::now();
+        let mut pause = Duration::ZERO;
         while let Err(error) = acknowledgement.await {
             if !error.to_string().contains("maximum messages per subject exceeded") || begun.elapsed() > LONGEST_WAIT {
                 return Err(error.into());
             }
-            tokio::time::sleep(PAUSE).await;
+            tokio::time::sleep(pause).await;
+            pause = PAUSE;
             acknowledgement = self.publish(jetstream).await?;
         }
         Ok(())
