@@ -1,14 +1,14 @@
 //! The timeline of a scenario, with every name resolved.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{Entry, Expect, File, Flow, Heat, Spray};
 use super::plant::{Part, Plant, air};
-use super::quantities::{PART, TIME, Text, flow, gas_pressure, parsed, pressure, temperature, unknown};
+use super::quantities::{PART, TIME, flow, gas_pressure, parsed, pressure, temperature, unknown};
 use crate::action_text::ActionText;
 use crate::device_spec::DeviceSpec;
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
+use profivac_scenario_file::{Entry, Expect, File, Flow, Heat, Spray, Text};
 use profivac_vacuum::network::{
     CapturePump, Inlet, Joint, Opening, Outside, RoughingPump, Supply, TurboPump, Volume, Wall,
 };

@@ -28,7 +28,6 @@
 
 mod error;
 mod event;
-mod file;
 mod included;
 mod plant;
 mod quantities;
@@ -48,15 +47,15 @@ use crate::memory_segment::MemorySegment;
 use crate::nonvolatile::NonvolatileMemory;
 use error::TextError;
 use event::EventParser;
-use file::File;
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{BusParameters, OutOfRange};
 use profivac_dp::master::SlaveListError;
+use profivac_scenario_file::{File, Text};
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
-use quantities::{TIME, Text, unknown};
+use quantities::{TIME, unknown};
 use std::path::Path;
 
 /// The default length of a step and the longest one, in s.
@@ -159,7 +158,7 @@ impl Scenario {
     }
 
     fn make(text: &str, name: &str) -> Result<Self, TextError> {
-        let file: File = toml::from_str(text).map_err(|error| {
+        let file = File::read(text).map_err(|error| {
             TextError::at(&error.span().unwrap_or_default(), ScenarioEntryError::Toml(Box::new(error)))
         })?;
         let plant = Plant::new(&file)?;

@@ -1,10 +1,11 @@
 //! Builds the plant of a scenario from the parts of `profivac_vacuum`.
 
 use super::error::{ScenarioEntryError, TextError};
-use super::file::{Capture, File, Inlet, Leak, Pocket, Roughing, Seal, Tube, Turbo, Vent, Volume, Wall};
 use super::quantities::{
-    AMOUNT, AREA, LENGTH, PART, PERMEABILITY, SPEED, TIME, Text, VOLUME, flow, gas_pressure, parsed, temperature,
-    unknown,
+    AMOUNT, AREA, LENGTH, PART, PERMEABILITY, SPEED, TIME, VOLUME, flow, gas_pressure, parsed, temperature, unknown,
+};
+use profivac_scenario_file::{
+    Capture, File, Inlet, Leak, Pocket, Roughing, Seal, Text, Tube, Turbo, Vent, Volume, Wall,
 };
 use profivac_vacuum::atmosphere::ROOM_K;
 use profivac_vacuum::conductance::SHARP_DISCHARGE;
@@ -278,7 +279,7 @@ fn each<T>(
 }
 
 /// The air outside; missing keys keep the value before.
-pub fn air(air: Option<&super::file::Air>, before: Atmosphere) -> Result<Atmosphere, TextError> {
+pub fn air(air: Option<&profivac_scenario_file::Air>, before: Atmosphere) -> Result<Atmosphere, TextError> {
     let Some(air) = air else { return Ok(before) };
     let pa = air.pressure.as_ref().map(gas_pressure).transpose()?.unwrap_or(before.pressure_pa);
     let humidity = match &air.humidity {

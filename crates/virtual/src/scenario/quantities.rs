@@ -3,12 +3,9 @@
 use super::error::{ScenarioEntryError, TextError};
 use crate::gas_pressure::{GasPressure, HIGHEST_PA};
 use profivac_client::pressure::Pressure;
+use profivac_scenario_file::Text;
 use profivac_vacuum::pump::flow_of_sccm;
 use std::str::FromStr;
-use toml::Spanned;
-
-/// A text with its position.
-pub type Text = Spanned<String>;
 
 /// A kind of quantity: its name, an example, its units with their size in SI, and its bounds as text and in SI. Zero is
 /// always below the lower bound and accepted.
@@ -170,6 +167,7 @@ pub fn unknown<'a>(what: &'static str, name: &Text, known: impl Iterator<Item = 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use toml::Spanned;
 
     fn text(written: &str) -> Text {
         Spanned::new(7..9, written.to_owned())

@@ -1,8 +1,8 @@
 //! The plant of a scenario as a drawing needs it: which part stands between which volumes. It has no sizes.
 
 use super::Gauge;
-use super::file::File;
 use super::plant::Plant;
+use profivac_scenario_file::{File, Text};
 
 /// The kind of a part in a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,12 +62,12 @@ impl Schematic {
     /// The drawing of a file that has been checked.
     pub(super) fn new(file: &File, plant: &Plant, gauges: &[Gauge]) -> Self {
         use SchematicKind as Kind;
-        let part = |name: &String, kind, volumes: &[&super::Text]| SchematicPart {
+        let part = |name: &String, kind, volumes: &[&Text]| SchematicPart {
             name: name.clone(),
             kind,
             volumes: volumes.iter().map(|volume| volume.get_ref().clone()).collect(),
         };
-        let two = |kind| move |name: &String, [one, other]: &[super::Text; 2]| part(name, kind, &[one, other]);
+        let two = |kind| move |name: &String, [one, other]: &[Text; 2]| part(name, kind, &[one, other]);
         let (tube, valve) = (two(Kind::Tube), two(Kind::Valve));
         let parts = [
             file.tubes.iter().map(|(name, it)| tube(name, &it.get_ref().between)).collect::<Vec<_>>(),

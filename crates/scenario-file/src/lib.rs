@@ -1,9 +1,16 @@
 //! The scenario file as it is written: keys and texts, not yet resolved.
+//!
+//! The crate `virtual` is optimised, because its scenarios last for days. The code that reads the file is most of what the compiler
+//! would optimise there, and it runs once: so it is a crate of its own.
 
-use super::quantities::Text;
+#![allow(missing_docs, reason = "the fields are the keys of the file, and docs/scenarios.md explains them")]
+
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;
+
+/// A text with its position.
+pub type Text = Spanned<String>;
 
 /// Parts by name.
 pub type Named<T> = BTreeMap<String, Spanned<T>>;
@@ -52,6 +59,16 @@ pub struct File {
     pub channels: BTreeMap<Text, BTreeMap<Text, Text>>,
     #[serde(default)]
     pub timeline: Vec<Spanned<Entry>>,
+}
+
+impl File {
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// The first key or value that the file may not have, with its position.
+    pub fn read(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text)
+    }
 }
 
 /// The air outside.
