@@ -3,7 +3,6 @@
 use super::database::DatabaseReaders;
 use super::problem::Problem;
 use super::query::{checked_range, parsed_query};
-use crate::auth::Role;
 use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -65,7 +64,7 @@ pub struct AuditView {
     /// The name of the user.
     user: String,
     /// The role of the user at that time.
-    #[schema(value_type = Role)]
+    #[schema(value_type = crate::auth::Role)]
     role: String,
     /// The address of the user's computer.
     peer: Option<String>,

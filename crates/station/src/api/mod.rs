@@ -47,7 +47,7 @@
 //! | [`authenticator`] | logins and sessions |
 //! | [`headers`] | security headers, requested hosts |
 //! | `problem` | problem documents |
-//! | `openapi` | answers of the middleware in the description |
+//! | `openapi` | the OpenAPI description |
 //! | `body`, `query` | bodies and query parameters |
 //! | `live_source`, `merge_patch`, `compression` | a state and its changes as a stream, and their compression |
 //! | `database` | queries on blocking threads |
@@ -73,6 +73,7 @@ pub mod live_source;
 mod merge_patch;
 pub mod middleware;
 mod notes;
+#[cfg_attr(not(feature = "openapi"), path = "no_openapi.rs")]
 mod openapi;
 mod plant_states;
 mod problem;
@@ -90,88 +91,9 @@ use backup::Backups;
 use database::DatabaseReaders;
 use fits::Fits;
 use live_source::LiveSource;
-use openapi::CommonResponses;
+pub use openapi::description;
 pub use problem::{Problem, task_failed};
 use std::sync::Arc;
-use utoipa::OpenApi;
-
-/// The description of the API.
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "profivac station",
-        description = "Readings, records, alarms and control of a vacuum station. Pressures are in Pa, times in milliseconds since 1970 (UTC)."
-    ),
-    modifiers(&CommonResponses),
-    paths(
-        snapshot::station,
-        snapshot::segments,
-        bus::bus,
-        bus::captures,
-        bus::capture,
-        bus::trigger,
-        snapshot::gauges,
-        snapshot::gauge,
-        snapshot::blocks,
-        snapshot::gateways,
-        snapshot::plant,
-        snapshot::directory,
-        history::trend,
-        history::events,
-        notes::make,
-        history::rise,
-        identify::identify,
-        report::report,
-        pump_downs::pump_downs,
-        history::export,
-        history::export_parquet,
-        alarms::alarms,
-        alarms::history,
-        alarms::performance,
-        alarms::acknowledge,
-        alarms::acknowledge_all,
-        alarms::shelve,
-        alarms::unshelve,
-        alarms::out_of_service,
-        alarms::return_to_service,
-        alarm_settings::settings,
-        alarm_settings::change,
-        alarm_settings::defaults,
-        alarm_settings::change_default,
-        plant_states::plant_states,
-        plant_states::declare,
-        plant_states::extend,
-        plant_states::end,
-        alarms::webhooks,
-        live::live,
-        session::session,
-        session::login,
-        session::openid_begin,
-        session::openid_login,
-        session::logout,
-        session::password,
-        control::commands,
-        control::arm,
-        control::execute,
-        control::disarm,
-        control::authority,
-        control::request,
-        control::release,
-        control::grant,
-        control::take_over,
-        audit::audit,
-        audit::csv,
-        backup::backup,
-        backup::download
-    )
-)]
-struct Description;
-
-/// The description of the API as JSON.
-#[must_use]
-pub fn description() -> String {
-    Description::openapi().to_pretty_json().unwrap_or_default()
-}
 
 /// The state of all handlers.
 #[derive(Clone)]

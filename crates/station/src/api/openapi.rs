@@ -1,13 +1,95 @@
-//! Additions to the OpenAPI description: the answers that the middleware may give to every request, and the content type of problem
-//! documents.
+//! The OpenAPI description: the handlers, the answers that the middleware may give to every request, and the content type of
+//! problem documents.
 
 use super::problem::PROBLEM_JSON;
+use super::{
+    alarm_settings, alarms, audit, backup, bus, control, history, identify, live, notes, plant_states, pump_downs,
+    report, session, snapshot,
+};
 use serde_json::Value;
 use std::collections::HashSet;
-use utoipa::Modify;
 use utoipa::openapi::path::{Operation, PathItem};
 use utoipa::openapi::schema::SchemaType;
 use utoipa::openapi::{ContentBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder, Schema};
+use utoipa::{Modify, OpenApi as _};
+
+/// The description of the API.
+#[derive(utoipa::OpenApi)]
+#[openapi(
+    info(
+        title = "profivac station",
+        description = "Readings, records, alarms and control of a vacuum station. Pressures are in Pa, times in milliseconds since 1970 (UTC)."
+    ),
+    modifiers(&CommonResponses),
+    paths(
+        snapshot::station,
+        snapshot::segments,
+        bus::bus,
+        bus::captures,
+        bus::capture,
+        bus::trigger,
+        snapshot::gauges,
+        snapshot::gauge,
+        snapshot::blocks,
+        snapshot::gateways,
+        snapshot::plant,
+        snapshot::directory,
+        history::trend,
+        history::events,
+        notes::make,
+        history::rise,
+        identify::identify,
+        report::report,
+        pump_downs::pump_downs,
+        history::export,
+        history::export_parquet,
+        alarms::alarms,
+        alarms::history,
+        alarms::performance,
+        alarms::acknowledge,
+        alarms::acknowledge_all,
+        alarms::shelve,
+        alarms::unshelve,
+        alarms::out_of_service,
+        alarms::return_to_service,
+        alarm_settings::settings,
+        alarm_settings::change,
+        alarm_settings::defaults,
+        alarm_settings::change_default,
+        plant_states::plant_states,
+        plant_states::declare,
+        plant_states::extend,
+        plant_states::end,
+        alarms::webhooks,
+        live::live,
+        session::session,
+        session::login,
+        session::openid_begin,
+        session::openid_login,
+        session::logout,
+        session::password,
+        control::commands,
+        control::arm,
+        control::execute,
+        control::disarm,
+        control::authority,
+        control::request,
+        control::release,
+        control::grant,
+        control::take_over,
+        audit::audit,
+        audit::csv,
+        backup::backup,
+        backup::download
+    )
+)]
+struct Description;
+
+/// The description of the API as JSON.
+#[must_use]
+pub fn description() -> String {
+    Description::openapi().to_pretty_json().unwrap_or_default()
+}
 
 /// Answers to every request.
 const COMMON: [(&str, &str); 4] = [
@@ -26,7 +108,7 @@ const WITH_BODY: [(&str, &str); 3] = [
 
 /// Adds the answers of the middleware to every path, sets the content type of problem documents, and marks the properties of
 /// answers as required.
-pub struct CommonResponses;
+struct CommonResponses;
 
 impl Modify for CommonResponses {
     fn modify(&self, description: &mut OpenApi) {
@@ -193,7 +275,7 @@ mod tests {
 
     #[test]
     fn every_property_with_words_is_in_the_description() {
-        let description: Value = serde_json::from_str(&crate::api::description()).unwrap();
+        let description: Value = serde_json::from_str(&description()).unwrap();
         for (schema, property, words) in WORDS {
             let listed = &description["components"]["schemas"][schema]["properties"][property]["enum"];
             let listed: Vec<_> = listed.as_array().unwrap().iter().filter_map(Value::as_str).collect();

@@ -4,7 +4,7 @@ use super::compression::compressed_json;
 use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
-use crate::directory::{Directory, GaugeLabels};
+use crate::directory::GaugeLabels;
 use crate::gateway_status::GatewayView;
 use crate::plant::PlantPicture;
 use crate::services::Services;
@@ -107,7 +107,7 @@ pub async fn plant(State(services): State<Arc<Services>>) -> Json<PlantPicture> 
 ///
 /// Groups, tags, locations and calibrations; filters of the overview and groups of trends. It changes with the station's file. The live
 /// stream has a new `directory_revision` when this answer changes.
-#[utoipa::path(get, path = "/api/directory", responses((status = 200, body = Directory)))]
+#[utoipa::path(get, path = "/api/directory", responses((status = 200, body = crate::directory::Directory)))]
 pub async fn directory(State(services): State<Arc<Services>>, headers: HeaderMap) -> Response {
     // Texts and lists always have a JSON form.
     compressed_json(serde_json::to_vec(&*services.directory().view()).unwrap_or_default(), &headers)
