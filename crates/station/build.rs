@@ -66,7 +66,12 @@ fn duplicate(from: &Path, to: &Path) -> Result<()> {
 }
 
 fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
-    let output = Command::new("npm")
+    let mut command = Command::new("npm");
+    if !cfg!(feature = "parquet") {
+        // The page does not offer what the station refuses.
+        command.env("VITE_WITHOUT_PARQUET", "1");
+    }
+    let output = command
         .args(arguments)
         .current_dir(folder)
         .output()

@@ -6,9 +6,7 @@ use crate::output::{check, notice, out};
 use crate::whole_file::{self, check_absent, not_written};
 use clap::Args;
 use jiff::Zoned;
-#[cfg(feature = "parquet")]
-use profivac_recorder::Chunks;
-use profivac_recorder::{Export, Micros};
+use profivac_recorder::{Chunks, Export, Micros};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +33,6 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write Parquet, which pandas, Polars and DuckDB read with its types; needs --out FILE
-    #[cfg(feature = "parquet")]
     #[arg(long, requires = "out")]
     parquet: bool,
     /// Overwrite an existing file
@@ -60,21 +57,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let database = Database::open(&arguments.source)?;
     let series = database.series(&arguments.gauge)?;
     let file = arguments.out.as_deref().filter(|path| path.as_os_str() != "-");
-    #[cfg(feature = "parquet")]
     if arguments.parquet {
         let path =
             file.ok_or_else(|| Failure::usage("expected a file for Parquet, got standard output; give --out FILE"))?;
-        let chunks = Chunks::new(database.reader, series, from, to);
-        return write_rows(path, arguments.force, |to| {
-            profivac_recorder::parquet::write(chunks, to)
-                .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
-        });
+        return parquet(Chunks::new(database.reader, series, from, to), path, arguments.force);
     }
     let export = Export::new(database.reader, series, from, to);
     match file {
         Some(path) => write_rows(path, arguments.force, |to| csv(export, to, path)),
         None => printed(export),
     }
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(chunks: Chunks, path: &Path, force: bool) -> Result<(), Failure> {
+    write_rows(path, force, |to| {
+        profivac_recorder::parquet::write(chunks, to)
+            .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
+    })
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: Chunks, _: &Path, _: bool) -> Result<(), Failure> {
+    Err(Failure::usage(
+        "this program was built without Parquet: export CSV without --parquet, or build with --features parquet",
+    ))
 }
 
 /// Writes CSV to standard output until it ends or its reader has gone.

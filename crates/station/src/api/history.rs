@@ -305,7 +305,9 @@ fn parquet_body(readers: &DatabaseReaders, chunks: Chunks) -> Result<Body, Probl
 
 #[cfg(not(feature = "parquet"))]
 fn parquet_body(_: &DatabaseReaders, _: Chunks) -> Result<Body, Problem> {
-    Err(Problem::not_implemented("this program was built without Parquet; /api/export.csv has the same samples"))
+    Err(Problem::not_implemented(
+        "this program was built without Parquet: take /api/export.csv, or build with --features parquet",
+    ))
 }
 
 /// The export that `begin` makes of the series and the time range of a request.

@@ -118,9 +118,11 @@ export function Trends(): JSX.Element {
         <a class="button" href={csvAddress(chosen, ...whole)} download="pressures.csv">
           {t.common.saveCsv}
         </a>
-        <a class="button" href={parquetAddress(chosen, ...whole)} download="pressures.parquet">
-          {t.trends.saveParquet}
-        </a>
+        {import.meta.env.VITE_WITHOUT_PARQUET === undefined && (
+          <a class="button" href={parquetAddress(chosen, ...whole)} download="pressures.parquet">
+            {t.trends.saveParquet}
+          </a>
+        )}
         <button
           type="button"
           disabled={chosen.length === 0}
