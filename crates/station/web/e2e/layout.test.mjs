@@ -2,18 +2,19 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startPlant } from './setup.mjs'
+import { openContext, openPage, startBrowser, startLastingDemo, startPlant } from './setup.mjs'
 
 let browser
 let plant
+let demo
 
 before(async () => {
-  ;[browser, plant] = await Promise.all([startBrowser(), startPlant()])
+  ;[browser, plant, demo] = await Promise.all([startBrowser(), startPlant(), startLastingDemo('--speed', '3')])
 })
 
 after(async () => {
   await browser?.close()
-  await plant?.stop()
+  await Promise.all([plant?.stop(), demo?.stop()])
 })
 
 async function visit(url, look, options = {}) {
@@ -25,6 +26,20 @@ async function visit(url, look, options = {}) {
     await close()
   }
 }
+
+/** The texts of elements that are wider than the room of their parents. */
+const tooWide = (page, selector) =>
+  page.locator(selector).evaluateAll((all) =>
+    all
+      .filter((one) => {
+        const range = document.createRange()
+        range.selectNodeContents(one)
+        const room = one.parentElement.getBoundingClientRect()
+        const text = range.getBoundingClientRect()
+        return text.right > room.right + 1 || text.left < room.left - 1
+      })
+      .map(({ textContent }) => textContent),
+  )
 
 test('with a zoom of 200 % and on an upright tablet the text of an alarm keeps its width', async () => {
   for (const width of [660, 720, 800, 900, 1024]) {
@@ -78,5 +93,37 @@ test('the marks of the help do not reach into their explanations, in both langua
       },
       { locale, viewport: { width: 1440, height: 900 } },
     )
+  }
+})
+
+test('each pressure of a gauge with several readings stays in its column, in the longest unit', async () => {
+  await visit(
+    `${demo.url}/gauge/img400%2016`,
+    async (page) => {
+      await page.getByLabel('Unit of pressure').selectOption('micron')
+      await page.locator('.readings .underrange .unit', { hasText: 'micron' }).first().waitFor()
+      for (const width of [360, 720, 1024, 1440, 1920]) {
+        await page.setViewportSize({ width, height: 900 })
+        assert.deepEqual(await tooWide(page, '.readings-list .big'), [], `at ${width}`)
+      }
+    },
+    { viewport: { width: 1440, height: 900 } },
+  )
+})
+
+test('the wall display shows the end of a range with its unit, and the word', async () => {
+  const { page, close } = await openContext(browser, { viewport: { width: 1920, height: 1080 } })
+  try {
+    await page.goto(`${demo.url}/wall`)
+    const under = page.locator('.wall-tile:has(.underrange)', { hasText: 'under range' })
+    await under.first().waitFor()
+    const cut = await page
+      .locator('.wall-value')
+      .evaluateAll((all) =>
+        all.filter((one) => one.scrollWidth > one.clientWidth).map(({ textContent }) => textContent),
+      )
+    assert.deepEqual(cut, [])
+  } finally {
+    await close()
   }
 })

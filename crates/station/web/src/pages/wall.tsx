@@ -3,7 +3,7 @@
 import './wall.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import type { Gauge, Reading } from '../api/types.ts'
+import type { Gauge, Quality, Reading } from '../api/types.ts'
 import { PriorityMark } from '../components/alarm-marks.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
@@ -81,12 +81,13 @@ function tilesOf(props: GaugeProps): TileProps[] {
 function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   const active = alarms.filter(isActive)
+  const quality = reading && currentQuality(gauge, reading, live.since)
   return (
     <article class={`wall-tile ${stale ? 'stale' : ''}`} data-series={reading?.series ?? gauge.name}>
       <h2>{reading?.series ?? gauge.name}</h2>
       <p class="wall-value">
-        {reading ? (
-          <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
+        {reading && quality ? (
+          <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
         ) : (
           <span class="no-pressure stale">{t.common.noData}</span>
         )}
@@ -98,11 +99,15 @@ function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX
             {active.length > 1 && t.wall.more(active.length - 1)}
           </>
         )}
-        {!active[0] && gauge.state !== 'data-exchange' && stateText(gauge)}
+        {!active[0] && (gauge.state === 'data-exchange' ? beyondWords(quality) : stateText(gauge))}
       </p>
     </article>
   )
 }
+
+/** The word beside `<` or `>`. */
+const beyondWords = (quality: Quality | null): string =>
+  quality === 'underrange' || quality === 'overrange' ? t.qualities[quality] : ''
 
 const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[state].label
 
