@@ -127,3 +127,41 @@ test('the wall display shows the end of a range with its unit, and the word', as
     await close()
   }
 })
+
+test('no text of the picture of the plant is smaller than 12 pixels, and every text of a volume is inside it', async () => {
+  await visit(`${demo.url}/plant`, async (page) => {
+    const sizes = async () =>
+      // The number in the shape of an alarm is a sign.
+      page.locator('.plant-picture text:not(.alarm-shape text)').evaluateAll((all) =>
+        all
+          .filter(({ textContent }) => textContent !== '')
+          .map((text) => {
+            const scale = text.getScreenCTM().a
+            return scale * Number.parseFloat(getComputedStyle(text).fontSize)
+          }),
+      )
+    for (const width of [320, 360, 720, 1024, 1440, 1920]) {
+      await page.setViewportSize({ width, height: 900 })
+      const direction = width < 1400 ? 'top' : 'left'
+      await page.waitForFunction((direction) => {
+        const [first, second] = ['chamber', 'throat'].map((name) => {
+          return document.querySelector(`.plant-picture [data-volume="${name}"]`)?.getBoundingClientRect()
+        })
+        return first && second[direction] > (direction === 'top' ? first.bottom : first.right)
+      }, direction)
+      const found = await sizes()
+      assert.ok(found.length > 10 && found.every((size) => size >= 12), `${Math.min(...found)} pixels at ${width}`)
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0, `at ${width}`)
+      const outside = await page.locator('.plant-picture [data-volume]').evaluateAll((all) =>
+        all.flatMap((one) => {
+          const edge = one.querySelector('.volume-edge').getBoundingClientRect()
+          const isOutside = (box) => box.right > edge.right || box.bottom > edge.bottom
+          return [...one.querySelectorAll('text')]
+            .filter((text) => isOutside(text.getBoundingClientRect()))
+            .map(({ textContent }) => textContent)
+        }),
+      )
+      assert.deepEqual(outside, [])
+    }
+  })
+})

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import {
   alarmWords,
+  countsOf,
   linesOf,
   namesIn,
   passes,
@@ -87,7 +88,7 @@ test('a part without a report says so, and never looks open or closed', () => {
 test('the layout places every volume and part without overlap, in both directions, and lines end at symbols', () => {
   assert.deepEqual(zonesOf(plant), ['target'])
   for (const direction of ['LR', 'TB']) {
-    const { boxes, lines, zones, width, height } = laidOut(plant, direction)
+    const { boxes, symbols, lines, zones, width, height } = laidOut(plant, direction)
     assert.equal(boxes.size, 5)
     const all = [...boxes.values()]
     for (const [index, one] of all.entries()) {
@@ -102,7 +103,7 @@ test('the layout places every volume and part without overlap, in both direction
     }
     assert.equal(zones[0].name, 'target')
     assert.equal(lines.length, plant.parts.flatMap(linesOf).length)
-    const gate = boxes.get('part gate')
+    const gate = symbols.get('gate')
     assert.deepEqual(
       [lines[0].points.at(-1), lines[1].points[0]].map(({ x, y }) => [x, y]),
       [
@@ -110,5 +111,56 @@ test('the layout places every volume and part without overlap, in both direction
         [gate.x, gate.y],
       ],
     )
+  }
+})
+
+test('a volume counts the gauges that it does not show, and those of them without a pressure', () => {
+  const stateOf = (readings, silent) => {
+    const placed = readings.map((quality, index) => ({ quality, reading: reading(`s${index}`, quality) }))
+    return { readings: placed, leading: placed[0] ?? null, silent, alarms: [] }
+  }
+  assert.deepEqual(countsOf(stateOf(['valid', 'fault', 'stale', 'off'], ['lost'])), {
+    shown: 's0',
+    others: 4,
+    troubled: 3,
+  })
+  assert.deepEqual(countsOf(stateOf(['stale'], [])), { shown: 's0', others: 0, troubled: 0 })
+  // A gauge that never had data is named, and is not one of the others.
+  assert.deepEqual(countsOf(stateOf([], ['ion'])), { shown: 'ion', others: 0, troubled: 0 })
+  assert.deepEqual(countsOf(stateOf([], [])), { shown: '', others: 0, troubled: 0 })
+})
+
+test('a line that goes down is straight where its volume is above or below its symbol', () => {
+  const { lines, symbols } = laidOut(plant, 'TB')
+  for (const { part, points } of lines.filter(({ points }) => points.length <= 4))
+    assert.ok(
+      points.every(({ x }) => x === symbols.get(part).x),
+      `${part}: ${JSON.stringify(points)}`,
+    )
+})
+
+test('a part between two volumes of a zone is in the frame of the zone, which has room for its name', () => {
+  const inZone = {
+    volumes: [
+      { name: 'chamber', zone: 'target', gauges: [] },
+      { name: 'lock', zone: 'target', gauges: [] },
+    ],
+    parts: [{ name: 'gate', kind: 'valve', volumes: ['chamber', 'lock'] }],
+  }
+  for (const direction of ['LR', 'TB']) {
+    const { boxes, zones } = laidOut(inZone, direction)
+    const [{ box }] = zones
+    const top = box.y - box.height / 2
+    assert.ok(top >= 0)
+    for (const [name, { x, y, width, height }] of boxes) {
+      const isInside =
+        Math.abs(x - box.x) + width / 2 <= box.width / 2 && Math.abs(y - box.y) + height / 2 <= box.height / 2
+      assert.ok(isInside, `${direction} ${name}`)
+      if (name.startsWith('volume')) assert.ok(y - height / 2 - top >= 20, `${direction} ${name} under the name`)
+    }
+    const [first, gate, last] = ['volume chamber', 'part gate', 'volume lock'].map((name) => boxes.get(name))
+    const [along, size] = direction === 'LR' ? ['x', 'width'] : ['y', 'height']
+    assert.ok(gate[along] - gate[size] / 2 >= first[along] + first[size] / 2, `${direction}: the valve is between`)
+    assert.ok(gate[along] + gate[size] / 2 <= last[along] - last[size] / 2, `${direction}: the valve is between`)
   }
 })

@@ -9,9 +9,8 @@ import { NUMBERS } from '../lib/alarms.ts'
 import { clock, decade, number } from '../lib/format.ts'
 import {
   alarmWords,
-  isTroubled,
+  countsOf,
   namesIn,
-  partNode,
   passes,
   SHADES,
   shade,
@@ -21,7 +20,7 @@ import {
   volumeState,
   worst,
 } from '../lib/picture.ts'
-import type { Box, Direction, Layout } from '../lib/plant-layout.ts'
+import type { Box, Direction, Layout, Point } from '../lib/plant-layout.ts'
 import { currentQuality } from '../lib/stale.ts'
 import { UNITS, type Unit } from '../lib/units.ts'
 import { useLive, useSnapshot } from '../live.ts'
@@ -33,8 +32,8 @@ import { OwnDrawing } from './own-drawing.tsx'
 import { boundOf } from './pressure.tsx'
 import { readingWords } from './reading-words.ts'
 
-/** A page narrower than this has the plant from top to bottom. */
-const NARROW = 640
+/** A plant that has room is drawn up to this much larger. */
+const LARGEST = 1.5
 
 /** The plant of the station's file; fetched again when it changes. */
 export function usePlant(): { plant: PlantPicture | null; error: string | null } {
@@ -66,43 +65,48 @@ export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
 /** The picture from the file, as soon as it is laid out. */
 function LaidOut({ plant }: { plant: PlantPicture }): JSX.Element {
   const [ref, width] = useWidth()
-  const direction = width < NARROW ? 'TB' : 'LR'
-  const { layout, error } = useLayout(plant, width > 0 ? direction : null)
+  const { layouts, error } = useLayouts(plant)
+  const layout = layouts && (layouts.LR.width <= width ? layouts.LR : layouts.TB)
   return (
     <div class="plant-picture" ref={ref}>
       {error && <p class="error">{error}</p>}
-      {layout && <Drawing plant={plant} layout={layout} />}
+      {layout && width > 0 && <Drawing plant={plant} layout={layout} width={drawnWidth(layout, width)} />}
     </div>
   )
 }
 
-function useLayout(plant: PlantPicture, direction: Direction | null): { layout: Layout | null; error: string | null } {
-  const [state, setState] = useState<{ layout: Layout | null; error: string | null }>({ layout: null, error: null })
+/** The width of the drawing: its texts are never smaller than laid out; a picture wider than the page scrolls. */
+function drawnWidth({ direction, width }: Layout, room: number): number {
+  return direction === 'LR' ? Math.max(width, Math.min(room, width * LARGEST)) : width
+}
+
+type Layouts = Record<Direction, Layout>
+
+function useLayouts(plant: PlantPicture): { layouts: Layouts | null; error: string | null } {
+  const [state, setState] = useState<{ layouts: Layouts | null; error: string | null }>({ layouts: null, error: null })
   useEffect(() => {
-    if (direction === null) return
     let isWanted = true
     import('../lib/plant-layout.ts')
-      .then(({ laidOut }) => isWanted && setState({ layout: laidOut(plant, direction), error: null }))
-      .catch((error: unknown) => isWanted && setState({ layout: null, error: errorText(error) }))
+      .then(({ laidOut }) => {
+        const layouts = { LR: laidOut(plant, 'LR'), TB: laidOut(plant, 'TB') }
+        if (isWanted) setState({ layouts, error: null })
+      })
+      .catch((error: unknown) => isWanted && setState({ layouts: null, error: errorText(error) }))
     return () => {
       isWanted = false
     }
-  }, [plant, direction])
+  }, [plant])
   return state
 }
 
-function Drawing({ plant, layout }: { plant: PlantPicture; layout: Layout }): JSX.Element {
+function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }): JSX.Element {
+  const { plant, layout, width } = props
   const volumes = useVolumes(plant)
   const { plant: now } = useSnapshot()
   const boxOf = (id: string): Box | undefined => layout.boxes.get(id)
   return (
     // biome-ignore lint/a11y/useSemanticElements: an SVG has no element for a group of links
-    <svg
-      viewBox={`0 0 ${layout.width} ${layout.height}`}
-      width={layout.width}
-      role="group"
-      aria-label={t.plant.picture}
-    >
+    <svg viewBox={`0 0 ${layout.width} ${layout.height}`} width={width} role="group" aria-label={t.plant.picture}>
       {layout.zones.map(({ name, box }) => (
         <Zone
           name={name}
@@ -123,8 +127,8 @@ function Drawing({ plant, layout }: { plant: PlantPicture; layout: Layout }): JS
         return box && <Volume name={volume.name} state={state} box={box} key={volume.name} />
       })}
       {plant.parts.map((part) => {
-        const box = boxOf(partNode(part.name))
-        return box && <Part part={part} now={now} box={box} direction={layout.direction} key={part.name} />
+        const at = layout.symbols.get(part.name)
+        return at && <Part part={part} now={now} at={at} direction={layout.direction} key={part.name} />
       })}
     </svg>
   )
@@ -172,18 +176,19 @@ function Zone({ name, box, alarms }: { name: string; box: Box; alarms: Alarm[] }
 
 function Volume({ name, state, box }: { name: string; state: VolumeState; box: Box }): JSX.Element {
   const unit = useUnit()
-  const { leading, readings, silent, alarms } = state
+  const { leading, silent, alarms } = state
   const found = worst(alarms)
   const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
   const dark = leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null
-  const others = readings.length + silent.length - (leading ? 1 : 0)
-  const troubled = silent.length + readings.filter((one) => one !== leading && isTroubled(one)).length
+  const { shown: series, others, troubled } = countsOf(state)
   const value = leading ? readingWords(leading, unit) : silent.length > 0 ? t.common.noData : t.qualities.missing
-  const from = leading ? leading.reading.series : ''
-  const more = (others > 0 ? t.plant.more(others) : '') + (troubled > 0 ? t.plant.without(troubled) : '')
-  const label = [`${name}: ${value}`, from && t.plant.from(from + more), found && alarmWords(found)]
+  const from = series + (others > 0 ? t.plant.more(others) : '')
+  const without = troubled > 0 ? t.plant.without(troubled) : ''
+  const label = [`${name}: ${value}`, from && t.plant.from(from), without, found && alarmWords(found)]
     .filter(Boolean)
     .join(', ')
+  // Two lines: an alarm takes the first, and what is without a pressure is never hidden.
+  const lines = [...(found ? [] : [from]), without || (found ? from : '')]
   const shown = (
     <>
       <rect class="volume-ground" x={left} y={top} width={box.width} height={box.height} rx="14" />
@@ -213,19 +218,19 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
         {value.replace(` ${unit}`, '')}
         {value.endsWith(` ${unit}`) && <tspan class="unit"> {unit}</tspan>}
       </text>
-      {found ? (
+      {found && (
         <>
           <AlarmShape priority={found.priority} x={left + 24} y={top + 71} />
           <text class={`words ${found.priority}`} x={left + 40} y={top + 76}>
             {alarmWords(found)}
           </text>
         </>
-      ) : (
-        <text class="from" x={left + 14} y={top + 75}>
-          {from}
-          {more}
-        </text>
       )}
+      {lines.map((line, index) => (
+        <text class="from" x={left + 14} y={top + (found ? 98 : 75) + 19 * index} key={index}>
+          {line}
+        </text>
+      ))}
     </>
   )
   return leading ? (
@@ -257,11 +262,11 @@ const R = 15
 interface PartProps {
   part: PlantPart
   now: LivePlant
-  box: Box
+  at: Point
   direction: Direction
 }
 
-function Part({ part, now, box: { x, y }, direction }: PartProps): JSX.Element | null {
+function Part({ part, now, at: { x, y }, direction }: PartProps): JSX.Element | null {
   const status = now.states[part.name] ?? undefined
   const passing = passes(part, status)
   const words = stateWords(part, status)

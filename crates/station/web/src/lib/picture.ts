@@ -74,6 +74,22 @@ export function volumeState(
 /** Whether a reading needs a look without any alarm: the gauge is silent, or reports a fault. */
 export const isTroubled = ({ quality }: PlacedReading): boolean => quality === 'stale' || quality === 'fault'
 
+/** The series that a volume shows, how many others it has, and how many of the others are stale or a fault. */
+export function countsOf({ leading, readings, silent }: VolumeState): {
+  shown: string
+  others: number
+  troubled: number
+} {
+  const others = readings.filter((one) => one !== leading)
+  const [first = '', ...later] = silent
+  const lost = leading ? silent : later
+  return {
+    shown: leading ? leading.reading.series : first,
+    others: others.length + lost.length,
+    troubled: others.filter(isTroubled).length + lost.length,
+  }
+}
+
 /** The highest priority of active alarms, and how many have it. */
 export function worst(alarms: Alarm[]): { priority: Priority; count: number } | null {
   for (const priority of PRIORITIES) {

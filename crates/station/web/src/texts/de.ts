@@ -592,7 +592,7 @@ export const de: Texts = {
     runsAt: (detail) => `läuft ${detail}`,
     stands: 'steht',
     more: (count) => ` und ${count} weitere`,
-    without: (count) => `, ${count} ohne Druck`,
+    without: (count) => `${count} ohne Druck`,
     from: (series) => `von ${series}`,
     shade: (unit) => `Tönung eines Volumens, in ${unit}:`,
     story: 'Was geschieht',

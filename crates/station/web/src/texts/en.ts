@@ -613,7 +613,7 @@ export const en = {
     runsAt: (detail: string) => `runs ${detail}`,
     stands: 'stands',
     more: (count: number) => ` and ${count} more`,
-    without: (count: number) => `, ${count} without a pressure`,
+    without: (count: number) => `${count} without a pressure`,
     from: (series: string) => `from ${series}`,
     shade: (unit: string) => `Shade of a volume, in ${unit}:`,
     story: 'What happens',
