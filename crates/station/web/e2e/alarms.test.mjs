@@ -296,3 +296,45 @@ test('alarm limits are lines in trends, in the colours of their priorities', asy
     })
   })
 })
+
+test('only active alarms have colour, on the page of the alarms and below trends', async () => {
+  /** The names of the rows and items with an element in a colour of alarms. */
+  const coloured = () => {
+    const probe = document.body.appendChild(document.createElement('i'))
+    const wanted = ['bad', 'warn', 'low', 'bad-pale', 'warn-pale', 'low-pale'].map((name) => {
+      probe.style.color = `var(--${name})`
+      return getComputedStyle(probe).color
+    })
+    probe.remove()
+    const places = [
+      ...document.querySelectorAll('.alarm-item, .all-alarms tbody tr, .alarm-history tbody tr, .limits li'),
+    ]
+    const isColoured = (element) => {
+      const { color, backgroundColor, borderLeftColor } = getComputedStyle(element)
+      return [color, backgroundColor, borderLeftColor].some((colour) => wanted.includes(colour))
+    }
+    const name = (place) =>
+      place.dataset.alarm ?? place.dataset.limit ?? place.querySelector('th, td:nth-child(4)').innerText
+    return places.filter((place) => [place, ...place.querySelectorAll('*')].some(isColoured)).map(name)
+  }
+  await as('ada', async (page) => {
+    plant.tell('vessel=5e4')
+    const vented = item(page, 'vessel vented')
+    await vented.waitFor()
+    plant.tell('vessel=1')
+    await vented.locator('.alarm-state.returned').waitFor()
+    await page
+      .locator('.panel', { has: page.locator('.all-alarms') })
+      .locator('summary')
+      .click()
+    await page.locator('.all-alarms tr', { hasText: 'vessel vented' }).locator('.alarm-state.returned').waitFor()
+    await page.locator('.alarm-history tbody tr').first().waitFor()
+    const states = await page.evaluate(async () => (await fetch('/api/alarms')).json())
+    const active = states.filter(({ state }) => /^(un)?acknowledged$/.test(state)).map(({ name }) => name)
+    assert.ok(active.length > 0 && active.length < states.length)
+    assert.deepEqual([...new Set(await page.evaluate(coloured))].sort(), active.sort())
+    await page.goto(`${plant.url}/trends?s=vessel`)
+    await page.locator('.limits li', { hasText: 'vessel vented' }).waitFor()
+    assert.deepEqual(await page.evaluate(coloured), [])
+  })
+})

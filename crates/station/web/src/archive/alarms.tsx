@@ -7,6 +7,7 @@ import { AlarmStateMark, PriorityMark } from '../components/alarm-marks.tsx'
 import { SearchField } from '../components/fields.tsx'
 import { errorText } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
+import { isActive } from '../lib/alarms.ts'
 import { readable } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { hasRole, useSession } from '../session.ts'
@@ -16,7 +17,10 @@ import { alarmsOf } from './plant.ts'
 import type { ActiveAlarm } from './types.ts'
 
 const columns = (): Column<ActiveAlarm>[] => [
-  { title: t.common.priority, cell: ({ priority }) => <PriorityMark priority={priority} /> },
+  {
+    title: t.common.priority,
+    cell: ({ priority, state }) => <PriorityMark priority={priority} active={isActive({ state })} />,
+  },
   { title: t.common.state, cell: ({ state }) => <AlarmStateMark state={state} /> },
   { title: t.archive.station, cell: ({ station }) => station },
   { title: t.common.alarm, cell: ({ alarm }) => alarm },

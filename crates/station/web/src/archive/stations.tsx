@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import { AlarmStateMark, PriorityMark } from '../components/alarm-marks.tsx'
 import { Choice, SearchField } from '../components/fields.tsx'
 import { ReadingText } from '../components/pressure.tsx'
+import { isActive } from '../lib/alarms.ts'
 import { age } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import type { Unit } from '../lib/units.ts'
@@ -94,7 +95,8 @@ const silence = ({ stored_ms }: Station, now: number): string =>
 export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
   return (
     <span class="alarm-line">
-      <PriorityMark priority={alarm.priority} /> <AlarmStateMark state={alarm.state} /> {alarm.text || alarm.alarm}
+      <PriorityMark priority={alarm.priority} active={isActive(alarm)} /> <AlarmStateMark state={alarm.state} />{' '}
+      {alarm.text || alarm.alarm}
     </span>
   )
 }

@@ -16,9 +16,10 @@ function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
   )
 }
 
-export function PriorityMark({ priority }: { priority: Priority }): JSX.Element {
+/** The priority of an alarm; without colour unless the alarm is active. */
+export function PriorityMark({ priority, active }: { priority: Priority; active: boolean }): JSX.Element {
   return (
-    <span class={`priority ${priority}`}>
+    <span class={`priority ${active ? priority : 'inactive'}`}>
       <PriorityShape priority={priority} /> {t.priorities[priority]}
     </span>
   )

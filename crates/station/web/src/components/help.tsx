@@ -54,7 +54,7 @@ export function Help({ close }: { close: () => void }): JSX.Element {
         {PRIORITIES.map((priority) => (
           <Mark
             key={priority}
-            mark={<PriorityMark priority={priority} />}
+            mark={<PriorityMark priority={priority} active={true} />}
             text={t.alarms.ofPriority(t.priorities[priority])}
           />
         ))}

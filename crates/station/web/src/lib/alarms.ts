@@ -11,7 +11,8 @@ export const PRIORITIES: Priority[] = ['high', 'medium', 'low']
 export const NUMBERS: Record<Priority, string> = { high: '1', medium: '2', low: '3' }
 
 /** Whether the condition of the alarm holds. */
-export const isActive = ({ state }: Alarm): boolean => state === 'unacknowledged' || state === 'acknowledged'
+export const isActive = ({ state }: Pick<Alarm, 'state'>): boolean =>
+  state === 'unacknowledged' || state === 'acknowledged'
 export const isUnacknowledged = ({ state }: Alarm): boolean => state === 'unacknowledged' || state === 'returned'
 
 /** Active alarms first, then by priority, then unacknowledged alarms, then the latest. */

@@ -64,7 +64,7 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                 <td>
                   {found ? (
                     <>
-                      {found.count} <PriorityMark priority={found.priority} />
+                      {found.count} <PriorityMark priority={found.priority} active={true} />
                     </>
                   ) : (
                     t.common.none

@@ -95,7 +95,7 @@ function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX
       <p class="wall-state">
         {active[0] && (
           <>
-            <PriorityMark priority={active[0].priority} /> {active[0].name}
+            <PriorityMark priority={active[0].priority} active={true} /> {active[0].name}
             {active.length > 1 && t.wall.more(active.length - 1)}
           </>
         )}
@@ -119,7 +119,7 @@ function WallAlarms(): JSX.Element {
   if (!counts?.priority) return <span>{t.wall.noAlarms}</span>
   return (
     <span>
-      <PriorityMark priority={counts.priority} /> {t.wall.alarms(counts.active, counts.unacknowledged)}
+      <PriorityMark priority={counts.priority} active={true} /> {t.wall.alarms(counts.active, counts.unacknowledged)}
     </span>
   )
 }

@@ -6,7 +6,7 @@ import { useState } from 'preact/hooks'
 import type { Alarm } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { SearchField } from '../../components/fields.tsx'
-import { conditionText } from '../../lib/alarms.ts'
+import { conditionText, isActive } from '../../lib/alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
 import { t } from '../../texts/texts.ts'
@@ -77,7 +77,7 @@ function Row({ alarm, suppress, edit }: Pick<Props, 'suppress' | 'edit'> & { ala
     <tr>
       <th scope="row">{name}</th>
       <td>
-        <PriorityMark priority={priority} />
+        <PriorityMark priority={priority} active={isActive({ state })} />
       </td>
       <td>
         <AlarmStateMark state={state} />

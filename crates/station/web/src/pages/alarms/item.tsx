@@ -4,6 +4,7 @@ import './item.css'
 import type { ComponentChildren, JSX } from 'preact'
 import type { Alarm, ChangedAlarms } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
+import { isActive } from '../../lib/alarms.ts'
 import { clock, day, moment } from '../../lib/format.ts'
 
 /** Runs an action on alarms and shows its error. */
@@ -19,7 +20,7 @@ export function AlarmItem({ alarm: { name, priority, state }, buttons, children 
   return (
     <li class={`alarm-item ${priority} ${state}`} data-alarm={name} data-priority={priority}>
       <div class="marks">
-        <PriorityMark priority={priority} />
+        <PriorityMark priority={priority} active={isActive({ state })} />
         <AlarmStateMark state={state} />
       </div>
       <div class="description">

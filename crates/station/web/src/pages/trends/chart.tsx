@@ -6,7 +6,7 @@ import { Chart, timePixels } from '../../components/chart.tsx'
 import type { Level } from '../../components/chart-overlays.ts'
 import { tokenColour } from '../../components/palette.ts'
 import { type ChartData, extent, rangeAfterKey } from '../../components/use-trends.ts'
-import type { PressureLimit } from '../../lib/alarms.ts'
+import { isActive, type PressureLimit } from '../../lib/alarms.ts'
 import { DEFAULT_RANGE, type Range, SHORTEST_MS, windowOf, zoomed } from '../../lib/range.ts'
 import { decades } from '../../lib/series.ts'
 import { inUnit, UNITS, type Unit } from '../../lib/units.ts'
@@ -95,8 +95,10 @@ function tripLevels(
 /** The colour tokens of the priorities. */
 const PRIORITY_COLOURS: Record<Priority, string> = { high: 'bad', medium: 'warn', low: 'low' }
 
-function limitLevel({ name, priority, limit }: PressureLimit, unit: Unit): Level {
-  return { name, colour: tokenColour(PRIORITY_COLOURS[priority]), value: inUnit(limit, unit) }
+/** The limit of an alarm; without colour unless the alarm is active. */
+function limitLevel({ name, priority, state, limit }: PressureLimit, unit: Unit): Level {
+  const token = isActive({ state }) ? PRIORITY_COLOURS[priority] : 'muted'
+  return { name, colour: tokenColour(token), value: inUnit(limit, unit) }
 }
 
 const heightOf = (width: number): number =>

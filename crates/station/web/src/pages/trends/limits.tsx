@@ -3,7 +3,7 @@
 import './limits.css'
 import type { JSX } from 'preact'
 import { PriorityMark } from '../../components/alarm-marks.tsx'
-import { type PressureLimit, quantity } from '../../lib/alarms.ts'
+import { isActive, type PressureLimit, quantity } from '../../lib/alarms.ts'
 import type { Unit } from '../../lib/units.ts'
 import { t } from '../../texts/texts.ts'
 
@@ -11,9 +11,9 @@ export function AlarmLimits({ limits, unit }: { limits: PressureLimit[]; unit: U
   if (limits.length === 0) return null
   return (
     <ul class="limits" aria-label={t.trends.limits}>
-      {limits.map(({ name, priority, condition, limit }) => (
+      {limits.map(({ name, priority, state, condition, limit }) => (
         <li key={name} data-limit={name}>
-          <PriorityMark priority={priority} /> {name}{' '}
+          <PriorityMark priority={priority} active={isActive({ state })} /> {name}{' '}
           <span class="muted">{`${t.alarms.limitOf[condition]} ${quantity(limit, 'Pa', unit)}`}</span>
         </li>
       ))}
