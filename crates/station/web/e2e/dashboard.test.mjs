@@ -533,6 +533,47 @@ test('a station that stops is shown as lost, and the page reconnects', async () 
   }
 })
 
+test('without a connection nothing looks current', async () => {
+  const mortal = await startPlant()
+  const { page, close } = await openPage(browser, mortal.url)
+  const open = async (path) => {
+    await page.locator(`nav a[href="${path}"]`).click()
+    await page.locator(`nav a[href="${path}"][aria-current]`).waitFor()
+  }
+  try {
+    await open('/alarms')
+    const acknowledge = page.getByRole('button', { name: 'Acknowledge', exact: true }).first()
+    await acknowledge.waitFor()
+    assert.ok(await acknowledge.isEnabled())
+    await mortal.stop()
+    await page.locator('.connection.lost').waitFor()
+    await page
+      .getByRole('alert')
+      .getByText(/lost since \d\d:\d\d:\d\d\. Pressures, valves and pumps are unknown/)
+      .waitFor()
+    assert.match(await page.locator('header .badge').innerText(), /last known: \d+ active alarms/)
+    assert.equal(await page.locator('main .actions button:enabled').count(), 0)
+    assert.equal(await page.locator('.alarm-item', { hasText: ', now ' }).count(), 0)
+    const colours = () =>
+      page.evaluate(() => {
+        const style = getComputedStyle(document.documentElement)
+        return ['bad', 'warn', 'low', 'muted'].map((name) => style.getPropertyValue(`--${name}`))
+      })
+    assert.equal(new Set(await colours()).size, 1)
+    await open('/bus')
+    for (const sentence of await page.locator('.segment-map .sentence').allInnerTexts())
+      assert.match(sentence, /last one that is known/)
+    assert.equal(await page.locator('.legend .bus-status:not(.stale)').count(), 0)
+    await open('/')
+    await page.locator('.card.stale').first().waitFor()
+    const values = await page.locator('.card .big').allInnerTexts()
+    assert.deepEqual([...new Set(values)], ['no data'])
+  } finally {
+    await close()
+    await mortal.stop()
+  }
+})
+
 test('the channels of a controller have their numbers, in range and out of it', async () => {
   await visit('/', async (page) => {
     const details = await page.locator('[data-gauge="pump stand"] .sensor').allInnerTexts()

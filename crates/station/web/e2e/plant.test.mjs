@@ -193,3 +193,20 @@ test('the picture comes also when the first request for it has no answer', async
     await close()
   }
 })
+
+test('without a connection valves and pumps are not reported, in the picture and in the list', async () => {
+  const mortal = await startLastingDemo('--speed', '3')
+  const { page, close } = await openPage(browser, `${mortal.url}/plant`)
+  try {
+    await part(page, 'scroll').and(page.locator('.open')).waitFor()
+    await mortal.stop()
+    await page.locator('.connection.lost').waitFor()
+    const told = (selector) => page.locator(selector).allTextContents()
+    assert.deepEqual([...new Set(await told('.plant-picture .part:not(.tube) .state'))], ['not reported'])
+    assert.equal(await page.locator('.plant-picture .line:is(.open, .closed)').count(), 0)
+    assert.deepEqual([...new Set(await told('[data-list-part] td:nth-child(3)'))], ['not reported'])
+  } finally {
+    await close()
+    await mortal.stop()
+  }
+})

@@ -123,6 +123,7 @@ async function startWith(words) {
     url,
     json: async (path) => (await fetch(url + path)).json(),
     stop: async () => {
+      if (child.exitCode !== null || child.signalCode !== null) return
       const gone = once(child, 'exit')
       child.kill('SIGTERM')
       await gone

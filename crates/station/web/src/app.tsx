@@ -2,10 +2,11 @@
 
 import './app.css'
 import type { JSX } from 'preact'
-import { useEffect, useState } from 'preact/hooks'
+import { useEffect, useLayoutEffect, useState } from 'preact/hooks'
 import { Header } from './components/header.tsx'
 import { Help } from './components/help.tsx'
 import { useLanguage } from './language.ts'
+import { clock } from './lib/format.ts'
 import { lostSentence } from './lib/labels.ts'
 import { type Live, useLive } from './live.ts'
 import { pageOf } from './navigation.ts'
@@ -63,6 +64,10 @@ export function App(): JSX.Element {
     const shown = isWall ? t.wall.title : page ? t.pages[page.path] : t.app.notFound
     document.title = [isLoggedOut ? t.login.title : (gauge ?? shown), station ?? 'profivac'].join(' · ')
   }, [page, gauge, station, isLoggedOut, isWall, language])
+  const isLost = live.snapshot !== null && !live.connected
+  useLayoutEffect(() => {
+    document.documentElement.toggleAttribute('data-lost', isLost)
+  }, [isLost])
   if (isWall) {
     return <main id="main">{live.snapshot ? <Wall /> : <p class="waiting">{t.app.waiting}</p>}</main>
   }
@@ -103,7 +108,7 @@ function StationProblem({ live }: { live: Live }): JSX.Element | null {
   if (live.snapshot && !live.connected) {
     return (
       <p class="error" role="alert">
-        {t.app.lost}
+        {t.app.lost(clock(live.now - live.since))}
       </p>
     )
   }

@@ -1,6 +1,6 @@
 // The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
-import type { LiveState, Snapshot } from './api/types.ts'
+import type { LivePlant, LiveState, Snapshot } from './api/types.ts'
 import { merged, snapshotOf } from './lib/merge.ts'
 import { bits } from './lib/series.ts'
 import { currentQuality, SILENCE_MS } from './lib/stale.ts'
@@ -130,6 +130,13 @@ export function useSnapshot(): Snapshot {
   const { snapshot } = useLive()
   if (!snapshot) throw new Error('expected a snapshot, got none: pages are drawn after the first one')
   return snapshot
+}
+
+/** The reported states of valves and pumps; none without a connection, because they may have changed since. */
+export function usePartStates(): LivePlant['states'] {
+  const { connected } = useLive()
+  const { plant } = useSnapshot()
+  return connected ? plant.states : {}
 }
 
 /** Live data; the component is drawn again with every change. */

@@ -35,9 +35,17 @@ export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
 }
 
 /** In the header of all pages: the number of alarms, and the highest priority. */
-export function AlarmBadge({ snapshot }: { snapshot: Snapshot }): JSX.Element {
+export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current: boolean }): JSX.Element {
   const { alarms } = snapshot
   const counts = summary(alarms)
+  if (!current) {
+    return (
+      <Link to="/alarms" class="badge stale">
+        <span class="visually-hidden">{t.alarms.badge.prefix}</span>
+        {t.alarms.badge.lastKnown(counts ? t.wall.alarms(counts.active, counts.unacknowledged) : t.alarms.badge.none)}
+      </Link>
+    )
+  }
   if (alarms.problem) {
     return (
       <Link to="/alarms" class="badge high" title={alarms.problem}>

@@ -32,7 +32,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
       <div class="station">
         <strong>{snapshot?.station.name ?? 'profivac'}</strong>
         {!isLoggedOut && <Connection live={live} />}
-        {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} />}
+        {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} current={live.connected} />}
         {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
       </div>
       {snapshot && !isLoggedOut && <ControlStatus control={snapshot.control_authority} now={live.now} />}

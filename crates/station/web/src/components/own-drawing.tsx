@@ -5,7 +5,7 @@ import { useLayoutEffect, useRef, useState } from 'preact/hooks'
 import type { Gauge, PlantPicture, Reading } from '../api/types.ts'
 import { alarmWords, shade, stateWords, type VolumeState, volumeState, worst } from '../lib/picture.ts'
 import { currentQuality } from '../lib/stale.ts'
-import { useLive, useSnapshot } from '../live.ts'
+import { useLive, usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
@@ -60,7 +60,8 @@ export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: s
 function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
   const live = useLive()
   const unit = useUnit()
-  const { gauges, alarms, plant: now } = useSnapshot()
+  const { gauges, alarms } = useSnapshot()
+  const states = usePartStates()
   const quality = (gauge: Gauge, reading: Reading) => currentQuality(gauge, reading, live.since)
   const stateOf = (name: string, of: string[]): VolumeState =>
     volumeState({ name, zone: null, gauges: of }, new Set(), gauges, alarms.alarms, quality)
@@ -81,7 +82,7 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
     part: (name) => {
       const part = plant.parts.find((part) => part.name === name)
       if (!part) return { label: name }
-      const status = now.states[name] ?? undefined
+      const status = states[name] ?? undefined
       return {
         label: `${name}: ${t.plant.kinds[part.kind]}, ${stateWords(part, status)}`,
         state: status?.state ?? 'not-reported',

@@ -4,7 +4,16 @@ import './plant-picture.css'
 import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { fetchPlant } from '../api/calls.ts'
-import type { Alarm, Gauge, LivePlant, PlantPart, PlantPicture, PlantVolume, Priority } from '../api/types.ts'
+import type {
+  Alarm,
+  Gauge,
+  LivePlant,
+  PlantPart,
+  PlantPartStatus,
+  PlantPicture,
+  PlantVolume,
+  Priority,
+} from '../api/types.ts'
 import { NUMBERS } from '../lib/alarms.ts'
 import { clock, decade, number } from '../lib/format.ts'
 import {
@@ -23,7 +32,7 @@ import {
 import type { Box, Direction, Layout, Point } from '../lib/plant-layout.ts'
 import { currentQuality } from '../lib/stale.ts'
 import { UNITS, type Unit } from '../lib/units.ts'
-import { useLive, useSnapshot } from '../live.ts'
+import { useLive, usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
@@ -102,7 +111,7 @@ function useLayouts(plant: PlantPicture): { layouts: Layouts | null; error: stri
 function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }): JSX.Element {
   const { plant, layout, width } = props
   const volumes = useVolumes(plant)
-  const { plant: now } = useSnapshot()
+  const states = usePartStates()
   const boxOf = (id: string): Box | undefined => layout.boxes.get(id)
   return (
     // biome-ignore lint/a11y/useSemanticElements: an SVG has no element for a group of links
@@ -117,7 +126,7 @@ function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }):
       ))}
       {layout.lines.map(({ part, points }, index) => (
         <polyline
-          class={`line ${lineClass(plant, part, now)}`}
+          class={`line ${lineClass(plant, part, states)}`}
           points={points.map(({ x, y }) => `${x.toFixed(1)},${y.toFixed(1)}`).join(' ')}
           key={index}
         />
@@ -128,16 +137,26 @@ function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }):
       })}
       {plant.parts.map((part) => {
         const at = layout.symbols.get(part.name)
-        return at && <Part part={part} now={now} at={at} direction={layout.direction} key={part.name} />
+        return (
+          at && (
+            <Part
+              part={part}
+              status={states[part.name] ?? undefined}
+              at={at}
+              direction={layout.direction}
+              key={part.name}
+            />
+          )
+        )
       })}
     </svg>
   )
 }
 
-function lineClass({ parts }: PlantPicture, name: string, now: LivePlant): string {
+function lineClass({ parts }: PlantPicture, name: string, states: LivePlant['states']): string {
   const part = parts.find((part) => part.name === name)
   if (!part) return ''
-  const passing = passes(part, now.states[name] ?? undefined)
+  const passing = passes(part, states[name] ?? undefined)
   // A leak that does not leak is nothing that a user has to see.
   if (part.kind === 'leak' && passing === false) return 'hidden'
   return passing === null ? 'unreported' : passing ? 'open' : 'closed'
@@ -261,13 +280,13 @@ const R = 15
 
 interface PartProps {
   part: PlantPart
-  now: LivePlant
+  /** What is reported about it. */
+  status: PlantPartStatus | undefined
   at: Point
   direction: Direction
 }
 
-function Part({ part, now, at: { x, y }, direction }: PartProps): JSX.Element | null {
-  const status = now.states[part.name] ?? undefined
+function Part({ part, status, at: { x, y }, direction }: PartProps): JSX.Element | null {
   const passing = passes(part, status)
   const words = stateWords(part, status)
   if (part.kind === 'leak' && passing === false) return null

@@ -7,7 +7,7 @@ import type { BusStation, BusStatus, Segment } from '../api/types.ts'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { number } from '../lib/format.ts'
 import { baud, segmentSentence } from '../lib/labels.ts'
-import { useSnapshot } from '../live.ts'
+import { useLive, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { t } from '../texts/texts.ts'
 import { Statistics } from './bus-statistics.tsx'
@@ -30,12 +30,13 @@ export function BusMap(): JSX.Element {
 
 function Legend({ segments }: { segments: Segment[] }): JSX.Element {
   const stations = segments.flatMap(({ stations }) => stations)
+  const { connected } = useLive()
   const count = (status: BusStatus): number => stations.filter(({ state }) => state === status).length
   return (
     <ul class="legend" aria-label={t.bus.status}>
       {(Object.keys(t.busStatus) as BusStatus[]).map((status) => (
         <li key={status}>
-          <BusStatusMark status={status} /> <span>{count(status)}</span>
+          <BusStatusMark status={status} stale={!connected} /> <span>{count(status)}</span>
         </li>
       ))}
     </ul>
@@ -43,13 +44,20 @@ function Legend({ segments }: { segments: Segment[] }): JSX.Element {
 }
 
 function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
+  const { connected } = useLive()
   const [chosen, setChosen] = useState<number | null>(null)
   const stations = new Map(segment.stations.map((station) => [station.address, station]))
   const station = chosen === null ? null : (stations.get(chosen) ?? null)
   return (
-    <section class="panel segment-map" aria-label={t.overview.segment(segment.name)} data-segment={segment.name}>
+    <section
+      class={`panel segment-map ${connected ? '' : 'not-current'}`}
+      aria-label={t.overview.segment(segment.name)}
+      data-segment={segment.name}
+    >
       <h2>{segment.name}</h2>
-      <p class={`sentence ${segment.problem ? 'bad' : ''}`}>{segmentSentence(segment)}</p>
+      <p class={`sentence ${segment.problem && connected ? 'bad' : ''}`}>
+        {connected ? segmentSentence(segment) : t.bus.notCurrent}
+      </p>
       <Facts segment={segment} />
       <div class="addresses">
         {ADDRESSES.map((address) => (
@@ -62,7 +70,7 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
           />
         ))}
       </div>
-      <Details station={station} />
+      <Details station={station} stale={!connected} />
       <Statistics segment={segment.name} />
     </section>
   )
@@ -113,11 +121,11 @@ function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
   )
 }
 
-function Details({ station }: { station: BusStation | null }): JSX.Element {
+function Details({ station, stale }: { station: BusStation | null; stale: boolean }): JSX.Element {
   if (!station) return <p class="station-details muted">{t.bus.press}</p>
   return (
     <p class="station-details" role="status">
-      <strong>{station.address}</strong> <BusStatusMark status={station.state} />{' '}
+      <strong>{station.address}</strong> <BusStatusMark status={station.state} stale={stale} />{' '}
       {station.name && <Link to={gaugePath(station.name)}>{station.name}</Link>}{' '}
       {[station.device, station.ident, station.description].filter(Boolean).join(' · ')}
       <span class="muted"> {t.busStatus[station.state].sentence}</span>

@@ -8,7 +8,7 @@ import { CardAlarms } from '../components/alarm-marks.tsx'
 import { BusStatusMark } from '../components/bus-status.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
-import { boundOf, Pressure, ReadingDetails, ReadingText } from '../components/pressure.tsx'
+import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
 import { Views } from '../components/views.tsx'
@@ -234,11 +234,7 @@ function CardReading({ gauge, reading, live, unit }: CardReadingProps): JSX.Elem
   return (
     <div class="card-reading">
       <p class="big" data-series={reading.series}>
-        {quality === 'stale' && reading.pa !== null ? (
-          <Pressure pa={reading.pa} unit={unit} />
-        ) : (
-          <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
-        )}
+        <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
       </p>
       <ReadingDetails gauge={gauge} reading={reading} quality={quality} unit={unit} />
     </div>

@@ -6,7 +6,7 @@ import { PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { readingWords } from '../components/reading-words.ts'
 import { stateWords, worst } from '../lib/picture.ts'
-import { useSnapshot } from '../live.ts'
+import { usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
@@ -41,7 +41,7 @@ export function PlantPage(): JSX.Element {
 function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
   const unit = useUnit()
   const volumes = useVolumes(plant)
-  const { plant: now } = useSnapshot()
+  const states = usePartStates()
   return (
     <details class="plant-lists">
       <summary>{t.plant.asList}</summary>
@@ -104,7 +104,7 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
             <tr key={part.name} data-list-part={part.name}>
               <th scope="row">{part.name}</th>
               <td>{t.plant.kinds[part.kind]}</td>
-              <td>{stateWords(part, now.states[part.name] ?? undefined)}</td>
+              <td>{stateWords(part, states[part.name] ?? undefined)}</td>
               <td>{part.volumes.join(', ')}</td>
             </tr>
           ))}

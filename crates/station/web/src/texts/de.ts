@@ -23,7 +23,8 @@ export const de: Texts = {
     waiting: 'Warten auf die Station …',
     notFound: 'Seite nicht gefunden',
     toOverview: 'Zur Übersicht',
-    lost: 'Die Verbindung zur Station ist unterbrochen. Die Seite zeigt die zuletzt empfangenen Daten und verbindet sich von selbst wieder.',
+    lost: (time) =>
+      `Die Verbindung zur Station ist seit ${time} unterbrochen. Drücke, Ventile und Pumpen sind unbekannt; Alarme und Busstatus sind die von dieser Zeit. Die Seite verbindet sich von selbst wieder.`,
     recorder: (error) => `Die Aufzeichnung schreibt nicht: ${error}`,
     notRecorded: (samples, events) => {
       const parts = [
@@ -179,6 +180,7 @@ export const de: Texts = {
       notMonitored: 'Alarme nicht überwacht',
       none: 'keine Alarme',
       cleared: (count) => `${count} gegangen`,
+      lastKnown: (alarms) => `zuletzt bekannt: ${alarms}`,
       onlyCleared: (count) => `keine anstehend, ${count} gegangen und nicht quittiert`,
       title: (active, unacknowledged, priority) =>
         `${active} anstehend, ${unacknowledged} nicht quittiert, höchste Priorität ${priority}`,
@@ -219,6 +221,7 @@ export const de: Texts = {
     outOfServiceOf: (name) => `Außer Betrieb: ${name}`,
     whenRaised: (condition, value) => `${condition}: ${value} beim Kommen`,
     nowAt: (raised, value) => `${raised}, jetzt ${value}`,
+    lastAt: (raised, value) => `${raised}, zuletzt bekannt ${value}`,
     raised: (time, age) => `gekommen ${time}, vor ${age}`,
     acknowledgedBy: (user, time) => `quittiert von ${user} ${time}`,
     all: 'Alle Alarme',
@@ -706,6 +709,7 @@ export const de: Texts = {
     notWorking: (problem) => `Gestört: ${problem}.`,
     segmentIs: (state) => `Zustand des Segments: ${state}.`,
     allExchange: 'Alle Messgeräte sind im Datenaustausch.',
+    notCurrent: 'Ohne Verbindung zur Station ist der Busstatus der zuletzt bekannte.',
     statistics: 'Statistik, Ereignisse und Mitschnitte',
     loading: 'Wird geladen.',
     telegrams: (count, age, damaged, minute) =>

@@ -56,7 +56,8 @@ export const en = {
     waiting: 'Waiting for the station …',
     notFound: 'Page not found',
     toOverview: 'Go to the overview',
-    lost: 'The connection to the station is lost. The page shows the last data received and reconnects by itself.',
+    lost: (time: string) =>
+      `The connection to the station is lost since ${time}. Pressures, valves and pumps are unknown; alarms and the bus status are those of that time. The page reconnects by itself.`,
     recorder: (error: string) => `The recorder does not write: ${error}`,
     /** The number of samples and events that the recorder lost, of which at least one is not zero. */
     notRecorded: (samples: number, events: number): string => {
@@ -206,6 +207,7 @@ export const en = {
       notMonitored: 'alarms not monitored',
       none: 'no alarms',
       cleared: (count: number) => `${count} cleared`,
+      lastKnown: (alarms: string) => `last known: ${alarms}`,
       onlyCleared: (count: number) => `none active, ${count} cleared and not acknowledged`,
       title: (active: number, unacknowledged: number, priority: string) =>
         `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`,
@@ -246,6 +248,7 @@ export const en = {
     outOfServiceOf: (name: string) => `Out of service: ${name}`,
     whenRaised: (condition: string, value: string) => `${condition}: ${value} when raised`,
     nowAt: (raised: string, value: string) => `${raised}, now ${value}`,
+    lastAt: (raised: string, value: string) => `${raised}, last known ${value}`,
     raised: (time: string, age: string) => `raised ${time}, ${age} ago`,
     acknowledgedBy: (user: string, time: string) => `acknowledged by ${user} ${time}`,
     all: 'All alarms',
@@ -727,6 +730,7 @@ export const en = {
     notWorking: (problem: string) => `Not working: ${problem}.`,
     segmentIs: (state: string) => `The segment is ${state}.`,
     allExchange: 'All gauges exchange data.',
+    notCurrent: 'Without a connection to the station the bus status is the last one that is known.',
     statistics: 'Statistics, events and captures',
     loading: 'Loading.',
     telegrams: (count: number, age: string, damaged: number, minute: number) =>

@@ -108,11 +108,14 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
 /** The condition, the value when the alarm was raised, and the value now. */
 function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
+  const { connected } = useLive()
   const { raised_value, value, limit, unit, text } = alarm
   if (raised_value === null || limit === null)
     return text ? <p lang="en">{readable(text)}</p> : <p>{conditionText(alarm, shown)}</p>
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
-  return <p>{value === null ? raised : t.alarms.nowAt(raised, quantity(value, unit, shown))}</p>
+  if (value === null) return <p>{raised}</p>
+  const at = connected ? t.alarms.nowAt : t.alarms.lastAt
+  return <p>{at(raised, quantity(value, unit, shown))}</p>
 }
 
 function Times({ alarm }: { alarm: Alarm }): JSX.Element {

@@ -10,6 +10,7 @@ import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
 import { DefaultAlarms } from './default-alarms.tsx'
 import { AlarmHistory } from './history.tsx'
+import { Actions } from './item.tsx'
 import { Performance } from './performance.tsx'
 import { PlantStates } from './plant-states.tsx'
 import { SettingsDialog } from './settings-dialog.tsx'
@@ -36,12 +37,16 @@ export function Alarms(): JSX.Element {
   const alarms = query.value ?? []
   return (
     <>
-      <ActiveAlarmList error={error} run={run} suppress={setChosen} edit={setEdited} />
+      <Actions>
+        <ActiveAlarmList error={error} run={run} suppress={setChosen} edit={setEdited} />
+      </Actions>
       <PlantStates actions={actions} run={run} />
-      <SuppressedList alarms={alarms} />
-      <ShelvedList alarms={alarms} run={run} />
-      <OutOfServiceList alarms={alarms} run={run} />
-      <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
+      <Actions>
+        <SuppressedList alarms={alarms} />
+        <ShelvedList alarms={alarms} run={run} />
+        <OutOfServiceList alarms={alarms} run={run} />
+        <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
+      </Actions>
       <DefaultAlarms done={() => setActions((count) => count + 1)} />
       <AlarmHistory />
       <Performance />

@@ -6,6 +6,7 @@ import type { Alarm, ChangedAlarms } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { isActive } from '../../lib/alarms.ts'
 import { clock, day, moment } from '../../lib/format.ts'
+import { useLive } from '../../live.ts'
 
 /** Runs an action on alarms and shows its error. */
 export type RunAction = (action: () => Promise<unknown>) => void
@@ -29,6 +30,15 @@ export function AlarmItem({ alarm: { name, priority, state }, buttons, children 
       </div>
       <div class="actions">{buttons}</div>
     </li>
+  )
+}
+
+/** Lists whose buttons work while the station is connected: otherwise no action reaches it. */
+export function Actions({ children }: { children: ComponentChildren }): JSX.Element {
+  return (
+    <fieldset class="alarm-actions" disabled={!useLive().connected}>
+      {children}
+    </fieldset>
   )
 }
 

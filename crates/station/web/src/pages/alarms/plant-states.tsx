@@ -11,7 +11,7 @@ import { alarmCount, durationsUpTo } from '../../lib/plant-states.ts'
 import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
-import { type RunAction, shortTime } from './item.tsx'
+import { Actions, type RunAction, shortTime } from './item.tsx'
 
 /** The plant states are fetched this often; every snapshot has the declared ones. */
 const REFRESH_MS = 10_000
@@ -38,16 +38,18 @@ export function PlantStates({ actions, run }: Props): JSX.Element | null {
     <section class="panel" aria-label={t.plantStates.title}>
       <h2>{t.plantStates.title}</h2>
       {query.error && <p class="error">{query.error}</p>}
-      <ul class="plant-states">
-        {query.value?.map((state) => (
-          <Item
-            state={state}
-            declared={declared.find(({ name }) => name === state.name) ?? null}
-            choose={(kind) => setChosen({ kind, state })}
-            key={state.name}
-          />
-        ))}
-      </ul>
+      <Actions>
+        <ul class="plant-states">
+          {query.value?.map((state) => (
+            <Item
+              state={state}
+              declared={declared.find(({ name }) => name === state.name) ?? null}
+              choose={(kind) => setChosen({ kind, state })}
+              key={state.name}
+            />
+          ))}
+        </ul>
+      </Actions>
       {chosen && <PlantStateDialog chosen={chosen} run={run} close={() => setChosen(null)} />}
     </section>
   )
