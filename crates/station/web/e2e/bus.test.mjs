@@ -39,8 +39,16 @@ test('the statistics of the bus show stations, times and events, and a viewer ma
     assert.deepEqual(await rows.locator('th').allInnerTexts(), ['1', '5'])
     assert.deepEqual(await rows.locator('td:nth-of-type(1)').allInnerTexts(), ['master', 'exchanging'])
     await statistics.getByText('Cycle time').waitFor()
-    await statistics.locator('.histogram meter').first().waitFor()
-    await statistics.locator('ul[aria-label="Events on the bus"] li').first().waitFor()
+    const bar = statistics.locator('.histogram .bar-of-counts rect').first()
+    await bar.waitFor({ state: 'attached' })
+    const [fill, neutral] = await bar.evaluate((element) => {
+      const probe = element.ownerDocument.body.appendChild(document.createElement('i'))
+      probe.style.color = 'var(--neutral)'
+      return [getComputedStyle(element).fill, getComputedStyle(probe).color]
+    })
+    assert.equal(fill, neutral)
+    await statistics.getByRole('heading', { name: 'Events on the bus' }).waitFor()
+    assert.ok((await statistics.locator('ul[aria-label="Events on the bus"] li').count()) <= 20)
     assert.equal(await statistics.getByRole('button', { name: 'Make capture' }).count(), 0)
     assert.deepEqual(complaints, [])
   } finally {

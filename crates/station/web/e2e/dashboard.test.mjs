@@ -421,6 +421,37 @@ test('the bus map shows every address and its status', async () => {
   })
 })
 
+test('every bus status has a shape of its own, on the map as in the legend, and no shape of an alarm', async () => {
+  await visit('/bus', async (page) => {
+    const look = ({ className }) => {
+      const dot = document.querySelector(`.legend .bus-status.${className} .dot`)
+      const { backgroundImage, backgroundColor, borderRadius, borderTopWidth, transform } = getComputedStyle(dot)
+      return [
+        getComputedStyle(dot, '::before').content,
+        ...[backgroundImage, backgroundColor === 'rgba(0, 0, 0, 0)', borderRadius, borderTopWidth, transform],
+      ].join()
+    }
+    const names = ['own-master', 'other-master', 'data-exchange', 'fault', 'starting', 'missing', 'unconfigured']
+    const looks = []
+    for (const className of names) looks.push(await page.evaluate(look, { className }))
+    assert.equal(new Set(looks).size, names.length, looks.join('\n'))
+    assert.ok(
+      looks.every((one) => one.endsWith('none')),
+      'no symbol is turned into a diamond',
+    )
+    for (const name of names) assert.ok((await page.locator(`.cell.${name} .dot.${name}`).count()) > 0, name)
+    const colours = await page.locator('button.cell').evaluateAll((cells) => {
+      const probe = document.body.appendChild(document.createElement('i'))
+      probe.style.color = 'var(--accent)'
+      const accent = getComputedStyle(probe).color
+      return cells.filter((cell) =>
+        [getComputedStyle(cell).color, getComputedStyle(cell).backgroundColor].includes(accent),
+      ).length
+    })
+    assert.equal(colours, 0, 'cells in the colour of buttons')
+  })
+})
+
 test('parameters are read, searched, and read again', async () => {
   await visit('/gauge/chamber', async (page) => {
     await page.locator('.progress', { hasText: 'read at' }).waitFor()

@@ -10,8 +10,13 @@ export function BusStatusMark({ status, stale = false }: { status: BusStatus; st
   const { label, sentence } = t.busStatus[status]
   return (
     <span class={`bus-status ${stale ? 'stale' : status}`} title={sentence}>
-      <span class="dot" aria-hidden="true" />
+      <StatusDot status={stale ? 'stale' : status} />
       {label}
     </span>
   )
+}
+
+/** The symbol of a status: each has another shape, and none is that of an alarm. */
+export function StatusDot({ status }: { status: BusStatus | 'stale' }): JSX.Element {
+  return <span class={`dot ${status}`} aria-hidden="true" />
 }

@@ -112,7 +112,9 @@ function Histogram({ title, times }: { title: string; times: BusDistribution }):
           <tr key={end_us}>
             <th scope="row">{t.bus.below(ms(end_us))}</th>
             <td>
-              <meter min={0} max={most} value={count} aria-label={t.bus.times(count)} />
+              <svg class="bar-of-counts" viewBox={`0 0 ${most} 1`} preserveAspectRatio="none" aria-hidden="true">
+                <rect width={count} height="1" />
+              </svg>
             </td>
             <td>{count}</td>
           </tr>
@@ -125,28 +127,40 @@ function Histogram({ title, times }: { title: string; times: BusDistribution }):
 const ms = (us: number): string => `${(us / 1000).toPrecision(3)} ms`
 
 function Parameters({ report }: { report: BusReport }): JSX.Element | null {
-  if (report.parameters.length === 0) return null
-  return (
-    <ul aria-label={t.bus.parameters}>
-      {report.parameters.map(({ address, requester, name, value, done, path }) => (
-        <li key={`${address} ${requester} ${name} ${path}`}>
-          {t.bus.parameter(address, name)} {value && `= ${value}`}{' '}
-          <span class="muted">{t.bus.byMaster(t.bus.done[done], requester)}</span>
-        </li>
-      ))}
-    </ul>
-  )
+  const entries = report.parameters.map(({ address, requester, name, value, done, path }) => (
+    <li key={`${address} ${requester} ${name} ${path}`}>
+      {t.bus.parameter(address, name)} {value && `= ${value}`}{' '}
+      <span class="muted">{t.bus.byMaster(t.bus.done[done], requester)}</span>
+    </li>
+  ))
+  return entries.length > 0 ? <ShortList title={t.bus.parameters} entries={entries} /> : null
 }
 
 function Events({ report }: { report: BusReport }): JSX.Element {
+  const entries = report.events.map(({ number, age_ms, text }) => (
+    <li key={number}>
+      <span lang="en">{text}</span> <span class="muted">{t.common.ago(age(age_ms))}</span>
+    </li>
+  ))
+  return <ShortList title={t.bus.events} entries={entries} />
+}
+
+/** The entries that a list shows at first. */
+const SHOWN = 20
+
+/** A list under a heading, which a button shows whole. */
+function ShortList({ title, entries }: { title: string; entries: JSX.Element[] }): JSX.Element {
+  const [isWhole, setWhole] = useState(false)
   return (
-    <ul aria-label={t.bus.events}>
-      {report.events.map(({ number, age_ms, text }) => (
-        <li key={number}>
-          {text} <span class="muted">{t.common.ago(age(age_ms))}</span>
-        </li>
-      ))}
-    </ul>
+    <>
+      <h3>{title}</h3>
+      <ul aria-label={title}>{isWhole ? entries : entries.slice(0, SHOWN)}</ul>
+      {!isWhole && entries.length > SHOWN && (
+        <button type="button" onClick={() => setWhole(true)}>
+          {t.bus.showAll(entries.length)}
+        </button>
+      )}
+    </>
   )
 }
 

@@ -4,7 +4,7 @@ import './bus.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { BusStation, BusStatus, Segment } from '../api/types.ts'
-import { BusStatusMark } from '../components/bus-status.tsx'
+import { BusStatusMark, StatusDot } from '../components/bus-status.tsx'
 import { number } from '../lib/format.ts'
 import { baud, segmentSentence } from '../lib/labels.ts'
 import { useLive, useSnapshot } from '../live.ts'
@@ -65,6 +65,7 @@ function SegmentMap({ segment }: { segment: Segment }): JSX.Element {
             address={address}
             station={stations.get(address)}
             chosen={address === chosen}
+            stale={!connected}
             choose={setChosen}
             key={address}
           />
@@ -101,10 +102,11 @@ interface CellProps {
   address: number
   station: BusStation | undefined
   chosen: boolean
+  stale: boolean
   choose: (address: number) => void
 }
 
-function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
+function Cell({ address, station, chosen, stale, choose }: CellProps): JSX.Element {
   if (!station) return <span class="cell empty">{address}</span>
   const text = `${address}: ${station.name ?? t.busStatus[station.state].label}, ${station.description}`
   return (
@@ -116,6 +118,7 @@ function Cell({ address, station, chosen, choose }: CellProps): JSX.Element {
       title={text}
       onClick={() => choose(address)}
     >
+      <StatusDot status={stale ? 'stale' : station.state} />
       {address}
     </button>
   )
