@@ -166,3 +166,25 @@ test('an operator makes a note about the reference, and it is an event of the ch
     await row.locator('.kind.note').waitFor()
   })
 })
+
+test('the time without a gauge is a bar in the colour of the curve', async () => {
+  const gauges = await plant.json('/api/gauges')
+  const { series } = gauges.flatMap(({ readings }) => readings).find(({ quality }) => quality === 'missing')
+  const { page, close } = await openPage(browser, `${plant.url}/trends?range=1m&s=${encodeURIComponent(series)}`)
+  try {
+    await drawn(page)
+    const count = await page.evaluate(() => {
+      const { height, width } = document.querySelector('.chart canvas')
+      const swatch = document.querySelector('.series-list li:not(.off) .swatch')
+      const wanted = getComputedStyle(swatch).backgroundColor.match(/\d+/g).map(Number)
+      const { data } = document.querySelector('.chart canvas').getContext('2d').getImageData(0, 0, width, height)
+      let found = 0
+      for (let at = 0; at < data.length; at += 4)
+        if (wanted.every((part, index) => Math.abs(data[at + index] - part) < 40)) found += 1
+      return found
+    })
+    assert.ok(count > 40, `${count} pixels`)
+  } finally {
+    await close()
+  }
+})

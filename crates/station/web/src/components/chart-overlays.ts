@@ -27,8 +27,12 @@ export interface TimeMark {
   name: string
 }
 
-/** The height of the bar without a pressure, in CSS pixels. */
+/** The height of the bar without a pressure, and of the lane with its name, in CSS pixels. */
 const BAR_PX = 5
+const LANE_PX = 13
+
+/** The room at the left edge that the names of levels take. */
+const LEVELS_PX = 130
 
 /** A band fades out over the first, and is never lower than the second. */
 const BAND_PX = 56
@@ -58,34 +62,47 @@ export function drawAllStretches(chart: uPlot, lines: Line[]): void {
 
 /**
  * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
- * bottom: filled for a fault, pale while the gauge is off.
+ * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off.
  */
 function drawStretches(chart: uPlot, line: Line, lane: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   ctx.save()
   clip(chart)
+  let ended = -Infinity
   for (const stretch of line.stretches) {
     const left = Math.max(bbox.left, chart.valToPos(stretch.from, 'x', true))
     const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
     if (right <= left) continue
     const [top, bottom] = edges(chart, stretch, lane)
-    ctx.fillStyle = isBar(stretch)
-      ? tokenColour(stretch.kind === 'fault' ? 'muted' : 'grid')
-      : faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
-    ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
+    ctx.fillStyle = ctx.strokeStyle = line.colour
+    ctx.lineWidth = dpr
+    if (!isBar(stretch))
+      ctx.fillStyle = faded(ctx, line.colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
+    if (isBar(stretch) && stretch.kind !== 'fault')
+      ctx.strokeRect(left, top + dpr / 2, right - left, bottom - top - dpr)
+    else ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
     const text = `${line.name} ${t.qualities[QUALITIES[stretch.kind]]}`
-    const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 14 * dpr
-    label(
-      chart,
-      text,
-      left + 130 * dpr,
-      y,
-      right - left - 136 * dpr,
-      isBar(stretch) ? tokenColour('muted') : line.colour,
-    )
+    const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 3 * dpr
+    ctx.font = NAME_FONT()
+    const width = ctx.measureText(text).width
+    const x = nameAt(bbox, left, right, width, isBar(stretch))
+    // The name of a stretch before it may reach this far.
+    if (x < ended) continue
+    label(chart, text, x, y, width, line.colour)
+    ended = x + width
   }
   ctx.restore()
+}
+
+/** Where the name of a stretch begins: in a band that is long enough, otherwise behind the stretch, before it, or at its start. */
+function nameAt(bbox: uPlot.BBox, left: number, right: number, width: number, isBar: boolean): number {
+  const gap = 4 * devicePixelRatio
+  const inside = Math.max(left + gap, bbox.left + LEVELS_PX * devicePixelRatio)
+  if (!isBar && inside + width + gap <= right) return inside
+  if (right + gap + width <= bbox.left + bbox.width) return right + gap
+  if (left - gap - width >= bbox.left) return left - gap - width
+  return left + gap
 }
 
 /** A gradient from the end of the range outwards. */
@@ -102,7 +119,7 @@ function edges({ bbox, valToPos }: uPlot, stretch: Stretch, lane: number): [numb
   const dpr = devicePixelRatio
   const bottom = bbox.top + bbox.height
   if (isBar(stretch) || limit === null) {
-    const y = bottom - (BAR_PX + 1) * dpr * lane
+    const y = bottom - (LANE_PX * lane + 4) * dpr
     return [y - BAR_PX * dpr, y]
   }
   const y = valToPos(limit, 'y', true)
@@ -170,13 +187,28 @@ function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX
   ctx.stroke()
 }
 
+const NAME_FONT = (): string => `${11 * devicePixelRatio}px system-ui, sans-serif`
+
 function label(chart: uPlot, text: string, x: number, y: number, room: number, colour = tokenColour('muted')): void {
   const { ctx } = chart
   ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`
   ctx.textBaseline = 'top'
   ctx.textAlign = 'left'
   ctx.fillStyle = colour
-  if (ctx.measureText(text).width <= room) ctx.fillText(text, x, y)
+  if (ctx.measureText(text).width > room) return
+  outline(ctx, text, x, y)
+  ctx.fillText(text, x, y)
+}
+
+/** A pale edge around a text, over the lines and bars below it. */
+export function outline(ctx: CanvasRenderingContext2D, text: string, x: number, y: number): void {
+  ctx.save()
+  ctx.setLineDash([])
+  ctx.lineWidth = 3 * devicePixelRatio
+  ctx.lineJoin = 'round'
+  ctx.strokeStyle = tokenColour('panel')
+  ctx.strokeText(text, x, y)
+  ctx.restore()
 }
 
 function clip({ ctx, bbox }: uPlot): void {

@@ -10,6 +10,7 @@ import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
 import type { Curve } from '../lib/series.ts'
 import { drawAllStretches, drawMarks, drawUnit, type Level, type Line, type TimeMark } from './chart-overlays.ts'
+import { drawCurveNames } from './curve-names.ts'
 import { tokenColour } from './palette.ts'
 
 export interface ChartProps {
@@ -224,12 +225,21 @@ function powers(low: number, high: number, height: number): number[] {
   return made
 }
 
+const drawNames = (chart: uPlot, { lines, times, curves }: ChartProps): void =>
+  drawCurveNames(
+    chart,
+    lines,
+    times,
+    curves.map(({ mean }) => mean),
+  )
+
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
     drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
     draw: [
       (chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? []),
       (chart) => drawUnit(chart, latest.current.unit),
+      (chart) => drawNames(chart, latest.current),
     ],
     setSelect: [
       (chart) => {

@@ -7,7 +7,6 @@ import { Chart, timePixels } from '../../components/chart.tsx'
 import type { Line, TimeMark } from '../../components/chart-overlays.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
 import { useWidth } from '../../components/hooks.ts'
-import { curveColour } from '../../components/palette.ts'
 import { Pressure, SampleText } from '../../components/pressure.tsx'
 import {
   type ChartData,
@@ -17,6 +16,7 @@ import {
   useChartData,
   useTrends,
 } from '../../components/use-trends.ts'
+import { curveColour } from '../../lib/curves.ts'
 import { isLive, type Range, windowOf, zoomed } from '../../lib/range.ts'
 import { fitted } from '../../lib/rise.ts'
 import type { Curve } from '../../lib/series.ts'
