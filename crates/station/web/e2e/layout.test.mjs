@@ -6,15 +6,21 @@ import { openContext, openPage, startBrowser, startLastingDemo, startPlant } fro
 
 let browser
 let plant
+let large
 let demo
 
 before(async () => {
-  ;[browser, plant, demo] = await Promise.all([startBrowser(), startPlant(), startLastingDemo('--speed', '3')])
+  ;[browser, plant, large, demo] = await Promise.all([
+    startBrowser(),
+    startPlant(),
+    startPlant('127.0.0.1:0', 'large'),
+    startLastingDemo('--speed', '3'),
+  ])
 })
 
 after(async () => {
   await browser?.close()
-  await Promise.all([plant?.stop(), demo?.stop()])
+  await Promise.all([plant?.stop(), large?.stop(), demo?.stop()])
 })
 
 async function visit(url, look, options = {}) {
@@ -164,4 +170,74 @@ test('no text of the picture of the plant is smaller than 12 pixels, and every t
       assert.deepEqual(outside, [])
     }
   })
+})
+
+/** The right edges of elements, one text for each; equal ones stand below each other. */
+const rightEdges = (all) => all.map((one) => Math.round(one.getBoundingClientRect().right))
+
+test('each reading of a row has its channel and a line of its own, and the segment says where its other gauges are', async () => {
+  await visit(large.url, async (page) => {
+    const segment = page.getByRole('region', { name: 'Segment beam line' })
+    await segment.getByText('6 gauges, 2 of them under Problems').click()
+    const readings = segment.locator('[data-gauge="pump stand"] [data-series]')
+    assert.deepEqual(
+      (await readings.allInnerTexts()).map((text) => text.slice(0, 9)),
+      ['channel 1', 'channel 2', 'channel 3', 'channel 4'],
+    )
+    const boxes = await readings.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON()))
+    for (const [index, { top }] of boxes.entries()) assert.ok(index === 0 || top >= boxes[index - 1].bottom)
+    const other = segment.locator('[data-gauge="gate 1"] [data-series]')
+    const ends = await Promise.all([readings, other].map(async (one) => (await one.evaluateAll(rightEdges))[0]))
+    const rows = await segment
+      .locator('[data-gauge="pump stand"], [data-gauge="gate 1"]')
+      .evaluateAll((all) => all.map((one) => Math.round(one.getBoundingClientRect().right)).reverse())
+    assert.equal(rows[0] - ends[0], rows[1] - ends[1], 'the pressures of both rows end below each other')
+  })
+})
+
+test('in a card of a controller the channel is left of its pressure, in one line, and digits of one decade are aligned', async () => {
+  await visit(demo.url, async (page) => {
+    for (const width of [360, 1440]) {
+      await page.setViewportSize({ width, height: 900 })
+      const card = page.locator('.card[data-gauge="img400 16"]')
+      await card.locator('.card-reading').first().waitFor()
+      const lines = await card.locator('.card-reading').evaluateAll((all) =>
+        all.map((one) => {
+          const [label, value] = ['.sensor', '.big'].map((name) => one.querySelector(name).getBoundingClientRect())
+          return label.right <= value.left && label.top < value.bottom && value.top < label.bottom
+        }),
+      )
+      assert.deepEqual(lines, [true, true, true, true], `at ${width}`)
+    }
+  })
+  await visit(plant.url, async (page) => {
+    const mantissas = page.locator('.card[data-gauge="pump stand"] .mantissa')
+    await mantissas.filter({ hasText: '101' }).waitFor()
+    const ends = await mantissas.evaluateAll((all) =>
+      all.map((one) => {
+        const range = document.createRange()
+        range.selectNodeContents(one.firstChild)
+        return range.getBoundingClientRect().right
+      }),
+    )
+    assert.ok(ends.length >= 3 && Math.max(...ends) - Math.min(...ends) < 1, `the digits end at ${ends}`)
+  })
+})
+
+test('the names of commands are readable without control, in light and dark', async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    await visit(
+      `${plant.url}/gauge/chamber`,
+      async (page) => {
+        const button = page.locator('.commands li button:disabled').first()
+        await button.waitFor()
+        const [opacity, colour, muted] = await button.evaluate((one) => {
+          const { opacity, color } = getComputedStyle(one)
+          return [opacity, color, getComputedStyle(document.querySelector('.command-facts .muted')).color]
+        })
+        assert.deepEqual([opacity, colour], ['1', muted])
+      },
+      { colorScheme },
+    )
+  }
 })

@@ -14,7 +14,7 @@ export function Pressure({ pa, unit }: { pa: number; unit: Unit }): JSX.Element 
   const { mantissa, exponent } = parts(inUnit(pa, unit))
   return (
     <span class="pressure">
-      <span class="mantissa">{mantissa}</span>
+      <span class={exponent === null ? 'mantissa plain' : 'mantissa'}>{mantissa}</span>
       {exponent !== null && (
         <>
           <span class="times"> × </span>10<span class="power">{superscript(exponent)}</span>

@@ -183,6 +183,7 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       <span class="row-readings">
         {gauge.readings.map((reading) => (
           <span data-series={reading.series} key={reading.series}>
+            <Channel gauge={gauge} reading={reading} />
             <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
           </span>
         ))}
@@ -193,6 +194,12 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       <CardAlarms alarms={alarms} />
     </li>
   )
+}
+
+/** Which of several readings it is; nothing beside a single one. */
+function Channel({ gauge, reading }: { gauge: Gauge; reading: Reading }): JSX.Element | null {
+  if (gauge.readings.length < 2) return null
+  return <span class="channel muted">{t.reading.channel(reading.instance)}</span>
 }
 
 function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {

@@ -570,7 +570,7 @@ export const de: Texts = {
     segment: (name) => `Segment ${name}`,
     problems: 'Probleme',
     gauges: (total) => counted(total, 'Messgerät', 'Messgeräte'),
-    withProblems: (count) => `, ${count} mit Problemen`,
+    withProblems: (count) => `, davon ${count} unter Probleme`,
   },
 
   plant: {

@@ -591,7 +591,7 @@ export const en = {
     segment: (name: string) => `Segment ${name}`,
     problems: 'Problems',
     gauges: (total: number) => counted(total, 'gauge', 'gauges'),
-    withProblems: (count: number) => `, ${count} with problems`,
+    withProblems: (count: number) => `, ${count} of them under Problems`,
   },
 
   plant: {
