@@ -452,6 +452,17 @@ test('every bus status has a shape of its own, on the map as in the legend, and 
   })
 })
 
+test('the help names the time zone of the browser', async () => {
+  await visit(
+    '/',
+    async (page) => {
+      await page.getByRole('button', { name: 'Help' }).click()
+      await page.getByRole('dialog').getByText('time zone of this browser: Europe/Berlin').waitFor({ timeout: 5_000 })
+    },
+    { timezoneId: 'Europe/Berlin' },
+  )
+})
+
 test('parameters are read, searched, and read again', async () => {
   await visit('/gauge/chamber', async (page) => {
     await page.locator('.progress', { hasText: 'read at' }).waitFor()

@@ -210,3 +210,15 @@ test('without a connection valves and pumps are not reported, in the picture and
     await mortal.stop()
   }
 })
+
+test('on a German page the story is marked as English', async () => {
+  await visit(
+    `${demo.url}/plant`,
+    async (page) => {
+      const text = page.locator('.story-latest span:not(.story-time)')
+      await text.waitFor()
+      assert.equal(await text.evaluate((element) => element.closest('[lang]').lang), 'en')
+    },
+    { locale: 'de-DE' },
+  )
+})

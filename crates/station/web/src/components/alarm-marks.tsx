@@ -62,13 +62,14 @@ export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current:
       </Link>
     )
   }
-  const { priority, activeOfPriority, active, unacknowledged } = counts
+  const { priority, unacknowledgedPriority, activeOfPriority, active, unacknowledged } = counts
   if (priority === null) {
     return (
       <Link to="/alarms" class="badge cleared" title={t.alarms.badge.onlyCleared(unacknowledged)}>
         <span class="visually-hidden">{t.alarms.badge.prefix}</span>
-        <span aria-hidden="true">○ </span>
-        {t.alarms.badge.cleared(unacknowledged)}
+        {unacknowledgedPriority && <PriorityMark priority={unacknowledgedPriority} active={false} />}{' '}
+        {t.alarms.badge.cleared(unacknowledged)}, <span class="long">{t.alarms.badge.notAcknowledged}</span>
+        <span class="short">{t.alarms.badge.short}</span>
       </Link>
     )
   }

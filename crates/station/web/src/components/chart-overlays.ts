@@ -147,7 +147,7 @@ export function drawMarks(chart: uPlot, levels: Level[], marks: TimeMark[]): voi
   chart.ctx.save()
   clip(chart)
   for (const level of levels) drawLevel(chart, level)
-  for (const mark of marks) drawMark(chart, mark)
+  for (const [row, mark] of marks.entries()) drawMark(chart, mark, row)
   chart.ctx.restore()
 }
 
@@ -163,7 +163,8 @@ function drawLevel(chart: uPlot, level: Level): void {
   label(chart, level.name, bbox.left + 8 * dpr, y - 15 * dpr, bbox.width, level.colour)
 }
 
-function drawMark(chart: uPlot, mark: TimeMark): void {
+/** Each mark has its name in a row of its own: marks may be close to each other. */
+function drawMark(chart: uPlot, mark: TimeMark, row: number): void {
   const { bbox } = chart
   const x = Math.round(chart.valToPos(mark.at, 'x', true)) + 0.5
   if (x < bbox.left || x > bbox.left + bbox.width) return
@@ -177,7 +178,7 @@ function drawMark(chart: uPlot, mark: TimeMark): void {
   const width = ctx.measureText(mark.name).width + 6 * dpr
   // To the right of the line, or to the left where there is no room.
   const left = x + width > bbox.left + bbox.width ? x - width : x + 6 * dpr
-  label(chart, mark.name, left, bbox.top + 6 * dpr, width, tokenColour('accent'))
+  label(chart, mark.name, left, bbox.top + (6 + 14 * row) * dpr, width, tokenColour('accent'))
 }
 
 function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX: number, toY: number): void {

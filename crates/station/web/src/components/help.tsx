@@ -40,6 +40,7 @@ export function Help({ close }: { close: () => void }): JSX.Element {
           {t.common.close}
         </button>
       </div>
+      <p class="time-zone">{t.help.zone(Intl.DateTimeFormat().resolvedOptions().timeZone)}</p>
       <ShortcutSwitch />
       <Keys keys={singleKeys()} />
       <Keys keys={otherKeys()} />

@@ -395,7 +395,7 @@ export function Story({ now }: { now: LivePlant }): JSX.Element | null {
   return (
     <section class="story" aria-label={t.plant.story}>
       <p class="story-latest" role="status">
-        <span class="story-time">{clock(latest.at_ms)}</span> {latest.text}
+        <span class="story-time">{clock(latest.at_ms)}</span> <span lang="en">{latest.text}</span>
       </p>
       {before.length > 0 && (
         <details>
@@ -403,7 +403,7 @@ export function Story({ now }: { now: LivePlant }): JSX.Element | null {
           <ol>
             {before.map(({ at_ms, text }) => (
               <li key={at_ms}>
-                <span class="story-time">{clock(at_ms)}</span> {text}
+                <span class="story-time">{clock(at_ms)}</span> <span lang="en">{text}</span>
               </li>
             ))}
           </ol>

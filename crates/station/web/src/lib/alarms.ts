@@ -28,6 +28,8 @@ export function byUrgency(one: Alarm, other: Alarm): number {
 export interface AlarmSummary {
   /** The highest priority that has an active alarm; `null` if all alarms have cleared and wait for an acknowledgement. */
   priority: Priority | null
+  /** The highest priority that has an unacknowledged alarm. */
+  unacknowledgedPriority: Priority | null
   /** Active alarms of that priority. */
   activeOfPriority: number
   active: number
@@ -41,7 +43,9 @@ export function summary(alarms: ActiveAlarms): AlarmSummary | null {
   const [active, unacknowledged] = [total((counts) => counts.active), total((counts) => counts.unacknowledged)]
   if (active + unacknowledged === 0) return null
   const priority = PRIORITIES.find((priority) => alarms[priority].active > 0) ?? null
-  return { priority, activeOfPriority: priority ? alarms[priority].active : 0, active, unacknowledged }
+  const unacknowledgedPriority = PRIORITIES.find((priority) => alarms[priority].unacknowledged > 0) ?? null
+  const activeOfPriority = priority ? alarms[priority].active : 0
+  return { priority, unacknowledgedPriority, activeOfPriority, active, unacknowledged }
 }
 
 /** An alarm with a pressure limit, which a trend shows as a line. */
@@ -62,6 +66,7 @@ export function quantity(value: number | null, unit: string | null, shown: Unit)
   if (value === null) return ''
   if (unit === 'Pa') return unbroken(`${number(inUnit(value, shown))} ${shown}`)
   if (unit === 'decades/min') return unbroken(`${value.toFixed(2)} ${t.common.decades}/min`)
+  if (unit === 'telegrams/min') return unbroken(`${Number(value.toPrecision(3))} ${t.common.telegramsPerMinute}`)
   return unbroken(`${Number(value.toPrecision(3))} ${unit ?? ''}`.trim())
 }
 

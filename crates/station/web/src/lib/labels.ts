@@ -1,6 +1,6 @@
 // Words for what the API says in codes, and for the state of a segment and the recorder.
 
-import type { Recorder, Segment } from '../api/types.ts'
+import type { AlarmState, Recorder, Segment } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO' }
@@ -18,6 +18,14 @@ export function baud(bitsPerSecond: number): string {
 /** The number of samples and events that the recorder lost, in one sentence; `null` if it lost none. */
 export function lostSentence({ lost_samples, lost_events }: Recorder): string | null {
   return lost_samples + lost_events > 0 ? t.app.notRecorded(lost_samples, lost_events) : null
+}
+
+/** The value before and after an entry of the audit trail; states of alarms in the language of the page. */
+export function changeText(before: string | null, after: string | null): string {
+  const text = (value: string): string =>
+    Object.hasOwn(t.alarms.states, value) ? t.alarms.states[value as AlarmState].label : value
+  const changed = after === null ? t.common.unknown : text(after)
+  return before === null ? (after === null ? '' : changed) : `${text(before)} → ${changed}`
 }
 
 /** The state of a segment, in one sentence. */

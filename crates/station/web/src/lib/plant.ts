@@ -15,7 +15,8 @@ export const ratioText = (bounds: Bounds): { value: string; interval: string } =
 
 function textsOf({ mean, low, high }: Bounds, text: (value: number) => string): { value: string; interval: string } {
   const upper = high === null || high === undefined ? t.identify.noLimit : text(high)
-  return { value: text(mean), interval: t.common.rangeText(text(low), upper) }
+  const isBound = mean === 0 && high !== null && high !== undefined
+  return { value: isBound ? `< ${text(high)}` : text(mean), interval: t.common.rangeText(text(low), upper) }
 }
 
 /** `2 h 5 min (1 h 50 min to 2 h 20 min)`. */

@@ -7,6 +7,7 @@ import type { AuditEntry } from '../api/types.ts'
 import { BackupDialog } from '../components/backup-dialog.tsx'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
+import { changeText } from '../lib/labels.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { hasRole, useSession } from '../session.ts'
@@ -61,9 +62,9 @@ const columns = (): Column<AuditEntry>[] => [
   { title: t.audit.target, cell: ({ target }) => target },
   {
     title: t.audit.beforeAfter,
-    cell: ({ before, after }) => (before === null ? after : `${before} → ${after ?? t.common.unknown}`),
+    cell: ({ before, after }) => changeText(before, after),
   },
-  { title: t.audit.outcome, cell: ({ outcome }) => <span lang="en">{outcome}</span> },
+  { title: t.audit.outcome, cell: ({ outcome }) => outcome && <span lang="en">{outcome}</span> },
 ]
 
 export function Audit(): JSX.Element {

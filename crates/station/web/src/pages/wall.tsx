@@ -9,7 +9,7 @@ import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gaug
 import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { isActive, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
-import { age, clock } from '../lib/format.ts'
+import { age, clock, day } from '../lib/format.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import { gridOf, pageAt, pagesOf } from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
@@ -54,7 +54,9 @@ export function Wall(): JSX.Element {
         <strong>{station.name}</strong>
         <WallAlarms />
         {pages.length > 1 && <span class="wall-page">{t.wall.page(page + 1, pages.length)}</span>}
-        <time>{clock(live.now)}</time>
+        <time>
+          {day(live.now)} {clock(live.now)}
+        </time>
       </p>
       <WallProblem live={live} />
       {isWaiting && <p>{t.overview.waiting}</p>}
@@ -116,7 +118,8 @@ function WallAlarms(): JSX.Element {
   const { alarms } = useSnapshot()
   const counts = summary(alarms)
   if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
-  if (!counts?.priority) return <span>{t.wall.noAlarms}</span>
+  if (!counts) return <span>{t.wall.noAlarms}</span>
+  if (!counts.priority) return <span>{t.wall.noneActive(counts.unacknowledged)}</span>
   return (
     <span>
       <PriorityMark priority={counts.priority} active={true} /> {t.wall.alarms(counts.active, counts.unacknowledged)}

@@ -64,6 +64,7 @@ export const de: Texts = {
     withAccuracy: (percent) => `mit einer Genauigkeit des Messgeräts von ±${percent} %`,
     withoutAccuracy: 'ohne die Unsicherheit des Messgeräts',
     decades: 'Dekaden',
+    telegramsPerMinute: 'Telegramme pro Minute',
     lessThan1s: 'weniger als 1 s',
     momentForm: 'JJJJ-MM-TT hh:mm:ss',
     momentExpected: (form, typed) => `Erwartet wird eine Zeit wie ${form}, eingegeben ist ${typed}`,
@@ -389,6 +390,7 @@ export const de: Texts = {
     switch: 'Kürzel mit einer Taste',
     bus: 'Buszustand',
     risks: 'Risiko von Befehlen und Parametern',
+    zone: (zone) => `Alle Zeiten sind in der Zeitzone dieses Browsers: ${zone}.`,
     nextUnit: 'nächste Einheit',
     nextTheme: 'nächstes Farbschema: wie das System, hell, dunkel',
     this: 'diese Hilfe',
@@ -619,6 +621,7 @@ export const de: Texts = {
     more: (count) => ` und ${count} weitere`,
     notMonitored: (problem) => `Alarme nicht überwacht: ${problem}`,
     noAlarms: 'keine anstehenden Alarme',
+    noneActive: (unacknowledged) => `keine anstehenden Alarme, ${unacknowledged} nicht quittiert`,
     alarms: (active, unacknowledged) =>
       joined(
         [
@@ -792,9 +795,11 @@ export const de: Texts = {
     reading: (name) => `${name} wird gelesen …`,
     title: (name) => `Einstellungen neben denen von ${name}`,
     counted: (differing, total) =>
-      differing === 0
-        ? `Alle ${total} Einstellungen sind gleich.`
-        : `${differing} von ${total} Einstellungen sind verschieden.`,
+      total === 0
+        ? 'Keine Einstellung wurde verglichen: Die Messgeräte haben keine gemeinsame, die aus beiden gelesen wurde.'
+        : differing === 0
+          ? `Alle ${total} Einstellungen sind gleich.`
+          : `${differing} von ${total} Einstellungen sind verschieden.`,
     action: 'Änderung',
     takeOver: 'Übernehmen …',
     takeOverOf: (name) => `${name} übernehmen`,
@@ -969,7 +974,7 @@ export const de: Texts = {
   audit: {
     actions: {
       execute: 'gesendet',
-      outcome: 'Ergebnis',
+      outcome: 'Ergebnis oder Grund',
       refused: 'abgelehnt',
       disarmed: 'verworfen',
       'control-authority': 'Bedienhoheit',

@@ -96,6 +96,7 @@ export const en = {
     withAccuracy: (percent: string) => `with an accuracy of the gauge of ±${percent} %`,
     withoutAccuracy: 'without the uncertainty of the gauge',
     decades: 'decades',
+    telegramsPerMinute: 'telegrams per minute',
     lessThan1s: 'less than 1 s',
     momentForm: 'YYYY-MM-DD hh:mm:ss',
     momentExpected: (form: string, typed: string) => `Expected a time like ${form}, got ${typed}`,
@@ -416,6 +417,7 @@ export const en = {
     switch: 'Single-key shortcuts',
     bus: 'Bus status',
     risks: 'Risk of commands and parameters',
+    zone: (zone: string) => `All times are in the time zone of this browser: ${zone}.`,
     nextUnit: 'next unit',
     nextTheme: 'next theme: as the system, light, dark',
     this: 'this help',
@@ -640,6 +642,7 @@ export const en = {
     more: (count: number) => ` and ${count} more`,
     notMonitored: (problem: string) => `alarms not monitored: ${problem}`,
     noAlarms: 'no active alarms',
+    noneActive: (unacknowledged: number) => `no active alarms, ${unacknowledged} not acknowledged`,
     alarms: (active: number, unacknowledged: number) =>
       joined(
         [counted(active, 'active alarm', 'active alarms'), unacknowledged ? `${unacknowledged} not acknowledged` : ''],
@@ -803,7 +806,11 @@ export const en = {
     reading: (name: string) => `reading ${name} …`,
     title: (name: string) => `Settings beside those of ${name}`,
     counted: (differing: number, total: number) =>
-      differing === 0 ? `All ${total} settings are the same.` : `${differing} of ${total} settings differ.`,
+      total === 0
+        ? 'No setting was compared: the gauges have no setting in common that was read from both.'
+        : differing === 0
+          ? `All ${total} settings are the same.`
+          : `${differing} of ${total} settings differ.`,
     action: 'Change',
     takeOver: 'Take over …',
     takeOverOf: (name: string) => `Take over ${name}`,
@@ -999,7 +1006,7 @@ export const en = {
     of: (id: number) => ` of #${id}`,
     target: 'Target',
     beforeAfter: 'Before → after',
-    outcome: 'Outcome',
+    outcome: 'Outcome or reason',
     allGauges: 'all gauges',
     caption: 'Audit trail, the latest entry first',
   },

@@ -117,7 +117,7 @@ function Numbers({ plant }: { plant: Plant }): JSX.Element {
             {note && <small>{note}</small>}
           </th>
           <td>
-            <Pressure pa={value.mean} unit={unit} />
+            <Estimate bounds={value} />
           </td>
           <td>
             <PressureInterval bounds={value} />
@@ -141,6 +141,18 @@ function NumberRow({ row: { name, value, unit, note } }: { row: Row }): JSX.Elem
       </td>
       <td>{texts.interval}</td>
     </tr>
+  )
+}
+
+/** The estimate; its upper bound if it cannot be told from zero. */
+function Estimate({ bounds: { mean, high } }: { bounds: Bounds }): JSX.Element {
+  const unit = useUnit()
+  if (mean > 0 || high === null || high === undefined) return <Pressure pa={mean} unit={unit} />
+  return (
+    <>
+      {'< '}
+      <Pressure pa={high} unit={unit} />
+    </>
   )
 }
 
@@ -171,7 +183,7 @@ function Outlook({ plant, target }: Props): JSX.Element {
         <div key={name}>
           <dt>{name}</dt>
           <dd>
-            <Pressure pa={bounds.mean} unit={unit} /> (<PressureInterval bounds={bounds} />)
+            <Estimate bounds={bounds} /> (<PressureInterval bounds={bounds} />)
           </dd>
         </div>
       ))}
