@@ -1,14 +1,18 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { csvAddress } from '../dist/test/api/calls.js'
+import { summary } from '../dist/test/lib/alarms.js'
 import { gatewayState, gatewayTitle } from '../dist/test/lib/gateways.js'
-import { baud, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
+import { baud, changeText, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
+import { boundsText } from '../dist/test/lib/plant.js'
 import {
   aligned,
   fittingRange,
+  fittingSpan,
   moved,
   rangeOf,
   rangeText,
+  SEARCH_MS,
   tableTimes,
   windowOf,
   zoomed,
@@ -79,9 +83,36 @@ test('the address of the page holds the range', () => {
 
 test('a recording that has just begun fills the chart', () => {
   const now = 10_000_000
-  const spans = [10_000, 60_000, 300_000, 3_000_000].map((age) => fittingRange(now - age, now).last)
-  assert.deepEqual(spans, [60_000, 60_000, 600_000, 3_600_000])
-  assert.deepEqual(fittingRange(null, now), { last: 60_000 })
+  const ages = [0, 7_000, 45_000, 75_000, 300_000, 3_000_000]
+  const spans = ages.map((age) => fittingRange(now - age, now).last)
+  assert.deepEqual(spans, [20_000, 20_000, 60_000, 120_000, 600_000, 3_600_000])
+  assert.deepEqual(fittingRange(null, now), { last: 20_000 })
+  // Nothing that was recorded leaves the chart before the beginning is searched again.
+  for (const [index, age] of ages.entries()) assert.ok(spans[index] >= age + SEARCH_MS)
+  assert.equal(fittingSpan(now - 900_000, now, 600_000), 600_000)
+})
+
+test('the audit trail names states of alarms as the other pages, and values as they are', () => {
+  assert.equal(changeText('unacknowledged', 'out-of-service'), 'not acknowledged → out of service')
+  assert.equal(changeText('5 Pa', null), '5 Pa → unknown')
+  assert.equal(changeText(null, 'toString'), 'toString')
+  assert.equal(changeText(null, null), '')
+})
+
+test('a number that cannot be told from zero is its upper bound', () => {
+  assert.deepEqual(boundsText({ mean: 0, low: 0, high: 2e-3 }, 1e-3).value, '< 2.00')
+  assert.deepEqual(boundsText({ mean: 0, low: 0, high: null }, 1).value, '0')
+  assert.deepEqual(boundsText({ mean: 1, low: 0, high: 2 }, 1).value, '1.00')
+})
+
+test('alarms that have cleared have the priority of the most urgent one', () => {
+  const none = { active: 0, unacknowledged: 0 }
+  const { priority, unacknowledgedPriority } = summary({
+    high: none,
+    medium: { ...none, unacknowledged: 2 },
+    low: none,
+  })
+  assert.deepEqual([priority, unacknowledgedPriority], [null, 'medium'])
 })
 
 const rise = {

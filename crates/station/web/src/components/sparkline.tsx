@@ -1,11 +1,11 @@
-// The last ten minutes of a series as a small line. Gaps are gaps.
+// The last ten minutes of a series, or all of a recording that has just begun, as a small line. Gaps are gaps.
 
 import './sparkline.css'
 import type { JSX } from 'preact'
 import { fetchTrend } from '../api/calls.ts'
 import type { Trend } from '../api/types.ts'
-import { decade, number } from '../lib/format.ts'
-import { aligned } from '../lib/range.ts'
+import { age, decade, number } from '../lib/format.ts'
+import { aligned, fittingSpan } from '../lib/range.ts'
 import { decades, join, withRecent } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
 import { live, recentSamples } from '../live.ts'
@@ -15,18 +15,19 @@ import { useQuery } from './hooks.ts'
 
 const WIDTH = 240
 const HEIGHT = 44
-const SPAN_MS = 600_000
+const LONGEST_MS = 600_000
 const REFRESH_MS = 60_000
 
 export function Sparkline({ series, stale }: { series: string; stale: boolean }): JSX.Element {
   const unit = useUnit()
   const query = useQuery(series, REFRESH_MS, (signal) => {
     const now = Math.round(live().now)
-    const { from, to, count } = aligned([now - SPAN_MS, now], WIDTH)
+    const { from, to, count } = aligned([now - LONGEST_MS, now], WIDTH)
     return fetchTrend(series, from, to, count, signal)
   })
   const trend = query.value && withRecent(query.value, recentSamples(series))
   const scale = trend && scaleOf(trend, unit)
+  const span = trend ? spanOf(trend, live().now) : LONGEST_MS
   return (
     <div class={stale ? 'sparkline stale' : 'sparkline'}>
       <svg
@@ -35,13 +36,14 @@ export function Sparkline({ series, stale }: { series: string; stale: boolean })
         role="img"
         aria-label={description(trend, series, unit)}
       >
-        {scale && linesOf(trend, scale, unit, live().now).map((points) => <polyline points={points} key={points} />)}
+        {scale &&
+          linesOf(trend, scale, unit, live().now, span).map((points) => <polyline points={points} key={points} />)}
       </svg>
       <span class="sparkline-scale" aria-hidden="true">
         {scale && (
           <>
             <span>{decade(scale[1])}</span>
-            <span>10 min</span>
+            <span>{age(span)}</span>
             <span>{decade(scale[0])}</span>
           </>
         )}
@@ -49,6 +51,9 @@ export function Sparkline({ series, stale }: { series: string; stale: boolean })
     </div>
   )
 }
+
+/** Ten minutes, or less for a recording that has just begun. */
+const spanOf = ({ start_ms }: Trend, now: number): number => fittingSpan(start_ms[0] ?? null, now, LONGEST_MS)
 
 /** The whole decades around all values, in the unit; `null` without values. */
 function scaleOf(trend: Trend, unit: Unit): [number, number] | null {
@@ -64,12 +69,12 @@ function description(trend: Trend | null, series: string, unit: Unit): string {
 }
 
 /** The points of each line between gaps. */
-function linesOf(trend: Trend, scale: [number, number], unit: Unit, now: number): string[] {
-  const binMs = SPAN_MS / WIDTH
+function linesOf(trend: Trend, scale: [number, number], unit: Unit, now: number, span: number): string[] {
+  const binMs = LONGEST_MS / WIDTH
   const { times, curves } = join([trend], binMs)
   const means = curves[0]?.mean ?? []
   const [bottom, top] = scale.map(Math.log10) as [number, number]
-  const x = (time: number): number => WIDTH * (1 - (now - time) / SPAN_MS)
+  const x = (time: number): number => WIDTH * (1 - (now - time) / span)
   const y = (pa: number): number => 2 + (HEIGHT - 4) * (1 - (Math.log10(inUnit(pa, unit)) - bottom) / (top - bottom))
   let line: string[] = []
   const lines = [line]

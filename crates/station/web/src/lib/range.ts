@@ -16,11 +16,22 @@ export const SPANS = [
 
 export const DEFAULT_RANGE = { last: 60 * MINUTE }
 
-/** The shortest span that shows everything that was recorded since `first`, at most an hour; the shortest of all if nothing was. */
-export function fittingRange(first: number | null, now: number): Range {
-  const fitting = SPANS.find(({ ms }) => now - (first ?? now) <= ms)
-  return { last: Math.min(DEFAULT_RANGE.last, fitting?.ms ?? DEFAULT_RANGE.last) }
+/** The spans of a recording that has just begun. */
+const FITTING_MS = [20, 40, 60, 120, 300, 600, 1200, 1800, 3600].map((seconds) => seconds * 1_000)
+
+/** The beginning of a recording is searched this often. */
+export const SEARCH_MS = 10_000
+
+/** The shortest span that shows everything that was recorded since `first` until it is searched again, at most `longest`. */
+export function fittingSpan(first: number | null, now: number, longest: number): number {
+  const needed = now - (first ?? now) + SEARCH_MS
+  return Math.min(longest, FITTING_MS.find((ms) => needed <= ms) ?? longest)
 }
+
+/** The same as a range of at most an hour. */
+export const fittingRange = (first: number | null, now: number): Range => ({
+  last: fittingSpan(first, now, DEFAULT_RANGE.last),
+})
 
 /** The shortest and the longest window. */
 export const SHORTEST_MS = 2_000

@@ -2,7 +2,7 @@
 
 import { fetchTrend } from '../../api/calls.ts'
 import { useQuery } from '../../components/hooks.ts'
-import { DEFAULT_RANGE, fittingRange, type Range, rangeOf, rangeText } from '../../lib/range.ts'
+import { DEFAULT_RANGE, fittingRange, type Range, rangeOf, rangeText, SEARCH_MS } from '../../lib/range.ts'
 import { live } from '../../live.ts'
 import { setQuery, useLocation } from '../../router.tsx'
 
@@ -46,15 +46,12 @@ function momentIn(text: string | null): number | null {
   return text !== null && /^\d{1,15}$/.test(text) ? Number(text) : null
 }
 
-/** The beginning of a recording is searched this often: a recording that has just begun grows out of the range. */
-const REFRESH_MS = 10_000
-
 /** The number of pixels in which the beginning of a recording is searched. */
 const PIXELS = 60
 
 /** The range without a choice of the user: everything of a recording that has just begun, otherwise an hour. */
 function useUsualRange(names: string[]): Range {
-  const first = useQuery('first sample', REFRESH_MS, async (signal) => {
+  const first = useQuery('first sample', SEARCH_MS, async (signal) => {
     const now = Math.round(live().now)
     const series = names.slice(0, FIRST_SERIES)
     const from = now - DEFAULT_RANGE.last
