@@ -28,9 +28,9 @@ export function curveColours(names: string[], chosen: string[], dark: boolean): 
   return colours
 }
 
-/** Places at least `gap` apart and within the bounds while there is room, each as near to its wish as its neighbours permit. */
-export function apart(wishes: number[], gap: number, [least, most]: [number, number]): number[] {
-  const order = wishes.map((place, index) => ({ place, index })).sort((one, other) => one.place - other.place)
+/** Places at least `gap` apart and within the bounds while there is room, each as near to its wanted one as its neighbours permit. */
+export function apart(wanted: number[], gap: number, [least, most]: [number, number]): number[] {
+  const order = wanted.map((place, index) => ({ place, index })).sort((one, other) => one.place - other.place)
   let next = least
   for (const one of order) {
     one.place = Math.max(next, one.place)

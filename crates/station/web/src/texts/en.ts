@@ -57,7 +57,7 @@ export const en = {
     notFound: 'Page not found',
     toOverview: 'Go to the overview',
     lost: (time: string) =>
-      `The connection to the station is lost since ${time}. Pressures, valves and pumps are unknown; alarms and the bus status are those of that time. The page reconnects by itself.`,
+      `The connection to the station has been lost since ${time}. Pressures, valves and pumps are unknown; alarms and the bus status are those of that time. The page reconnects by itself.`,
     recorder: (error: string) => `The recorder does not write: ${error}`,
     /** The number of samples and events that the recorder lost, of which at least one is not zero. */
     notRecorded: (samples: number, events: number): string => {
