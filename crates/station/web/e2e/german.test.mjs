@@ -185,6 +185,10 @@ test('a command is armed and sent in German, with the words of the manual', asyn
     await page.goto(`${acting.url}/audit`)
     await page.getByRole('row').filter({ hasText: 'gesendet' }).first().waitFor()
     await check(page, 'audit')
+    await page.setViewportSize({ width: 360, height: 740 })
+    const empty = page.locator('.log td:last-child:empty')
+    for (const cell of await empty.all()) assert.ok(await cell.isHidden(), 'the name of an empty column')
+    assert.equal(await page.locator('.log thead th').last().textContent(), 'Ergebnis oder Grund')
   } finally {
     await close()
   }

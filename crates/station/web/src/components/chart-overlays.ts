@@ -54,8 +54,9 @@ const isBar = ({ kind }: Stretch): boolean => kind !== 'over' && kind !== 'under
 /** Draws the stretches of all lines; the bars of several lines lie above each other. */
 export function drawAllStretches(chart: uPlot, lines: Line[]): void {
   let lane = 0
+  const taken: DOMRect[] = []
   for (const line of lines) {
-    drawStretches(chart, line, lane)
+    drawStretches(chart, line, lane, taken)
     if (line.stretches.some(isBar)) lane += 1
   }
 }
@@ -64,12 +65,11 @@ export function drawAllStretches(chart: uPlot, lines: Line[]): void {
  * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
  * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off.
  */
-function drawStretches(chart: uPlot, line: Line, lane: number): void {
+function drawStretches(chart: uPlot, line: Line, lane: number, taken: DOMRect[]): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   ctx.save()
   clip(chart)
-  let ended = -Infinity
   for (const stretch of line.stretches) {
     const left = Math.max(bbox.left, chart.valToPos(stretch.from, 'x', true))
     const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
@@ -87,13 +87,17 @@ function drawStretches(chart: uPlot, line: Line, lane: number): void {
     ctx.font = NAME_FONT()
     const width = ctx.measureText(text).width
     const x = nameAt(bbox, left, right, width, isBar(stretch))
-    // The name of a stretch before it may reach this far.
-    if (x < ended) continue
+    const place = new DOMRect(x, y, width, 12 * dpr)
+    // Two names over each other could not be read.
+    if (taken.some((other) => meet(place, other))) continue
     label(chart, text, x, y, width, line.colour)
-    ended = x + width
+    taken.push(place)
   }
   ctx.restore()
 }
+
+const meet = (one: DOMRect, other: DOMRect): boolean =>
+  one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom
 
 /** Where the name of a stretch begins: in a band that is long enough, otherwise behind the stretch, before it, or at its start. */
 function nameAt(bbox: uPlot.BBox, left: number, right: number, width: number, isBar: boolean): number {

@@ -974,7 +974,7 @@ export const de: Texts = {
   audit: {
     actions: {
       execute: 'gesendet',
-      outcome: 'Ergebnis oder Grund',
+      outcome: 'Ergebnis',
       refused: 'abgelehnt',
       disarmed: 'verworfen',
       'control-authority': 'Bedienhoheit',
@@ -997,7 +997,7 @@ export const de: Texts = {
     of: (id) => ` zu #${id}`,
     target: 'Ziel',
     beforeAfter: 'Vorher → nachher',
-    outcome: 'Ergebnis',
+    outcome: 'Ergebnis oder Grund',
     allGauges: 'alle Messgeräte',
     caption: 'Audit-Trail, der neueste Eintrag zuerst',
   },

@@ -47,7 +47,7 @@ function momentIn(text: string | null): number | null {
 }
 
 /** The number of pixels in which the beginning of a recording is searched. */
-const PIXELS = 60
+const PIXELS = 360
 
 /** The range without a choice of the user: everything of a recording that has just begun, otherwise an hour. */
 function useUsualRange(names: string[]): Range {
