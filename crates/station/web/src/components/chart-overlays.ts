@@ -2,6 +2,7 @@
 
 import type uPlot from 'uplot'
 import type { Quality } from '../api/types.ts'
+import { namePlaces } from '../lib/level-names.ts'
 import type { Stretch } from '../lib/series.ts'
 import { t } from '../texts/texts.ts'
 import { tokenColour } from './palette.ts'
@@ -150,21 +151,30 @@ export function drawUnit({ ctx, bbox }: uPlot, unit: string): void {
 export function drawMarks(chart: uPlot, levels: Level[], marks: TimeMark[]): void {
   chart.ctx.save()
   clip(chart)
-  for (const level of levels) drawLevel(chart, level)
+  drawLevels(chart, levels)
   for (const [row, mark] of marks.entries()) drawMark(chart, mark, row)
   chart.ctx.restore()
 }
 
-function drawLevel(chart: uPlot, level: Level): void {
+function drawLevels(chart: uPlot, levels: Level[]): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
-  const y = Math.round(chart.valToPos(level.value, 'y', true)) + 0.5
-  if (y < bbox.top || y > bbox.top + bbox.height) return
-  ctx.strokeStyle = level.colour
+  ctx.font = `${11 * dpr}px system-ui, sans-serif`
+  const shown = levels
+    .map((level) => ({ ...level, y: Math.round(chart.valToPos(level.value, 'y', true)) + 0.5 }))
+    .filter(({ y }) => y >= bbox.top && y <= bbox.top + bbox.height)
+  const places = namePlaces(
+    shown.map(({ name, y }) => ({ y: (y - bbox.top) / dpr, width: ctx.measureText(name).width / dpr })),
+  )
   ctx.lineWidth = dpr
   ctx.setLineDash([6 * dpr, 4 * dpr])
-  stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
-  label(chart, level.name, bbox.left + 8 * dpr, y - 15 * dpr, bbox.width, level.colour)
+  shown.forEach(({ name, colour, y }, index) => {
+    ctx.strokeStyle = colour
+    stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
+    const place = places[index]
+    if (place)
+      label(chart, name, bbox.left + place.x * dpr, bbox.top + place.y * dpr, bbox.width - place.x * dpr, colour)
+  })
 }
 
 /** Each mark has its name in a row of its own: marks may be close to each other. */
