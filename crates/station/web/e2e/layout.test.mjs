@@ -9,6 +9,8 @@ let plant
 let large
 let demo
 
+const PHONE = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }
+
 before(async () => {
   ;[browser, plant, large, demo] = await Promise.all([
     startBrowser(),
@@ -240,4 +242,41 @@ test('the names of commands are readable without control, in light and dark', as
       { colorScheme },
     )
   }
+})
+
+test('on a phone a menu has control, unit, language and theme, and the first pressure begins in the upper half of the page', async () => {
+  await visit(
+    plant.url,
+    async (page) => {
+      const pressure = await page.locator('.card .big').first().boundingBox()
+      assert.ok(pressure.y < 370, `${pressure.y} pixels above the first pressure`)
+      const control = page.locator('header').getByRole('button', { name: 'Request control' })
+      const unit = page.getByLabel('Unit of pressure')
+      assert.deepEqual([await control.isVisible(), await unit.isVisible()], [false, false])
+      const menu = page.getByRole('button', { name: 'Control, unit, language and theme' })
+      assert.equal(await menu.getAttribute('aria-expanded'), 'false')
+      await menu.click()
+      assert.equal(await menu.getAttribute('aria-expanded'), 'true')
+      await unit.selectOption('hPa')
+      await page.locator('.big', { hasText: 'hPa' }).first().waitFor()
+      await control.click()
+      await menu.click()
+      await page.locator('header').getByText('You have control').waitFor()
+      await page.locator('header').getByRole('button', { name: 'Release control' }).click()
+      await control.waitFor({ state: 'hidden' })
+    },
+    PHONE,
+  )
+})
+
+test('with a zoom of 200 % the header scrolls away with the page', async () => {
+  await visit(
+    plant.url,
+    async (page) => {
+      await page.locator('.card').first().waitFor()
+      await page.evaluate(() => scrollTo(0, 400))
+      assert.ok((await page.locator('header').evaluate((header) => header.getBoundingClientRect().bottom)) < 0)
+    },
+    { viewport: { width: 720, height: 450 } },
+  )
 })

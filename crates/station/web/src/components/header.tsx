@@ -2,6 +2,7 @@
 
 import './header.css'
 import type { JSX } from 'preact'
+import { useState } from 'preact/hooks'
 import { chooseLanguage, useLanguage } from '../language.ts'
 import { age } from '../lib/format.ts'
 import { isUnit, UNIT_NAMES } from '../lib/units.ts'
@@ -27,14 +28,16 @@ interface Props {
 export function Header({ current, live, showHelp }: Props): JSX.Element {
   const { snapshot } = live
   const isLoggedOut = useSessionState().session?.login === 'logged-out'
+  const [isOpen, setOpen] = useState(false)
   return (
-    <header>
+    <header class={isOpen ? undefined : 'closed'}>
       <div class="station">
         <strong>{snapshot?.station.name ?? 'profivac'}</strong>
         {!isLoggedOut && <Connection live={live} />}
         {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} current={live.connected} />}
         {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
       </div>
+      <MenuButton isOpen={isOpen} setOpen={setOpen} />
       {snapshot && !isLoggedOut && <ControlStatus control={snapshot.control_authority} now={live.now} />}
       <div class="choices">
         <AccountMenu />
@@ -47,6 +50,22 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
       </div>
       {!isLoggedOut && <Navigation current={current} />}
     </header>
+  )
+}
+
+/** On a phone: shows control, unit, language, theme and help, which have a row of their own there. */
+function MenuButton({ isOpen, setOpen }: { isOpen: boolean; setOpen: (isOpen: boolean) => void }): JSX.Element {
+  return (
+    <button
+      type="button"
+      class="menu"
+      aria-expanded={isOpen}
+      aria-label={t.header.menu}
+      title={t.header.menu}
+      onClick={() => setOpen(!isOpen)}
+    >
+      ☰
+    </button>
   )
 }
 

@@ -52,7 +52,7 @@ export function Overview(): JSX.Element {
     .filter(({ gauge, labels, alarms }) => !isFiltered || passesNow(filter, gauge, labels, alarms, live))
   return (
     <>
-      <div class="bar">
+      <div class="bar overview-bar">
         <h1 class="visually-hidden">{t.pages['/']}</h1>
         <FilterFields filter={filter} change={change} directory={directory} />
         {isFiltered && !isWaiting && (

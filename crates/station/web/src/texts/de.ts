@@ -71,6 +71,7 @@ export const de: Texts = {
   },
 
   header: {
+    menu: 'Bedienhoheit, Einheit, Sprache und Farbschema',
     live: 'aktuell',
     lostFor: (age) => `unterbrochen seit ${age}`,
     lost: 'unterbrochen',

@@ -103,6 +103,7 @@ export const en = {
   },
 
   header: {
+    menu: 'Control, unit, language and theme',
     live: 'live',
     lostFor: (age: string) => `lost for ${age}`,
     lost: 'lost',
