@@ -672,8 +672,10 @@ test('the colour of an alarm of each priority is the colour of nothing else', as
 test('a sparkline has a scale of whole decades over ten minutes', async () => {
   await visit('/', async (page) => {
     const scale = page.locator('[data-gauge="chamber"] .sparkline-scale')
-    await scale.getByText('10 min').waitFor()
-    const [top, , bottom] = await scale.locator('span').allInnerTexts()
+    await scale.getByText('mbar').waitFor()
+    const [top, unit, bottom] = await scale.locator('span').allInnerTexts()
+    assert.equal(unit, 'mbar')
+    await page.locator('[data-gauge="chamber"] .sparkline').getByText('−10 min').waitFor()
     assert.match(top, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
     assert.match(bottom, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
     assert.notEqual(top, bottom)

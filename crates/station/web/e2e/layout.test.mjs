@@ -280,3 +280,15 @@ test('with a zoom of 200 % the header scrolls away with the page', async () => {
     { viewport: { width: 720, height: 450 } },
   )
 })
+
+test('the scale of a small line has its two decades with the unit between them, and its time below', async () => {
+  await visit(plant.url, async (page) => {
+    const card = page.locator('.card[data-gauge="chamber"]')
+    await card.locator('.sparkline-scale span').first().waitFor()
+    assert.match((await card.locator('.sparkline-scale').innerText()).replace(/\s+/g, ' '), /^10\S+ mbar 10\S+$/)
+    const [time, line, whole] = await Promise.all(
+      [card.locator('.sparkline-time'), card.locator('.sparkline svg'), card].map((one) => one.boundingBox()),
+    )
+    assert.ok(time.y >= line.y + line.height && time.y + time.height <= whole.y + whole.height)
+  })
+})

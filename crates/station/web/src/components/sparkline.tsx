@@ -43,10 +43,13 @@ export function Sparkline({ series, stale }: { series: string; stale: boolean })
         {scale && (
           <>
             <span>{decade(scale[1])}</span>
-            <span>{age(span)}</span>
+            <span>{unit}</span>
             <span>{decade(scale[0])}</span>
           </>
         )}
+      </span>
+      <span class="sparkline-time" aria-hidden="true">
+        −{age(span)}
       </span>
     </div>
   )
