@@ -11,7 +11,7 @@ use std::fmt;
 pub enum PortError {
     /// No device, file or listening host has this name.
     NotFound(String),
-    /// The path is the link of a pty whose program was killed; it leads to a pty of another program by now.
+    /// The path is a link that is older than the pty it leads to: its program was killed, and another program has the pty by now.
     LeftOver(String),
     /// Another program has locked the port.
     InUse(String),
@@ -151,7 +151,7 @@ impl PortError {
             Self::NotFound(_) => {
                 Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")
             }
-            Self::LeftOver(_) => Some("start the program that serves it again"),
+            Self::LeftOver(_) => Some("start that program again; if the link is right, make it again"),
             Self::InUse(_) => Some("end that program first; `fuser -v` names it"),
             Self::PermissionDenied(_) => Some("for a serial device, join its group (usually dialout) and log in again"),
             Self::UnsupportedRate { .. } => Some("use another adapter or another rate"),
@@ -187,9 +187,11 @@ impl PortError {
     fn condition(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFound(name) => write!(f, "there is no port {name}"),
-            Self::LeftOver(name) => {
-                write!(f, "{name} leads to a terminal of another program, since the program that served it was killed")
-            }
+            Self::LeftOver(name) => write!(
+                f,
+                "{name} is older than the pty it leads to: the program that made the link was killed, or the pty has \
+                 another owner or mode since"
+            ),
             Self::InUse(name) => write!(f, "{name} is in use by another program"),
             Self::PermissionDenied(name) => write!(f, "no permission to open {name}"),
             Self::NotSerial(name) => write!(f, "{name} is not a serial device"),

@@ -23,6 +23,9 @@ use std::os::unix::ffi::OsStringExt;
 use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::path::{Path, PathBuf};
 
+/// socat sets owner and mode of its pty after it has made the link: such a change counts only this long after the link, in s. free choice.
+const SETTLING_S: f64 = 10.0;
+
 /// The master side of a pty, and the link to the slave side.
 #[derive(Debug)]
 pub struct Pty {
@@ -181,17 +184,24 @@ fn remove_left_over(path: &Path) -> io::Result<()> {
     if is_left_over(path) { fs::remove_file(path) } else { Ok(()) }
 }
 
-/// Whether a link dangles, or leads to a pty that is younger than the link: a process makes its pty before the link. Links to serial
-/// devices, as those below `/dev/serial`, may be older than the last change of the device.
+/// Whether a link dangles, or leads to a pty that is younger than the link: a process makes its pty before the link.
 fn is_left_over(path: &Path) -> bool {
-    let (Ok(link), true) = (fs::symlink_metadata(path), path.is_symlink()) else { return false };
-    let Ok(target) = fs::metadata(path) else { return !path.exists() };
-    is_pty(path) && (target.ctime(), target.ctime_nsec()) > (link.mtime(), link.mtime_nsec())
+    path.is_symlink() && (!path.exists() || seconds_behind(path).is_some_and(|seconds| seconds > 0.0))
 }
 
 /// Whether a link leads to a pty that another program has made since the one that made the link was killed.
 pub(super) fn leads_to_another_program(path: &Path) -> bool {
-    is_left_over(path) && path.exists() && !LinkClaim::is_held(path)
+    seconds_behind(path).is_some_and(|seconds| seconds > SETTLING_S) && !LinkClaim::is_held(path)
+}
+
+/// The time in s from the making of a link to the last change of owner or mode of the pty it leads to, which is its making unless a user
+/// changed them later. `None` for anything else, as a link below `/dev/serial` to a serial device.
+fn seconds_behind(path: &Path) -> Option<f64> {
+    let link = fs::symlink_metadata(path).ok().filter(|_| path.is_symlink() && is_pty(path))?;
+    let target = fs::metadata(path).ok()?;
+    let seconds = target.ctime().saturating_sub(link.mtime());
+    let nanoseconds = target.ctime_nsec().saturating_sub(link.mtime_nsec());
+    Some(seconds as f64 + nanoseconds as f64 / 1e9)
 }
 
 fn link_error(name: &str, error: io::Error) -> PortError {
@@ -207,6 +217,7 @@ mod tests {
     use super::*;
     use profivac_dp::link::Baud;
     use rustix::fs::{AtFlags, CWD, Timestamps, utimensat};
+    use std::os::unix::fs::PermissionsExt;
 
     const AN_HOUR_S: i64 = 3600;
 
@@ -249,6 +260,19 @@ mod tests {
         fs::remove_file(&path).unwrap();
         symlink(&side, &path).unwrap();
         assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok(), "a link that is younger than its pty");
+    }
+
+    /// As socat does with the options `mode` and `user`.
+    #[test]
+    fn a_link_whose_pty_gets_its_mode_after_it_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let (_master, side) = stranger();
+        symlink(&side, &path).unwrap();
+        while seconds_behind(&path).unwrap() <= 0.0 {
+            fs::set_permissions(&side, PermissionsExt::from_mode(0o600)).unwrap();
+        }
+        assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok());
     }
 
     #[test]
