@@ -10,9 +10,11 @@ need() {
         echo "'$*' fails; please install the package $package (its name on Debian)" >&2
         exit 1
     fi
-    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" >&2 || {
+    # Steps that run at the same time install packages one after the other.
+    local install=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -qq -y "$package")
+    "${install[@]}" >&2 || {
         apt-get update -qq >&2
-        DEBIAN_FRONTEND=noninteractive apt-get install -qq -y "$package" >&2
+        "${install[@]}" >&2
     }
 }
 

@@ -25,7 +25,7 @@ use tokio::runtime::{Builder, Runtime};
 use tower::ServiceExt;
 
 /// The paths, with `*` for a name.
-const PATHS: [&str; 49] = [
+const PATHS: [&str; 51] = [
     "/api/station",
     "/api/segments/*/bus",
     "/api/segments/*/captures",
@@ -75,6 +75,8 @@ const PATHS: [&str; 49] = [
     "/api/gauges/*/arm",
     "/api/openapi.json",
     "/api/alarms/*/settings",
+    "/api/backup",
+    "/api/backup/*",
 ];
 
 /// The paths of a session, which need the middleware of the server.

@@ -35,6 +35,11 @@ class Rise:
     """The best fit: times in s, indicated pressures in Pa."""
     tau_s: float | None
     """The time constant of saturation in s, if that shape is the most probable one."""
+    _sccm: float = field(repr=False, compare=False)
+
+    def sccm(self, flow: Interval) -> Interval:
+        """A flow of this result in standard cubic centimetres per minute, at 0 °C and 1013.25 mbar."""
+        return Interval(flow.mean * self._sccm, flow.low * self._sccm, flow.high * self._sccm)
 
 
 def rise(
@@ -52,14 +57,17 @@ def rise(
 
     ``seconds`` since the valve was closed and indicated ``pascal`` are lists or numpy arrays of the same length. ``volume_m3`` is the
     volume in m³. ``gauge`` says how the gauge depends on the gas: ``none`` (a diaphragm), ``ionisation`` or ``conduction``.
+    ``gas_k`` is the temperature of the gas in K, which :meth:`Rise.sccm` uses.
 
     >>> times = [10.0 * step for step in range(60)]
     >>> result = rise(times, [1e-3 + 1e-5 * time for time in times], volume_m3=0.1)
     >>> f"{result.total.mean:.2e} Pa m3/s"
     '1.00e-06 Pa m3/s'
+    >>> f"{result.sccm(result.total).mean:.2e} sccm"
+    '5.46e-04 sccm'
     """
     samples = [(float(time), float(pressure)) for time, pressure in zip(seconds, pascal, strict=True)]
-    leak, outgassing, total, cause, misfit, fitted, tau_s = _profivac.analyse_rise(
+    leak, outgassing, total, cause, misfit, fitted, tau_s, sccm = _profivac.analyse_rise(
         samples,
         volume_m3=volume_m3,
         pumped_s=pumped_s,
@@ -68,7 +76,7 @@ def rise(
         gauge_uncertainty=gauge_uncertainty,
         gas_k=gas_k,
     )
-    return Rise(Interval(*leak), Interval(*outgassing), Interval(*total), cause, misfit, tuple(fitted), tau_s)
+    return Rise(Interval(*leak), Interval(*outgassing), Interval(*total), cause, misfit, tuple(fitted), tau_s, sccm)
 
 
 @dataclass(frozen=True)

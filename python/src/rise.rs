@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 /// Mean and bounds of a 95 % interval.
 pub type IntervalRow = (f64, f64, f64);
 
-/// Leak, outgassing, total, cause, misfit, fitted samples, time constant.
-type RiseRow = (IntervalRow, IntervalRow, IntervalRow, &'static str, f64, Vec<(f64, f64)>, Option<f64>);
+/// Leak, outgassing, total, cause, misfit, fitted samples, time constant, and how many sccm one Pa m³/s is.
+type RiseRow = (IntervalRow, IntervalRow, IntervalRow, &'static str, f64, Vec<(f64, f64)>, Option<f64>, f64);
 
 /// An interval as a tuple.
 pub const fn row(interval: Interval) -> IntervalRow {
@@ -47,5 +47,6 @@ pub fn analyse_rise(
         Cause::NoRise => "no-rise",
     };
     let [leak, outgassing, total] = [&rise.leak, &rise.outgassing, &rise.total].map(|flow| row(flow.pa_m3_per_s));
-    Ok((leak, outgassing, total, cause, rise.misfit, rise.fitted, rise.tau_s))
+    let sccm = profivac_vacuum::pump::sccm_of_flow(1.0, gas_k);
+    Ok((leak, outgassing, total, cause, rise.misfit, rise.fitted, rise.tau_s, sccm))
 }
