@@ -30,8 +30,13 @@ const MAX_OCTETS: usize = 2 << 20;
 /// The time between two looks at an empty outbox: that between two transactions of the recorder.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The pause when the servers hold as many batches of the station as they may. free choice: an archive takes hundreds in this time.
-const FULL_PAUSE: Duration = Duration::from_millis(100);
+/// The pause when the servers hold as many batches of the station as they may. free choice: short beside the time in which an archive takes
+/// the next hundreds.
+const FULL_PAUSE: Duration = Duration::from_millis(50);
+
+/// The longest time without room for a batch before that is reported. free choice: an archive that stores a large batch, or starts again,
+/// takes less.
+const FULL_PATIENCE: Duration = Duration::from_secs(10);
 
 /// The longest wait for an acknowledgement.
 const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
@@ -46,6 +51,9 @@ pub enum PublisherError {
     /// The servers cannot be used.
     #[error("{0}; batches wait in the database")]
     Nats(#[from] NatsError),
+    /// The servers hold as many batches of the station as they may, and no archive takes them.
+    #[error("{0}; batches wait in the database")]
+    FullShare(NatsError),
     /// The archive cannot be reached, or refuses.
     #[error("{0}; batches wait in the database")]
     Post(#[from] PostError),
@@ -118,19 +126,31 @@ async fn publish(settings: Settings, mut context: Context) -> Result<(), Publish
     let _responder = destination.answer(&settings, &context).await?;
     context.status.runs(destination.name());
     let mut cursor = (0, 0);
+    // When there was room last. A publisher that begins with a full share reports it at once.
+    let mut room = None;
     loop {
         let page = read(&context, cursor).await?;
         if page.epoch != cursor.0 {
             cursor = (page.epoch, 0);
         }
         if page.batches.is_empty() {
+            room = room.map(|_| Instant::now());
             pause(&mut context, POLL_INTERVAL).await;
         } else {
             let (begun, octets) = (Instant::now(), octets_of(&page));
             let (count, sent) = destination.send(&settings, page, &mut cursor).await;
             context.status.sent(count);
             context.services.recorder().acknowledge_outbox(cursor.0, cursor.1);
-            sent?;
+            if count > 0 {
+                room = Some(Instant::now());
+            }
+            match sent {
+                // An archive takes batches: the next round sends the rest.
+                Err(PublisherError::FullShare(_)) if room.is_some_and(|it| it.elapsed() < FULL_PATIENCE) => {
+                    pause(&mut context, if count == 0 { FULL_PAUSE } else { Duration::ZERO }).await;
+                }
+                sent => sent?,
+            }
             pause(&mut context, pause_after(settings.limit, octets, begun.elapsed())).await;
         }
         if context.stop.is_stopped() {
@@ -202,10 +222,9 @@ async fn publish_page(
     for (number, acknowledgement) in waiting {
         match timeout(ACKNOWLEDGEMENT_TIMEOUT, acknowledgement.into_future()).await {
             Ok(Ok(_stored)) => *cursor = (page.epoch, number),
-            // An archive takes batches: the next round sends the rest.
-            Ok(Err(error)) if is_full_share(&error) && count > 0 => {
-                sleep(FULL_PAUSE).await;
-                return (count, Ok(()));
+            Ok(Err(error)) if is_full_share(&error) => {
+                let reason = NatsError::new(nats, explained(&error, settings));
+                return (count, Err(PublisherError::FullShare(reason)));
             }
             Ok(Err(error)) => return (count, failed(explained(&error, settings))),
             Err(_) => return (count, failed(explained(&PublishErrorKind::TimedOut.into(), settings))),

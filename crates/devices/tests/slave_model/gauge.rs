@@ -179,6 +179,7 @@ impl<D: Device + Clone> Peek<D> {
             None => Ok(()),
             Some(reason) => {
                 self.contents = before;
+                self.contents.particular.refused(key(row), data);
                 Err(reason)
             }
         }

@@ -153,6 +153,8 @@ impl<D: Driven> Line<D> {
                         self.slave.poll(wake);
                     }
                     self.slave.device_mut().set_time(end);
+                    // A timer that expired since the last telegram may have changed the device.
+                    self.slave.device().show(&mut self.model.process);
                     self.model.expire(end);
                     if let Some(telegram) = real
                         && let Some(transmit) = self.slave.telegram(BitTime(end), &telegram)

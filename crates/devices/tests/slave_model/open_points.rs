@@ -27,6 +27,8 @@ pub const OPEN: &[(u8, &str, &str)] = &[
         "profibus-wire 4.6.3",
         "an address of type 1 below 8 octets, and a type above 1, is answered with Abort 00 12",
     ),
+    (17, "profibus-wire 4.6.5", "an Initiate to another network is bound for the Send_Timeout that it asks for"),
+    (18, "profibus-wire 3.2", "an exchange that begins again is no command to the device"),
 ];
 
 /// What the model takes from the device, from number 1 on. `B` is errata-bpg-bcg-tpg, `P` is errata-pxg55x-img400.
@@ -47,4 +49,5 @@ pub const OF_THE_DEVICE: &[&str] = &[
     "of the device: a factor without a range (P 99)",
     "of the device: which of two errors of an adjustment comes first (P 131)",
     "of the device: whether a refused degas is a warning (B 96)",
+    "of the device: a hysteresis below the digits of its trip point",
 ];

@@ -274,6 +274,10 @@ impl Particular for Bcg450 {
         }
     }
 
+    fn refused(&mut self, key: Key, data: &[u8]) {
+        self.too_high |= (key, data) == ((1, 2, 14), &[1, 1]);
+    }
+
     fn settled(&mut self, common: &mut Common) {
         for instance in 1..=3 {
             if self.valid(common, instance) {

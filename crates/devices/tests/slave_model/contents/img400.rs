@@ -125,7 +125,12 @@ impl Img400 {
                 let verdict = common.keep(key, data, SCALE);
                 let hysteresis = low.zip(upper).map(|(low, upper)| upper - low);
                 at(common, hysteresis.map(|it| number + it));
-                verdict
+                // In COUNTS a hysteresis is a factor, and the upper threshold may become enormous.
+                let enormous = match hysteresis {
+                    Some(hysteresis) => common.form.mbar(number + hysteresis, SCALE) >= 1e28,
+                    None => low.is_some() && common.form.unit == Unit::Counts,
+                };
+                if enormous && verdict == Verdict::Done { Verdict::Open(3) } else { verdict }
             }
             24 if number < 0.0 => refused,
             24 => {
@@ -204,6 +209,7 @@ impl Particular for Img400 {
                 _ => Content::Device(2),
             },
             (5..=11, 24) => match Self::points(common, slot) {
+                (Some(low), Some(upper)) if upper != low && (upper - low).abs() < 1e-9 * low => Content::Device(17),
                 (Some(low), Some(upper)) => Content::About(common.form.octets(upper - low)),
                 _ => Content::Device(2),
             },

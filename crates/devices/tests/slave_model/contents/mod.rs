@@ -148,6 +148,8 @@ pub trait Particular: Debug {
     fn command(&mut self, _: &mut Common, _: u8) -> Verdict {
         Verdict::Refused(Reason::Range)
     }
+    /// A refused write, which leaves no other trace than this.
+    fn refused(&mut self, _: Key, _: &[u8]) {}
     fn settled(&mut self, _: &mut Common) {}
     /// A unit in the user parameters; `None` is none.
     fn unit_of(&self, user: &[u8]) -> Option<u16> {
