@@ -121,6 +121,8 @@ fn an_alarm_is_raised_acknowledged_and_returns() {
         (&json!(0.5), &json!("Pa"), &json!("chamber"))
     );
     let events = fixture.get(&format!("/api/events?from=0&to={}", i64::MAX));
+    let cleared = events[0]["text"].as_str().unwrap();
+    assert!(cleared.starts_with("alarm \"too high\" (high) cleared: "), "{cleared}");
     assert_eq!(events[1]["text"], "alarm \"too high\" (high) acknowledged by Ada");
     assert_eq!(fixture.get(&format!("/api/alarms/history?from=0&to={}&alarm=other", i64::MAX)), json!([]));
 }

@@ -203,7 +203,10 @@ fn an_error_names_its_position_and_what_was_expected() {
             defaults("stale = { except = ['chambre'] }"),
             "hall.toml:36:21: there is no gauge \"chambre\"; did you mean \"chamber\"?",
         ),
-        (defaults("segment = { except = ['hal'] }"), "there is no segment \"hal\"; did you mean \"hall\"?"),
+        (
+            defaults("segment = { except = ['hal'] }"),
+            "there is no segment \"hal\"; did you mean \"hall\"?; write the name of a [[segment]], or add one",
+        ),
         (defaults("fault = { limit = 3 }"), "hall.toml:36:19: only damage has a limit"),
         (defaults("damage = { limit = 0.5 }"), "expected telegrams per minute from 1 to 1000000, found 0.5"),
         (defaults("stall = {}"), "unknown field `stall`"),

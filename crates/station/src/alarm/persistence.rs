@@ -295,7 +295,7 @@ fn history_entry(change: &AlarmChange) -> AlarmHistoryEntry {
 fn event(change: &AlarmChange) -> Event {
     let AlarmChange { at, rule, kind, user, text, .. } = change;
     let by = user.as_ref().map(|user| format!(" by {user}")).unwrap_or_default();
-    let words = kind.word().replace('-', " ");
+    let words = kind.operator_words();
     let more = if text.is_empty() { String::new() } else { format!(": {text}") };
     let text = format!("alarm {:?} ({}) {words}{by}{more}", rule.name, rule.priority.word());
     Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm, text }

@@ -88,6 +88,15 @@ impl ChangeKind {
             Self::Removed => "removed",
         }
     }
+
+    /// The words in the text of an event: those of the dashboard, on which an alarm that has returned is *cleared*.
+    #[must_use]
+    pub fn operator_words(self) -> String {
+        match self {
+            Self::Returned => "cleared".to_owned(),
+            _ => self.word().replace('-', " "),
+        }
+    }
 }
 
 /// A change of an alarm.

@@ -24,7 +24,10 @@ pub struct CaptureView {
 }
 
 fn unknown(segment: &str) -> Problem {
-    Problem::not_found(format!("there is no segment {segment:?}, or it has not observed its line yet"))
+    Problem::not_found(format!(
+        "there is no segment {segment:?}, or it has not observed its line yet; take a name from /api/segments, and try again \
+         when the segment is running"
+    ))
 }
 
 /// The live list and the statistics of a segment

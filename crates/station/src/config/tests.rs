@@ -565,7 +565,10 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
             "zones = ['target']",
             "no gauge has the zone \"target\"; did you mean \"target zone\"?; add it to a [[volume]] with its gauges, ",
         ),
-        ("segments = ['hal']", "there is no segment \"hal\"; did you mean \"hall\"?"),
+        (
+            "segments = ['hal']",
+            "there is no segment \"hal\"; did you mean \"hall\"?; write the name of a [[segment]], or add one",
+        ),
         (
             "alarms = ['chamber hihg']",
             "there is no alarm \"chamber hihg\"; did you mean \"chamber high\"?; the page Alarms and ",
