@@ -86,6 +86,17 @@ impl Reader {
     /// # Errors
     /// [`BackupError`]; the destination is then as it was before.
     pub fn backup(&self, to: &Path, existing: Existing, progress: impl FnMut(u64, u64)) -> Result<(), BackupError> {
+        self.backup_with(to, existing, free_octets, progress)
+    }
+
+    /// The same for a disk that has the free octets that `free` says.
+    fn backup_with(
+        &self,
+        to: &Path,
+        existing: Existing,
+        free: impl FnOnce(&Path) -> Option<u64>,
+        progress: impl FnMut(u64, u64),
+    ) -> Result<(), BackupError> {
         let failed = |error| BackupError::File { path: to.to_owned(), error };
         if is_same(self.path(), to) {
             return Err(BackupError::Itself(to.to_owned()));
@@ -94,7 +105,7 @@ impl Reader {
             return Err(BackupError::Exists(to.to_owned()));
         }
         let part = part_of(to).map_err(failed)?;
-        let made = self.copy_and_check(&part, progress).and_then(|()| put(&part, to, existing));
+        let made = self.copy_and_check(&part, free, progress).and_then(|()| put(&part, to, existing));
         if made.is_err() {
             remove(&part);
         }
@@ -102,12 +113,17 @@ impl Reader {
     }
 
     /// Writes the copy, checks it, and makes it durable.
-    fn copy_and_check(&self, part: &Path, progress: impl FnMut(u64, u64)) -> Result<(), BackupError> {
+    fn copy_and_check(
+        &self,
+        part: &Path,
+        free: impl FnOnce(&Path) -> Option<u64>,
+        progress: impl FnMut(u64, u64),
+    ) -> Result<(), BackupError> {
         let sql = |error| DatabaseError::Sql { path: self.path().to_owned(), error };
         let failed = |error| BackupError::File { path: part.to_owned(), error };
         OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(part).map_err(failed)?;
         let mut copy = Connection::open(part).map_err(sql)?;
-        self.copy(&mut copy, part, progress)?;
+        self.copy(&mut copy, part, free, progress)?;
         let found: String = copy.query_row("PRAGMA quick_check(1)", [], |row| row.get(0)).map_err(sql)?;
         if found != "ok" {
             return Err(BackupError::Damaged { path: self.path().to_owned(), found });
@@ -119,7 +135,13 @@ impl Reader {
         File::open(part).and_then(|file| file.sync_all()).map_err(failed)
     }
 
-    fn copy(&self, copy: &mut Connection, part: &Path, mut progress: impl FnMut(u64, u64)) -> Result<(), BackupError> {
+    fn copy(
+        &self,
+        copy: &mut Connection,
+        part: &Path,
+        free: impl FnOnce(&Path) -> Option<u64>,
+        mut progress: impl FnMut(u64, u64),
+    ) -> Result<(), BackupError> {
         let sql = |error| DatabaseError::Sql { path: self.path().to_owned(), error };
         // A read transaction that lasts for the whole copy. Without it each commit of the recorder would start the copy again.
         let transaction = self.connection().unchecked_transaction().map_err(sql)?;
@@ -128,7 +150,11 @@ impl Reader {
             transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(sql)?;
         let of_pages = |pages: i32| u64::try_from(i64::from(pages).saturating_mul(octets)).unwrap_or(0);
         let pages: i32 = transaction.query_row("PRAGMA page_count", [], |row| row.get(0)).map_err(sql)?;
-        require_room(part, of_pages(pages).saturating_add(RESERVE))?;
+        let needed = of_pages(pages).saturating_add(RESERVE);
+        // A disk that does not say how much it has is tried.
+        if let Some(free) = free(part).filter(|free| *free < needed) {
+            return Err(BackupError::NoRoom { path: part.to_owned(), needed, free });
+        }
         let backup = Backup::new(&transaction, copy).map_err(sql)?;
         let mut pauses: u32 = 0;
         loop {
@@ -148,14 +174,10 @@ impl Reader {
     }
 }
 
-/// Requires room on the disk of `part`. A disk that does not say how much it has is tried.
-fn require_room(part: &Path, needed: u64) -> Result<(), BackupError> {
-    let Ok(disk) = rustix::fs::statvfs(part) else { return Ok(()) };
-    let free = disk.f_bavail.saturating_mul(disk.f_frsize);
-    if free < needed {
-        return Err(BackupError::NoRoom { path: part.to_owned(), needed, free });
-    }
-    Ok(())
+/// The free octets on the disk of a file; `None` if the disk does not say.
+fn free_octets(file: &Path) -> Option<u64> {
+    let disk = rustix::fs::statvfs(file).ok()?;
+    Some(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 
 /// Whether both paths name one file.
@@ -197,4 +219,35 @@ fn put(part: &Path, to: &Path, existing: Existing) -> Result<(), BackupError> {
     }
     let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Recorder, Settings};
+
+    #[test]
+    fn a_copy_for_which_the_disk_has_no_room_is_refused_and_leaves_the_file_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let database = folder.path().join("plant.db");
+        let to = folder.path().join("copy.db");
+        let part = folder.path().join("copy.db.part");
+        let recorder = Recorder::start(&database, Settings::default()).unwrap();
+        assert!(recorder.flush());
+        fs::write(&to, "the copy of yesterday").unwrap();
+        let reader = Reader::open(&database).unwrap();
+        let on_disk_with = |octets| reader.backup_with(&to, Existing::Replace, |_| Some(octets), |_, _| ());
+        let Err(BackupError::NoRoom { needed, .. }) = on_disk_with(0) else { panic!("a full disk takes no copy") };
+        assert!(needed > RESERVE, "{needed}");
+        let refused = on_disk_with(needed - 1).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            format!("{}: expected room for {needed} octets on the disk, found {}", part.display(), needed - 1)
+        );
+        assert_eq!(fs::read(&to).unwrap(), b"the copy of yesterday");
+        assert!(!part.exists(), "what was begun is removed");
+        on_disk_with(needed).unwrap();
+        assert_eq!(fs::read(&to).unwrap().get(..6), Some(b"SQLite".as_slice()));
+        reader.backup_with(&to, Existing::Replace, |_| None, |_, _| ()).unwrap();
+    }
 }

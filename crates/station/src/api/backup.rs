@@ -83,8 +83,12 @@ impl Backups {
         })
     }
 
-    /// Keeps a copy for its download.
-    fn keep(&self, copy: Copy) -> BackupView {
+    /// Keeps a copy for its download, until the time that `sleep` gets has passed.
+    fn keep<Passed: Future<Output = ()> + Send + 'static>(
+        &self,
+        copy: Copy,
+        sleep: impl FnOnce(Duration) -> Passed,
+    ) -> BackupView {
         let made = copy.made;
         let view = BackupView {
             id: copy.id.reveal().to_owned(),
@@ -94,8 +98,9 @@ impl Backups {
         };
         let (backups, id) = (self.clone(), copy.id.clone());
         *self.ready() = Some(Arc::new(copy));
+        let passed = sleep(self.kept);
         tokio::spawn(async move {
-            tokio::time::sleep(backups.kept).await;
+            passed.await;
             backups.ready().take_if(|copy| copy.id == id);
         });
         view
@@ -155,7 +160,7 @@ pub async fn backup(
     let permit = backups.begin()?;
     let copied = tokio::task::spawn_blocking(move || audited_copy(&services, &actor, permit));
     let copy = copied.await.map_err(|error| task_failed(&error))??;
-    Ok(Json(backups.keep(copy)))
+    Ok(Json(backups.keep(copy, tokio::time::sleep)))
 }
 
 /// Writes to the audit trail who makes a copy, makes it, and writes the outcome.
@@ -220,4 +225,40 @@ pub async fn download(
         (CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
     ];
     Ok((headers, readers.stream_export(Pieces { copy, at: 0 })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::sync::oneshot;
+
+    fn copy(permit: OwnedSemaphorePermit) -> Copy {
+        let (id, file) = (RandomSecret::new().unwrap(), tempfile::tempfile().unwrap());
+        Copy { id, file, octets: 0, made: Micros::now(), _permit: permit }
+    }
+
+    #[tokio::test]
+    async fn a_copy_ends_after_a_quarter_of_an_hour_and_a_download_goes_on() {
+        let backups = Backups { permit: Arc::new(Semaphore::new(1)), ready: Arc::default(), kept: KEPT };
+        for is_being_downloaded in [false, true] {
+            let (pass, passed) = oneshot::channel::<()>();
+            let mut asked = None;
+            let view = backups.keep(copy(backups.begin().unwrap()), |time| {
+                asked = Some(time);
+                async move { passed.await.unwrap() }
+            });
+            assert_eq!(asked, Some(Duration::from_secs(900)));
+            assert_eq!(view.kept_until_ms - view.made_ms, 900_000);
+            let download = backups.find(&view.id).filter(|_| is_being_downloaded);
+            assert!(backups.find(&view.id).is_some());
+            pass.send(()).unwrap();
+            // The task of `keep` runs when this one yields.
+            while backups.find(&view.id).is_some() {
+                tokio::task::yield_now().await;
+            }
+            assert_eq!(backups.begin().is_err(), is_being_downloaded);
+            drop(download);
+            assert!(backups.begin().is_ok(), "the room of the copy is free");
+        }
+    }
 }
