@@ -68,9 +68,22 @@ test('an alarm about two of three gauges, and one about a rise, say what they wa
       }, `gauge ${address}`)
     }
     assert.equal(await active.locator('[data-alarm="two of three"]').count(), 0)
+    // A reading that is late for longer than five polls empties the window of a rise, so a single jump may pass unseen on a loaded
+    // computer. The pressure rises until the alarm is there, each time after the one before was measured.
+    const leaks = active.locator('[data-alarm="leaks"]')
+    let measured = 0
+    for (let mbar = 1.2e-6; mbar < 100 && (await leaks.count()) === 0; mbar *= 1.2) {
+      gauges.tell(`pressure ${mbar} mbar`)
+      const higher = await page.waitForFunction(async (before) => {
+        const found = (await (await fetch('/api/gauges')).json()).find(({ name }) => name === 'gauge 5')
+        const pa = found.readings[0]?.pa
+        return pa > before ? pa : null
+      }, measured)
+      measured = await higher.jsonValue()
+    }
+    await leaks.waitFor()
     gauges.tell('pressure 1e-3 mbar')
     await active.locator('[data-alarm="two of three"]').waitFor()
-    await active.locator('[data-alarm="leaks"]').waitFor()
     assert.deepEqual(complaints, [])
   } finally {
     await close()

@@ -31,7 +31,14 @@ export function controlText({ holder, requested_by }: Control, { name }: Session
   return requested_by === name ? t.control.ownRequest(has) : t.control.request(has, requested_by)
 }
 
-export function ControlStatus({ control, now }: { control: Control; now: number }): JSX.Element {
+interface Props {
+  control: Control
+  now: number
+  /** Without a connection no request reaches the station. */
+  connected: boolean
+}
+
+export function ControlStatus({ control, now, connected }: Props): JSX.Element {
   const session = useSession()
   const [error, setError] = useState<string | null>(null)
   const run = (action: ControlAction): void => {
@@ -50,7 +57,8 @@ export function ControlStatus({ control, now }: { control: Control; now: number 
           type="button"
           class={action === 'grant' ? 'main' : undefined}
           key={action}
-          title={t.control.actions[action].title}
+          disabled={!connected}
+          title={connected ? t.control.actions[action].title : t.control.noConnection}
           onClick={() => run(action)}
         >
           {t.control.actions[action].label}

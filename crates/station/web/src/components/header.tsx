@@ -38,7 +38,9 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
         {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
       </div>
       <MenuButton isOpen={isOpen} setOpen={setOpen} />
-      {snapshot && !isLoggedOut && <ControlStatus control={snapshot.control_authority} now={live.now} />}
+      {snapshot && !isLoggedOut && (
+        <ControlStatus control={snapshot.control_authority} now={live.now} connected={live.connected} />
+      )}
       <div class="choices">
         <AccountMenu />
         {!isLoggedOut && <UnitChoice />}

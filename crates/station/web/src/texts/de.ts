@@ -132,6 +132,7 @@ export const de: Texts = {
       },
     },
     needsControl: 'erfordert die Bedienhoheit',
+    noConnection: 'keine Verbindung zur Station',
     needsRole: (role) => `erfordert die Rolle ${role}`,
   },
 
@@ -370,6 +371,7 @@ export const de: Texts = {
     chattering: 'flatternd',
     longActive: 'seit mehr als einem Tag anstehend',
     longActiveTarget: 'weniger als 5',
+    beyond: 'außerhalb des Ziels',
     frequent: 'Häufigste Alarme',
     raised: 'Gekommen',
     part: 'Anteil',
@@ -484,6 +486,7 @@ export const de: Texts = {
     noDataSince: (time, age) => `keine Daten seit ${time} (${age})`,
     overdue: (day) => `Kalibrierung überfällig seit ${day}`,
     recent: (series, low, high, unit) => `${series} in den letzten zehn Minuten: ${low} bis ${high} ${unit}`,
+    atTimes: (quality) => `zeitweise ${quality}`,
     noRecent: (series) => `Keine Daten von ${series} in den letzten zehn Minuten`,
     likeHelium: 'Wie Helium an einem Leck',
   },

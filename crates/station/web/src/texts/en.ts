@@ -164,6 +164,7 @@ export const en = {
       },
     } satisfies Record<ControlAction, { label: string; title: string }>,
     needsControl: 'needs control',
+    noConnection: 'no connection to the station',
     needsRole: (role: string) => `needs the role ${role}`,
   },
 
@@ -397,6 +398,7 @@ export const en = {
     chattering: 'chattering',
     longActive: 'active for more than a day',
     longActiveTarget: 'fewer than 5',
+    beyond: 'beyond the target',
     frequent: 'Most frequent alarms',
     raised: 'Raised',
     part: 'Part of all',
@@ -504,6 +506,7 @@ export const en = {
     overdue: (day: string) => `calibration overdue since ${day}`,
     recent: (series: string, low: string, high: string, unit: string) =>
       `${series} in the last ten minutes: ${low} to ${high} ${unit}`,
+    atTimes: (quality: string) => `${quality} at times`,
     noRecent: (series: string) => `No data of ${series} in the last ten minutes`,
     likeHelium: 'Like helium at a leak',
   },

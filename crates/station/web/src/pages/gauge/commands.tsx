@@ -39,7 +39,7 @@ export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Reques
 /** What the user lacks for all commands: the role, or control. */
 function Permission(): JSX.Element | null {
   const session = useSession()
-  const { now } = useLive()
+  const { now, connected } = useLive()
   const control = useSnapshot().control_authority
   if (!hasRole(session, 'operator')) {
     return <p class="muted permission">{t.gauge.rolesNeeded}</p>
@@ -50,7 +50,12 @@ function Permission(): JSX.Element | null {
     <p class="muted permission">
       {t.gauge.controlNeeded(controlText(control, session))}{' '}
       {canRequest && (
-        <button type="button" onClick={() => void changeControl('request').catch(() => {})}>
+        <button
+          type="button"
+          disabled={!connected}
+          title={connected ? undefined : t.control.noConnection}
+          onClick={() => void changeControl('request').catch(() => {})}
+        >
           {t.control.actions.request.label}
         </button>
       )}
