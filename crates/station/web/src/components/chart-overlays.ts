@@ -2,7 +2,7 @@
 
 import type uPlot from 'uplot'
 import type { Quality } from '../api/types.ts'
-import { namePlaces } from '../lib/level-names.ts'
+import { freePlace, namePlaces, type Rect } from '../lib/level-names.ts'
 import type { Stretch } from '../lib/series.ts'
 import { t } from '../texts/texts.ts'
 import { tokenColour } from './palette.ts'
@@ -52,10 +52,13 @@ const QUALITIES: Record<Stretch['kind'], Quality> = {
 /** Whether a stretch is a bar at the bottom and not a band at the end of the range. */
 const isBar = ({ kind }: Stretch): boolean => kind !== 'over' && kind !== 'under'
 
-/** Draws the stretches of all lines; the bars of several lines lie above each other. */
-export function drawAllStretches(chart: uPlot, lines: Line[]): void {
+/**
+ * Draws the stretches of all lines; the bars of several lines lie above each other. Their names do not meet those of the levels, which are
+ * drawn later.
+ */
+export function drawAllStretches(chart: uPlot, lines: Line[], levels: Level[]): void {
   let lane = 0
-  const taken: DOMRect[] = []
+  const taken: Rect[] = levelNames(chart, levels).map(({ name }) => name)
   for (const line of lines) {
     drawStretches(chart, line, lane, taken)
     if (line.stretches.some(isBar)) lane += 1
@@ -66,7 +69,7 @@ export function drawAllStretches(chart: uPlot, lines: Line[]): void {
  * Draws stretches without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
  * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off.
  */
-function drawStretches(chart: uPlot, line: Line, lane: number, taken: DOMRect[]): void {
+function drawStretches(chart: uPlot, line: Line, lane: number, taken: Rect[]): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   ctx.save()
@@ -84,30 +87,46 @@ function drawStretches(chart: uPlot, line: Line, lane: number, taken: DOMRect[])
       ctx.strokeRect(left, top + dpr / 2, right - left, bottom - top - dpr)
     else ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
     const text = `${line.name} ${t.qualities[QUALITIES[stretch.kind]]}`
-    const y = stretch.kind === 'over' ? bottom - 13 * dpr : stretch.kind === 'under' ? top + 2 * dpr : top - 3 * dpr
     ctx.font = NAME_FONT()
     const width = ctx.measureText(text).width
-    const x = nameAt(bbox, left, right, width, isBar(stretch))
-    const place = new DOMRect(x, y, width, 12 * dpr)
+    const xs = namesAt(bbox, left, right, width, isBar(stretch))
+    const ys = rowsOf(stretch, top, bottom).filter((y) => y >= bbox.top && y + NAME_PX * dpr <= bbox.top + bbox.height)
     // Two names over each other could not be read.
-    if (taken.some((other) => meet(place, other))) continue
-    label(chart, text, x, y, width, line.colour)
+    const place = freePlace(xs, ys, { width, height: NAME_PX * dpr }, taken)
+    if (place === null) continue
+    label(chart, text, place.left, place.top, width, line.colour)
     taken.push(place)
   }
   ctx.restore()
 }
 
-const meet = (one: DOMRect, other: DOMRect): boolean =>
-  one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom
+/** The height of a name, in CSS pixels. */
+const NAME_PX = 12
 
-/** Where the name of a stretch begins: in a band that is long enough, otherwise behind the stretch, before it, or at its start. */
-function nameAt(bbox: uPlot.BBox, left: number, right: number, width: number, isBar: boolean): number {
+/** The rows in which the name of a stretch may stand: at the end of the range first, then further outside, then inside. */
+function rowsOf({ kind }: Stretch, top: number, bottom: number): number[] {
+  const row = (NAME_PX + 1) * devicePixelRatio
+  const gap = 2 * devicePixelRatio
+  if (kind === 'over') return [bottom - row, bottom - 2 * row, bottom + gap]
+  if (kind === 'under') return [top + gap, top + gap + row, top - row]
+  return [top - 3 * devicePixelRatio]
+}
+
+/**
+ * Where the name of a stretch may begin, the best place first: in a band that is long enough, behind the stretch, before it, at its start.
+ * A band has its name beside the names of levels if it is long enough for that.
+ */
+function namesAt(bbox: uPlot.BBox, left: number, right: number, width: number, isBar: boolean): number[] {
   const gap = 4 * devicePixelRatio
   const inside = Math.max(left + gap, bbox.left + LEVELS_PX * devicePixelRatio)
-  if (!isBar && inside + width + gap <= right) return inside
-  if (right + gap + width <= bbox.left + bbox.width) return right + gap
-  if (left - gap - width >= bbox.left) return left - gap - width
-  return left + gap
+  const end = right - gap - width
+  return [
+    ...(!isBar && inside <= end ? [inside] : []),
+    ...(right + gap + width <= bbox.left + bbox.width ? [right + gap] : []),
+    ...(left - gap - width >= bbox.left ? [left - gap - width] : []),
+    ...(!isBar && end > left + gap ? [end] : []),
+    left + gap,
+  ]
 }
 
 /** A gradient from the end of the range outwards. */
@@ -156,26 +175,44 @@ export function drawMarks(chart: uPlot, levels: Level[], marks: TimeMark[]): voi
   chart.ctx.restore()
 }
 
-function drawLevels(chart: uPlot, levels: Level[]): void {
+/** The levels within the scale, with their height and the place of their name. */
+function levelNames(chart: uPlot, levels: Level[]): { level: Level; y: number; name: Rect }[] {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
-  ctx.font = `${11 * dpr}px system-ui, sans-serif`
+  ctx.font = NAME_FONT()
   const shown = levels
     .map((level) => ({ ...level, y: Math.round(chart.valToPos(level.value, 'y', true)) + 0.5 }))
     .filter(({ y }) => y >= bbox.top && y <= bbox.top + bbox.height)
   const places = namePlaces(
     shown.map(({ name, y }) => ({ y: (y - bbox.top) / dpr, width: ctx.measureText(name).width / dpr })),
   )
-  ctx.lineWidth = dpr
-  ctx.setLineDash([6 * dpr, 4 * dpr])
-  shown.forEach(({ name, colour, y }, index) => {
-    ctx.strokeStyle = colour
-    stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
-    const place = places[index]
-    if (place)
-      label(chart, name, bbox.left + place.x * dpr, bbox.top + place.y * dpr, bbox.width - place.x * dpr, colour)
+  return shown.map(({ y, ...level }, index) => {
+    const { x: left, y: top } = places[index] ?? { x: 0, y: 0 }
+    const width = ctx.measureText(level.name).width
+    return { level, y, name: { left: bbox.left + left * dpr, top: bbox.top + top * dpr, width, height: NAME_PX * dpr } }
   })
 }
+
+function drawLevels(chart: uPlot, levels: Level[]): void {
+  const { ctx, bbox } = chart
+  const dpr = devicePixelRatio
+  const all = levelNames(chart, levels)
+  ctx.lineWidth = dpr
+  ctx.setLineDash([6 * dpr, 4 * dpr])
+  for (const { level, y, name } of all) {
+    ctx.strokeStyle = level.colour
+    stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
+    label(chart, level.name, name.left, name.top, bbox.left + bbox.width - name.left, level.colour)
+  }
+}
+
+/** Where the names of marks begin below the upper edge, and the height of a row, in CSS pixels. */
+const MARKS_PX = 6
+const MARK_ROW_PX = 14
+
+/** The height that the names of so many marks take, in pixels of the canvas. */
+export const marksHeight = (count: number): number =>
+  count === 0 ? 0 : (MARKS_PX + MARK_ROW_PX * count) * devicePixelRatio
 
 /** Each mark has its name in a row of its own: marks may be close to each other. */
 function drawMark(chart: uPlot, mark: TimeMark, row: number): void {
@@ -192,7 +229,7 @@ function drawMark(chart: uPlot, mark: TimeMark, row: number): void {
   const width = ctx.measureText(mark.name).width + 6 * dpr
   // To the right of the line, or to the left where there is no room.
   const left = x + width > bbox.left + bbox.width ? x - width : x + 6 * dpr
-  label(chart, mark.name, left, bbox.top + (6 + 14 * row) * dpr, width, tokenColour('accent'))
+  label(chart, mark.name, left, bbox.top + (MARKS_PX + MARK_ROW_PX * row) * dpr, width, tokenColour('accent'))
 }
 
 function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX: number, toY: number): void {

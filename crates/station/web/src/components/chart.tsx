@@ -225,17 +225,18 @@ function powers(low: number, high: number, height: number): number[] {
   return made
 }
 
-const drawNames = (chart: uPlot, { lines, times, curves }: ChartProps): void =>
+const drawNames = (chart: uPlot, { lines, times, curves, marks }: ChartProps): void =>
   drawCurveNames(
     chart,
     lines,
     times,
     curves.map(({ mean }) => mean),
+    marks?.length ?? 0,
   )
 
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
-    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
+    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines, latest.current.levels ?? [])],
     draw: [
       (chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? []),
       (chart) => drawUnit(chart, latest.current.unit),

@@ -3,13 +3,13 @@
 import type uPlot from 'uplot'
 import { apart } from '../lib/curves.ts'
 import type { Value } from '../lib/series.ts'
-import { type Line, outline } from './chart-overlays.ts'
+import { type Line, marksHeight, outline } from './chart-overlays.ts'
 
 /** The height of a name, in CSS pixels. */
 const NAME_PX = 13
 
-/** Draws the name of each curve at its last value in the window. A single curve needs none. */
-export function drawCurveNames(chart: uPlot, lines: Line[], times: number[], means: Value[][]): void {
+/** Draws the name of each curve at its last value in the window, below the names of `marks` times. A single curve needs none. */
+export function drawCurveNames(chart: uPlot, lines: Line[], times: number[], means: Value[][], marks: number): void {
   if (lines.length < 2) return
   const { bbox } = chart
   const gap = NAME_PX * devicePixelRatio
@@ -18,7 +18,7 @@ export function drawCurveNames(chart: uPlot, lines: Line[], times: number[], mea
     if (at === null || at[0] < (chart.scales.x?.min ?? -Infinity)) return []
     return [{ line, x: chart.valToPos(at[0], 'x', true), y: chart.valToPos(at[1], 'y', true) - gap }]
   })
-  const bounds: [number, number] = [bbox.top, bbox.top + bbox.height - gap]
+  const bounds: [number, number] = [bbox.top + marksHeight(marks), bbox.top + bbox.height - gap]
   const places = apart(
     ends.map(({ y }) => y),
     gap,

@@ -1,4 +1,4 @@
-// Where the names of horizontal lines stand in a chart, in CSS pixels from the corner of its plot area.
+// Where the names of horizontal lines and of bands stand in a chart, in pixels.
 
 export interface NamedLine {
   /** The height of the line. */
@@ -25,3 +25,27 @@ export function namePlaces(lines: NamedLine[]): { x: number; y: number }[] {
   }
   return placed.map(({ x, y }) => ({ x, y }))
 }
+
+export interface Rect {
+  left: number
+  top: number
+  width: number
+  height: number
+}
+
+/** The first place that meets no name that is there already: of the first row first. `null` if there is none. */
+export function freePlace(
+  lefts: number[],
+  tops: number[],
+  size: { width: number; height: number },
+  taken: Rect[],
+): Rect | null {
+  const all = tops.flatMap((top) => lefts.map((left) => ({ left, top, ...size })))
+  return all.find((place) => !taken.some((other) => meet(place, other))) ?? null
+}
+
+const meet = (one: Rect, other: Rect): boolean =>
+  one.left < other.left + other.width &&
+  other.left < one.left + one.width &&
+  one.top < other.top + other.height &&
+  other.top < one.top + one.height
