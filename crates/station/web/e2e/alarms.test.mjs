@@ -226,13 +226,49 @@ test('the figures name the most frequent alarms beside the targets', async () =>
     await figures.locator('summary').click()
     await figures.getByRole('table', { name: 'Alarm performance' }).waitFor()
     const table = await text(figures.getByRole('table', { name: 'Alarm performance' }))
-    assert.match(table, /per hour\s+[\d.]+\s+about 6, at most 12/)
-    assert.match(table, /most in ten minutes\s+\d+, from \d{4}-/)
+    assert.match(table, /per hour\s+▲ [\d.]+\s+beyond the target\s+about 6, at most 12/)
+    assert.match(table, /most in ten minutes\s+(▲ )?\d+, from \d{4}-/)
     const frequent = await text(figures.getByRole('table', { name: 'Most frequent alarms' }))
     assert.match(frequent, /gate 2 not evacuated\s+\d+\s+\d+ %/)
     await figures.getByLabel('Period').selectOption('7')
     await figures.getByRole('table', { name: 'Alarm performance' }).waitFor()
   })
+})
+
+test('a figure beyond its target has a shape and words, and no colour', async () => {
+  const within = { per_hour: 12, worst_ten_minutes: { raised: 10, from_ms: 1e12 }, flood_percent: 0.9, chattering: [] }
+  const beyond = {
+    per_hour: 12.1,
+    worst_ten_minutes: { raised: 11, from_ms: 1e12 },
+    flood_percent: 1,
+    chattering: ['a'],
+  }
+  const names = ['a', 'b', 'c', 'd', 'e']
+  for (const [figures, marked] of [
+    [{ ...within, long_active: names.slice(1) }, 0],
+    [{ ...beyond, long_active: names }, 5],
+  ]) {
+    await as('vera', async (page) => {
+      await page.route('**/api/alarms/performance?*', async (route) => {
+        const answer = await route.fetch()
+        await route.fulfill({ response: answer, json: { ...(await answer.json()), ...figures } })
+      })
+      const panel = page.getByRole('region', { name: 'Alarm performance' })
+      await panel.locator('summary').click()
+      // The figures that were fetched before are those of the station.
+      await panel.getByLabel('Period').selectOption('7')
+      await panel.getByRole('row', { name: `per hour ${marked ? '12.1 beyond the target' : '12.0'}` }).waitFor()
+      const rows = panel.locator('tr[data-beyond]')
+      assert.deepEqual(
+        [await rows.count(), await rows.filter({ hasText: '▲' }).filter({ hasText: 'beyond the target' }).count()],
+        [marked, marked],
+      )
+      const colours = await panel
+        .locator('tbody td:nth-of-type(1), tbody strong')
+        .evaluateAll((all) => all.map((one) => getComputedStyle(one).color))
+      assert.equal(new Set(colours).size, 1, colours.join('; '))
+    })
+  }
 })
 
 test('the header of every page has the number of alarms and the highest priority', async () => {

@@ -55,3 +55,35 @@ test('the statistics of the bus show stations, times and events, and a viewer ma
     await close()
   }
 })
+
+test('on a phone the statistics do not scroll sideways, and each count names its column', async () => {
+  const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }
+  for (const locale of ['en-GB', 'de-DE']) {
+    const { page, complaints, close } = await openPage(browser, `${station.url}/bus`, { ...phone, locale })
+    try {
+      const statistics = page.locator('details.statistics').first()
+      await statistics.locator('summary').click()
+      await statistics.locator('table.stacked tbody tr').nth(1).waitFor()
+      const scrolling = await page
+        .locator('html, .statistics, .statistics *')
+        .evaluateAll((all) =>
+          all
+            .filter(
+              (one) => !one.closest('svg') && one.scrollWidth > Math.max(one.clientWidth, 1) && one.clientWidth > 0,
+            )
+            .map((one) => `${one.tagName} ${one.className} ${one.scrollWidth} > ${one.clientWidth}`),
+        )
+      assert.deepEqual(scrolling, [], locale)
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360, locale)
+      const titles = await statistics
+        .locator('table.stacked tbody tr')
+        .nth(1)
+        .locator('th, td')
+        .evaluateAll((all) => all.map((one) => getComputedStyle(one, '::before').content))
+      assert.ok(titles.length === 10 && titles.every((title) => /^"\p{L}.*"$/u.test(title)), titles.join())
+      assert.deepEqual(complaints, [])
+    } finally {
+      await close()
+    }
+  }
+})

@@ -292,3 +292,134 @@ test('the scale of a small line has its two decades with the unit between them, 
     assert.ok(time.y >= line.y + line.height && time.y + time.height <= whole.y + whole.height)
   })
 })
+
+test('outside its range a gauge has a line with a band in its small picture, which is no gap', async () => {
+  const own = await startPlant()
+  try {
+    await visit(own.url, async (page) => {
+      const bands = (name) => page.locator(`.card[data-gauge="${name}"] .sparkline .outside`)
+      await page.locator('.card[data-gauge="load lock"] .sparkline polyline').first().waitFor({ state: 'attached' })
+      assert.equal(await bands('load lock').count(), 0)
+      // Below the range of a PCG550.
+      own.tell('load lock=1e-6')
+      const [low, high] = ['load lock', 'gate 2'].map((name) => bands(name).last())
+      await low.waitFor({ state: 'attached' })
+      await high.waitFor({ state: 'attached' })
+      assert.deepEqual(
+        [await low.getAttribute('class'), await high.getAttribute('class')],
+        ['outside under', 'outside over'],
+      )
+      const place = (one) =>
+        one.evaluate((group) => {
+          const [line, band] = ['line', 'rect'].map((name) => group.querySelector(name).getBBox())
+          return { line: line.y, top: band.y, bottom: band.y + band.height }
+        })
+      const [under, over] = [await place(low), await place(high)]
+      assert.ok(under.line === under.top && under.bottom > under.top + 5, JSON.stringify(under))
+      assert.ok(over.line === over.bottom && over.bottom > over.top + 5, JSON.stringify(over))
+      await page
+        .locator('.card[data-gauge="load lock"] svg[aria-label$=", under range at times"]')
+        .waitFor({ state: 'attached' })
+      // The detector has a fault and no pressure: that stays a gap.
+      assert.equal(await bands('cryostat').count(), 0)
+    })
+  } finally {
+    await own.stop()
+  }
+})
+
+test('on a phone the band of a gauge keeps its name beside the names of limits', async () => {
+  const { page, complaints, close } = await openContext(browser, PHONE)
+  try {
+    // A canvas has no elements: its texts are those that the page has written.
+    await page.addInitScript(() => {
+      window.written = new Map()
+      const { fillText } = CanvasRenderingContext2D.prototype
+      CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...more) {
+        if (this.textBaseline === 'top') window.written.set(text, { x, y, width: this.measureText(text).width })
+        return fillText.call(this, text, x, y, ...more)
+      }
+    })
+    const series = 's=chamber&s=load+lock&s=gate+1&s=gate+2&s=pump+stand.2'
+    await page.goto(`${plant.url}/trends?range=1h&${series}`)
+    await page.waitForFunction(() => window.written.has('gate 2 over range') && window.written.has('load lock: vented'))
+    const [band, level, height] = await page.evaluate(() => [
+      window.written.get('gate 2 over range'),
+      window.written.get('load lock: vented'),
+      12 * devicePixelRatio,
+    ])
+    const meet = band.x < level.x + level.width && level.x < band.x + band.width && Math.abs(band.y - level.y) < height
+    assert.ok(!meet, JSON.stringify([band, level]))
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
+
+test('on a phone no page is wider than the screen, no word of a table or button is broken, no mark leaves its alarm', async () => {
+  for (const locale of ['en-GB', 'de-DE']) {
+    for (const url of ['/alarms', '/trends', '/events', '/audit', '/gauge/chamber', '/bus'].map(
+      (path) => plant.url + path,
+    )) {
+      await visit(
+        url,
+        async (page) => {
+          await page.locator('main .panel, main .log').first().waitFor()
+          if (url.endsWith('/alarms')) {
+            await page.locator('.alarm-item').first().waitFor()
+            await page.locator('main summary h2').last().waitFor()
+            await page.evaluate(() => {
+              for (const one of document.querySelectorAll('main details')) one.open = true
+              // The longest state.
+              const state = document.querySelector('.alarm-item .alarm-state')
+              state.textContent = 'gegangen, nicht quittiert'
+            })
+            await page.locator('.alarm-performance tbody tr').first().waitFor()
+            await page.locator('table.stacked button').first().waitFor()
+            assert.deepEqual(await tooWide(page, '.alarm-item .alarm-state'), [], locale)
+          }
+          const widest = await page.evaluate(() => document.documentElement.scrollWidth)
+          assert.ok(widest <= 360, `${url} is ${widest} wide, ${locale}`)
+          assert.deepEqual(await brokenWords(page, 'main :is(th, td, button)'), [], `${url} ${locale}`)
+        },
+        { ...PHONE, locale },
+      )
+    }
+  }
+})
+
+/** The words of elements that begin in one line and end in another; a word with a hyphen may. */
+const brokenWords = (page, selector) =>
+  page.locator(selector).evaluateAll((all) =>
+    all.flatMap((one) => {
+      const words = []
+      const walker = document.createTreeWalker(one, NodeFilter.SHOW_TEXT)
+      const range = document.createRange()
+      while (walker.nextNode()) {
+        for (const word of walker.currentNode.data.matchAll(/[\p{L}\p{N}]+/gu)) {
+          range.setStart(walker.currentNode, word.index)
+          range.setEnd(walker.currentNode, word.index + word[0].length)
+          const lines = new Set(
+            [...range.getClientRects()].filter(({ width }) => width > 0).map(({ top }) => Math.round(top)),
+          )
+          if (lines.size > 1) words.push(word[0])
+        }
+      }
+      return words
+    }),
+  )
+
+test('a pressure is copied and read as one line', async () => {
+  const check = async (page, selector) => {
+    await page.locator(`${selector} .power`).first().waitFor()
+    const found = await page.locator(`${selector} .pressure`).evaluateAll((all) =>
+      all.map((one) => {
+        getSelection().selectAllChildren(one)
+        return [one.innerText, getSelection().toString()]
+      }),
+    )
+    for (const text of found.flat()) assert.match(text, /^\d+\.?\d*( × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)? mbar$/)
+  }
+  await visit(`${plant.url}/trends`, (page) => check(page, '.series-list'))
+  await visit(plant.url, (page) => check(page, '.several'))
+})

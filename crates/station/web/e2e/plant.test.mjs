@@ -141,7 +141,6 @@ test('the story is told as it happens, and the states follow it', async () => {
 
 test('the list has what the picture has', async () => {
   await visit(`${demo.url}/plant`, async (page) => {
-    await page.getByText('As a list').click()
     const chamber = page.locator('[data-list-volume="chamber"]')
     for (const series of ['bcg450 5', 'tpg500 15.1', 'img400 16.4'])
       await chamber.getByRole('link', { name: series, exact: true }).waitFor()
@@ -150,6 +149,43 @@ test('the list has what the picture has', async () => {
     await foreLine.getByRole('link', { name: 'tpg500 15.2', exact: true }).waitFor()
     assert.match(await page.locator('[data-list-part="turbo"]').innerText(), /turbo pump\s+runs/)
   })
+})
+
+test('on a wide page the list is open below the picture, and its pressures are aligned by decade', async () => {
+  const wide = { viewport: { width: 1440, height: 900 } }
+  await visit(
+    `${demo.url}/plant`,
+    async (page) => {
+      await part(page, 'gate').waitFor()
+      const powers = page.locator('[data-list-volume] .power')
+      await powers.first().waitFor()
+      const whole = await page.locator('main').evaluate((main) => main.getBoundingClientRect().bottom)
+      assert.ok(whole >= 0.75 * 900, `the page ends at ${whole}`)
+      const lefts = await powers.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
+      assert.ok(lefts.length > 5 && Math.max(...lefts) - Math.min(...lefts) < 1, lefts.join(' '))
+      // A screen reader and a copy get one line.
+      const texts = await page.locator('[data-list-volume] .pressure').allInnerTexts()
+      for (const text of texts) assert.match(text, /^\d+\.?\d*( × 10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)? mbar$/)
+    },
+    wide,
+  )
+  const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }
+  await visit(
+    `${demo.url}/plant`,
+    async (page) => {
+      await page.getByText('As a list').click()
+      const name = page.locator('[data-list-volume="chamber"] th')
+      await name.waitFor()
+      const lines = await name.evaluate((one) => {
+        const range = document.createRange()
+        range.selectNodeContents(one)
+        return range.getClientRects().length
+      })
+      assert.equal(lines, 1, 'the name of a volume is in one line')
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360)
+    },
+    phone,
+  )
 })
 
 test('a file may describe the plant; what nothing reports is named, and names are only text', async () => {

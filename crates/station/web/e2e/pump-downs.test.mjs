@@ -76,6 +76,23 @@ test('on a phone the chart has its unit, and texts as large as those of the page
   )
 })
 
+test('on a phone the table of times is not wider than the page, in both languages', async () => {
+  for (const locale of ['en-GB', 'de-DE']) {
+    const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true, locale }
+    await visit(
+      PAGE,
+      async (page) => {
+        const table = page.locator('.pump-downs table')
+        await table.waitFor()
+        const { x, width } = await table.boundingBox()
+        assert.ok(x + width <= 360, `the table ends at ${x + width}, ${locale}`)
+        assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 360, locale)
+      },
+      phone,
+    )
+  }
+})
+
 test('another pump-down and a reference can be chosen, and stay in the address', async () => {
   await visit(PAGE, async (page) => {
     await page.locator('.runs button').nth(2).click()

@@ -51,7 +51,7 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
   return (
     <>
       {log.error && <p class="error">{log.error}</p>}
-      <table class="log">
+      <table class="log stacked">
         <caption class="visually-hidden">{caption}</caption>
         <thead>
           <tr>

@@ -44,59 +44,57 @@ function Report({ segment }: { segment: string }): JSX.Element {
 
 function Stations({ report }: { report: BusReport }): JSX.Element {
   return (
-    // biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls with the arrow keys
-    <section class="scroll" tabIndex={0} aria-label={t.bus.stations}>
-      <table>
-        <caption>{t.bus.stations}</caption>
-        <thead>
-          <tr>
-            {t.bus.columns.map((title) => (
-              <th scope="col" key={title}>
-                {title}
-              </th>
-            ))}
-            <th scope="col">{t.bus.diagnosis}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {report.stations.map((station) => (
-            <StationRow station={station} key={station.address} />
+    <table class="stacked">
+      <caption>{t.bus.stations}</caption>
+      <thead>
+        <tr>
+          {t.bus.columns.map((title) => (
+            <th scope="col" key={title}>
+              {title}
+            </th>
           ))}
-        </tbody>
-      </table>
-    </section>
+          <th scope="col">{t.bus.diagnosis}</th>
+        </tr>
+      </thead>
+      <tbody>
+        {report.stations.map((station) => (
+          <StationRow station={station} key={station.address} />
+        ))}
+      </tbody>
+    </table>
   )
 }
 
 function StationRow({ station }: { station: BusStationReport }): JSX.Element {
   const { total, last_minute: minute } = station
-  const pairs: [number, number][] = [
-    [total.requests, minute.requests],
-    [total.lost, minute.lost],
-    [total.repeated, minute.repeated],
+  const count = (total: number, minute: number): JSX.Element => (
+    <>
+      {total} <span class="muted">{minute}</span>
+    </>
+  )
+  const cells = [
+    t.bus.lineStates[station.state],
+    station.devices.join(', '),
+    count(total.requests, minute.requests),
+    count(total.lost, minute.lost),
+    count(total.repeated, minute.repeated),
+    station.longest_sequence,
+    count(total.damaged, minute.damaged),
+    count(total.refused, minute.refused),
   ]
-  const others: [number, number][] = [
-    [total.damaged, minute.damaged],
-    [total.refused, minute.refused],
-  ]
+  const [address, ...titles] = t.bus.columns
   return (
     <tr>
-      <th scope="row">{station.address}</th>
-      <td>{t.bus.lineStates[station.state]}</td>
-      <td>{station.devices.join(', ')}</td>
-      {pairs.map(Count)}
-      <td>{station.longest_sequence}</td>
-      {others.map(Count)}
-      <td>{[...station.diagnosis, ...station.unknown].join('; ')}</td>
+      <th scope="row" data-title={address}>
+        {station.address}
+      </th>
+      {cells.map((cell, index) => (
+        <td data-title={titles[index]} key={titles[index]}>
+          {cell}
+        </td>
+      ))}
+      <td data-title={t.bus.diagnosis}>{[...station.diagnosis, ...station.unknown].join('; ')}</td>
     </tr>
-  )
-}
-
-function Count([total, minute]: [number, number], index: number): JSX.Element {
-  return (
-    <td key={index}>
-      {total} <span class="muted">{minute}</span>
-    </td>
   )
 }
 

@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import type { PlantPicture } from '../api/types.ts'
 import { PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
-import { readingWords } from '../components/reading-words.ts'
+import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { stateWords, worst } from '../lib/picture.ts'
 import { usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
@@ -37,79 +37,85 @@ export function PlantPage(): JSX.Element {
   )
 }
 
+/** From this width on the list is open: the picture leaves the lower half of such a window empty. */
+const WIDE = '(min-width: 64rem)'
+
 /** All gauges of the volumes, and all valves and pumps: what the picture shows, for a screen reader and for details. */
 function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
   const unit = useUnit()
   const volumes = useVolumes(plant)
   const states = usePartStates()
+  const hasZones = plant.volumes.some(({ zone }) => zone !== null)
   return (
-    <details class="plant-lists">
+    <details class="panel plant-lists" open={matchMedia(WIDE).matches}>
       <summary>{t.plant.asList}</summary>
-      <table aria-label={t.plant.volumes}>
-        <thead>
-          <tr>
-            <th>{t.plant.volume}</th>
-            <th>{t.plant.zone}</th>
-            <th>{t.plant.alarms}</th>
-            <th>{t.plant.gauges}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {volumes.map(({ volume, state }) => {
-            const found = worst(state.alarms)
-            return (
-              <tr key={volume.name} data-list-volume={volume.name}>
-                <th scope="row">{volume.name}</th>
-                <td>{volume.zone}</td>
-                <td>
-                  {found ? (
-                    <>
-                      {found.count} <PriorityMark priority={found.priority} active={true} />
-                    </>
-                  ) : (
-                    t.common.none
-                  )}
-                </td>
-                <td>
-                  <ul>
-                    {state.readings.map((placed) => (
-                      <li key={placed.reading.series}>
-                        <Link to={gaugePath(placed.gauge.name)}>{placed.reading.series}</Link>{' '}
-                        {readingWords(placed, unit)}
-                      </li>
-                    ))}
-                    {state.silent.map((name) => (
-                      <li key={name}>
-                        {name} {t.common.noData}
-                      </li>
-                    ))}
-                  </ul>
-                </td>
-              </tr>
-            )
-          })}
-        </tbody>
-      </table>
-      <table aria-label={t.plant.parts}>
-        <thead>
-          <tr>
-            <th>{t.plant.part}</th>
-            <th>{t.plant.kind}</th>
-            <th>{t.common.state}</th>
-            <th>{t.plant.volumes}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {plant.parts.map((part) => (
-            <tr key={part.name} data-list-part={part.name}>
-              <th scope="row">{part.name}</th>
-              <td>{t.plant.kinds[part.kind]}</td>
-              <td>{stateWords(part, states[part.name] ?? undefined)}</td>
-              <td>{part.volumes.join(', ')}</td>
+      <div class="plant-tables">
+        <table class="stacked" aria-label={t.plant.volumes}>
+          <thead>
+            <tr>
+              <th>{t.plant.volume}</th>
+              {hasZones && <th>{t.plant.zone}</th>}
+              <th>{t.plant.alarms}</th>
+              <th>{t.plant.gauges}</th>
             </tr>
-          ))}
-        </tbody>
-      </table>
+          </thead>
+          <tbody>
+            {volumes.map(({ volume, state }) => {
+              const found = worst(state.alarms)
+              return (
+                <tr key={volume.name} data-list-volume={volume.name}>
+                  <th scope="row">{volume.name}</th>
+                  {hasZones && <td data-title={t.plant.zone}>{volume.zone}</td>}
+                  <td data-title={t.plant.alarms}>
+                    {found ? (
+                      <>
+                        {found.count} <PriorityMark priority={found.priority} active={true} />
+                      </>
+                    ) : (
+                      t.common.none
+                    )}
+                  </td>
+                  <td>
+                    <ul>
+                      {state.readings.map((placed) => (
+                        <li key={placed.reading.series}>
+                          <Link to={gaugePath(placed.gauge.name)}>{placed.reading.series}</Link>{' '}
+                          <ReadingText pa={boundOf(placed.reading)} quality={placed.quality} unit={unit} />
+                        </li>
+                      ))}
+                      {state.silent.map((name) => (
+                        <li key={name}>
+                          {name} <span class="no-pressure">{t.common.noData}</span>
+                        </li>
+                      ))}
+                    </ul>
+                  </td>
+                </tr>
+              )
+            })}
+          </tbody>
+        </table>
+        <table class="stacked" aria-label={t.plant.parts}>
+          <thead>
+            <tr>
+              <th>{t.plant.part}</th>
+              <th>{t.plant.kind}</th>
+              <th>{t.common.state}</th>
+              <th>{t.plant.volumes}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {plant.parts.map((part) => (
+              <tr key={part.name} data-list-part={part.name}>
+                <th scope="row">{part.name}</th>
+                <td>{t.plant.kinds[part.kind]}</td>
+                <td data-title={t.common.state}>{stateWords(part, states[part.name] ?? undefined)}</td>
+                <td data-title={t.plant.volumes}>{part.volumes.join(', ')}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
     </details>
   )
 }

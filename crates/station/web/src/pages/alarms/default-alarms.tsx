@@ -39,7 +39,7 @@ export function DefaultAlarms({ done }: Props): JSX.Element | null {
           <h2>{t.defaultAlarms.title}</h2>
         </summary>
         {query.error && <p class="error">{query.error}</p>}
-        <table>
+        <table class="stacked">
           <caption class="visually-hidden">{t.defaultAlarms.title}</caption>
           <thead>
             <tr>
@@ -56,7 +56,7 @@ export function DefaultAlarms({ done }: Props): JSX.Element | null {
                   {alarm.name}
                 </th>
                 <td>{about(alarm.name)}</td>
-                <td>{effective(alarm)}</td>
+                <td data-title={t.defaultAlarms.settings}>{effective(alarm)}</td>
                 <td>
                   {mayChange && (
                     <button type="button" aria-label={t.alarmSettings.of(alarm.name)} onClick={() => setChosen(alarm)}>

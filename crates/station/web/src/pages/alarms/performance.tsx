@@ -45,6 +45,8 @@ interface Row {
   figure: string
   value: string
   target: string
+  /** Whether the figure is beyond its target; a target that is only *about* a number has no limit. */
+  isBeyond?: boolean
 }
 
 /** The figures with their targets: ANSI/ISA-18.2-2016, clause 16, table of recommended metrics. */
@@ -59,36 +61,61 @@ function rows(figures: AlarmPerformance): Row[] {
       figure: t.performance.perHour,
       value: per_hour == null ? '–' : per_hour.toFixed(1),
       target: t.performance.perHourTarget,
+      isBeyond: per_hour != null && per_hour > 12,
     },
     {
       figure: t.performance.worst,
       value: worst ? t.performance.worstAt(worst.raised, moment(worst.from_ms)) : '0',
       target: t.performance.worstTarget,
+      isBeyond: worst != null && worst.raised > 10,
     },
     {
       figure: t.performance.flood,
       value: flood_percent == null ? '–' : `${flood_percent.toFixed(1)} %`,
       target: t.performance.floodTarget,
+      isBeyond: flood_percent != null && flood_percent >= 1,
     },
     {
       figure: t.performance.byPriority,
       value: `${part(high)}, ${part(medium)}, ${part(low)}`,
       target: t.performance.byPriorityTarget,
     },
-    { figure: t.performance.chattering, value: listed(chattering), target: t.common.none },
-    { figure: t.performance.longActive, value: listed(long_active), target: t.performance.longActiveTarget },
+    {
+      figure: t.performance.chattering,
+      value: listed(chattering),
+      target: t.common.none,
+      isBeyond: chattering.length > 0,
+    },
+    {
+      figure: t.performance.longActive,
+      value: listed(long_active),
+      target: t.performance.longActiveTarget,
+      isBeyond: long_active.length >= 5,
+    },
   ]
 }
 
 const listed = (names: string[]): string =>
   names.length === 0 ? t.common.none : `${names.length}: ${names.join(', ')}`
 
+/** A figure beyond its target: colour is for alarms, so it has a shape, words and weight. */
+function Beyond({ value }: { value: string }): JSX.Element {
+  return (
+    <>
+      <strong>
+        <span aria-hidden="true">▲</span> {value}
+      </strong>{' '}
+      {t.performance.beyond}
+    </>
+  )
+}
+
 function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
   const { most_frequent, recorded_hours } = figures
   return (
     <>
       <p class="muted">{t.performance.recorded(recorded_hours.toFixed(1))}</p>
-      <table>
+      <table class="stacked">
         <caption class="visually-hidden">{t.performance.label}</caption>
         <thead>
           <tr>
@@ -98,11 +125,13 @@ function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
           </tr>
         </thead>
         <tbody>
-          {rows(figures).map(({ figure, value, target }) => (
-            <tr key={figure}>
+          {rows(figures).map(({ figure, value, target, isBeyond }) => (
+            <tr key={figure} data-beyond={isBeyond ? '' : undefined}>
               <th scope="row">{figure}</th>
-              <td>{value}</td>
-              <td class="muted">{target}</td>
+              <td>{isBeyond ? <Beyond value={value} /> : value}</td>
+              <td class="muted" data-title={target && t.performance.target}>
+                {target}
+              </td>
             </tr>
           ))}
         </tbody>

@@ -153,7 +153,7 @@ function Levels({ run }: { run: PumpDown }): JSX.Element {
   const unit = useUnit()
   return (
     <section class="panel" aria-label={t.pumpDowns.times}>
-      <table>
+      <table class="stacked">
         <caption>{t.pumpDowns.caption(moment(run.start_ms))}</caption>
         <thead>
           <tr>
@@ -168,11 +168,11 @@ function Levels({ run }: { run: PumpDown }): JSX.Element {
               <th scope="row">
                 <Pressure pa={level.pa} unit={unit} />
               </th>
-              <td>
+              <td data-title={t.common.time}>
                 {timeText(level)}
                 {level.deviation && <small>{t.pumpDowns.deviations[level.deviation]}</small>}
               </td>
-              <td>{usualText(level)}</td>
+              <td data-title={t.pumpDowns.usual}>{usualText(level)}</td>
             </tr>
           ))}
         </tbody>
