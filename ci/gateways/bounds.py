@@ -11,8 +11,8 @@ import urllib.request
 
 MIB = 1 << 20
 # What a flight recorder keeps of each telegram besides its octets (`Stored` of profivac-listen), and its limits: docs/listening.md. It takes
-# up to twice its octets of the computer's memory, because a list that is full doubles and is copied.
-PIECE_OCTETS, RECORDER_MIB, RECORDER_FACTOR, CAPTURES_MIB, CAPTURES = 16, 32, 2, 256, 20
+# an eighth more of the computer's memory, because a list that is full grows by an eighth.
+PIECE_OCTETS, RECORDER_MIB, RECORDER_FACTOR, CAPTURES_MIB, CAPTURES = 16, 32, 9 / 8, 256, 20
 # What the limits leave for caches, for the allocator, and for clients of which one comes before the other has gone.
 FILES, THREADS, MEMORY_MIB, MEMORY_EACH_MIB = 10, 5, 24, 1
 # The rows of a gauge in an hour, with events, alarms and a moment of each second around them; the part of the database without gauges.

@@ -114,6 +114,8 @@ impl FlightRecorder {
         let is_damaged = piece.kind == PieceKind::Damaged;
         let first_error = piece.errors.first().and_then(|position| u16::try_from(*position).ok());
         let start = self.pieces.back().map_or(start, |last| last.start.max(start));
+        reserve(&mut self.pieces, 1);
+        reserve(&mut self.octets, piece.octets.len());
         self.pieces.push_back(Stored { start, length, error: first_error.filter(|_| is_damaged) });
         self.octets.extend(&piece.octets);
         while self.memory_octets() > self.limits.memory_octets
@@ -148,6 +150,13 @@ impl FlightRecorder {
             pieces: self.pieces.iter().take(end).skip(first).cloned().collect(),
             octets: self.octets.iter().take(kept).skip(skipped).copied().collect(),
         }
+    }
+}
+
+/// Room for more elements. A list that is full grows by an eighth: by itself it would double, and take twice the memory of its limit.
+fn reserve<T>(list: &mut VecDeque<T>, count: usize) {
+    if list.capacity().saturating_sub(list.len()) < count {
+        list.reserve_exact(count.max(list.len() / 8));
     }
 }
 
@@ -308,6 +317,8 @@ mod tests {
         assert!(recorder.pieces.len() > 50, "{}", recorder.pieces.len());
         assert_eq!(recorder.pieces.back().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
         assert_eq!(recorder.octets.len(), recorder.pieces.len() * 20);
+        let taken = recorder.octets.capacity() + recorder.pieces.capacity() * OVERHEAD;
+        assert!(taken <= 4096 * 9 / 8, "{taken}");
     }
 
     #[test]
