@@ -311,12 +311,12 @@ mod tests {
         let limits = FlightLimits { memory_octets: 4096, ..limits() };
         let mut recorder = FlightRecorder::new(BAUD, limits);
         for number in 0..10_000 {
-            recorder.add(&piece(number, &[0xE5; 20], vec![]));
+            recorder.add(&piece(number, &[0xE5; 36], vec![]));
             assert!(recorder.memory_octets() <= 4096);
         }
         assert!(recorder.pieces.len() > 50, "{}", recorder.pieces.len());
         assert_eq!(recorder.pieces.back().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
-        assert_eq!(recorder.octets.len(), recorder.pieces.len() * 20);
+        assert_eq!(recorder.octets.len(), recorder.pieces.len() * 36);
         let taken = recorder.octets.capacity() + recorder.pieces.capacity() * OVERHEAD;
         assert!(taken <= 4096 * 9 / 8, "{taken}");
     }
