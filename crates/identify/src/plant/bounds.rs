@@ -3,16 +3,13 @@
 //! The sum of squares may exceed its least by 1.96² times the variance (Venzon and Moolgavkar, Appl. Stat. 37 (1988) 87). Its root
 //! is nearly a straight line of the distance, so a few steps find the bound.
 
-use super::fit::{Problem, bounded};
+use super::fit::{Problem, ROUGH, bounded};
 use crate::interval::SIGMAS;
 use nalgebra::{DMatrix, DVector};
 
 /// The most steps to a bound, and how near the root of the sum has to come.
 const STEPS: usize = 8;
 const NEAR: f64 = 0.04;
-
-/// The relative change of the sum of squares at which a fit beside a bound ends.
-const ROUGH: f64 = 1e-5;
 
 /// An unknown that the record does not determine ends here, in its own numbers.
 const FAR: f64 = 12.0;

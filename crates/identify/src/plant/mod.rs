@@ -11,12 +11,13 @@
 //!
 //! S(p) is a power of the pressure between knots, about one for each two decades. Samples are averaged in groups that are even over
 //! the logarithm of time. Residuals are logarithms of the pressure, so all decades count alike. Levenberg and Marquardt's method
-//! (MINPACK) finds the numbers, the profile of the sum of squares their 95 % intervals. A record without a closed valve and without
+//! (MINPACK) finds the numbers with exact derivatives, the profile of the sum of squares their 95 % intervals. A record without a closed valve and without
 //! a known dose determines S/V and Q/S only, so the volume must be given.
 //!
 //! | Module | Holds |
 //! |---|---|
 //! | `record` | samples, phases, volume, their checks, groups, noise |
+//! | `number` | numbers with their derivatives |
 //! | `model` | the pressure of a plant with known numbers |
 //! | `fit` | unknowns and least squares |
 //! | `bounds` | intervals |
@@ -25,6 +26,11 @@
 mod bounds;
 mod fit;
 mod model;
+mod number;
+#[cfg(test)]
+#[path = "../../tests/fresh/plants.rs"]
+#[allow(dead_code, reason = "the numbers that other tests compare")]
+mod plants;
 mod predict;
 mod record;
 
@@ -78,7 +84,7 @@ pub struct Plant {
     /// Unknowns at the bounds of the intervals, with which the record still fits.
     corners: Vec<DVector<f64>>,
     /// The time and the state of the first group, where a prediction begins.
-    start: (f64, State),
+    start: (f64, State<f64>),
     /// The time of the last group, in s.
     end_s: f64,
 }
@@ -136,8 +142,8 @@ fn reported<'a>(fitted: &Fitted<'a>, index: usize) -> Result<Option<Bounds>, Bet
     is_reported.then(|| fitted.bounds(index)).transpose()
 }
 
-fn residuals(problem: &Problem<'_>, states: &[State]) -> Vec<Residual> {
-    let residual = |(group, fitted): (&record::Group, &State)| Residual {
+fn residuals(problem: &Problem<'_>, states: &[State<f64>]) -> Vec<Residual> {
+    let residual = |(group, fitted): (&record::Group, &State<f64>)| Residual {
         at_s: group.at_s,
         measured_pa: group.ln_pa.exp(),
         fitted_pa: fitted.pa(),

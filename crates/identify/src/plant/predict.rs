@@ -32,7 +32,7 @@ impl Remedy {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::CloseLeak, Self::Bake, Self::LargerPump, Self::BetterPump];
 
-    fn applied(self, numbers: &Numbers) -> Numbers {
+    fn applied(self, numbers: &Numbers<f64>) -> Numbers<f64> {
         let mut better = numbers.clone();
         match self {
             Self::CloseLeak => better.leak = 0.0,
@@ -75,7 +75,7 @@ impl Plant {
     pub fn time_to_pa(&self, target_pa: f64) -> Option<Interval> {
         let found = self.band(|numbers| self.time(numbers, target_pa));
         // A pressure that may be higher by a part is reached as late as one that is lower by it.
-        let numbers = self.unknowns.numbers(&self.values);
+        let numbers = self.unknowns.numbers(self.values.as_slice());
         let further = self.beyond(target_pa);
         let [early, late] = [further, -further].map(|part| self.time(&numbers, target_pa * part.exp()));
         if !found.mean.is_finite() {
@@ -97,7 +97,7 @@ impl Plant {
         let mut all: Vec<_> = Remedy::ALL
             .map(|remedy| {
                 let factor =
-                    |numbers: &Numbers| self.pressure(numbers, end) / self.pressure(&remedy.applied(numbers), end);
+                    |numbers: &Numbers<f64>| self.pressure(numbers, end) / self.pressure(&remedy.applied(numbers), end);
                 (remedy, self.hull(factor))
             })
             .into();
@@ -109,7 +109,7 @@ impl Plant {
     /// the pump.
     #[must_use]
     pub fn parts_pa(&self, seconds: f64) -> [Interval; 3] {
-        let over_speed = |numbers: &Numbers, flow: &dyn Fn(State) -> f64| {
+        let over_speed = |numbers: &Numbers<f64>, flow: &dyn Fn(State<f64>) -> f64| {
             let state = self.state(numbers, seconds);
             flow(state) / numbers.speed(state.pa())
         };
@@ -121,17 +121,17 @@ impl Plant {
     }
 
     /// The pressure if the pumping goes on from the first group until `seconds`.
-    fn pressure(&self, numbers: &Numbers, seconds: f64) -> f64 {
+    fn pressure(&self, numbers: &Numbers<f64>, seconds: f64) -> f64 {
         self.state(numbers, seconds).pa()
     }
 
     /// The state of the chamber then.
-    fn state(&self, numbers: &Numbers, seconds: f64) -> State {
+    fn state(&self, numbers: &Numbers<f64>, seconds: f64) -> State<f64> {
         let (from, state) = self.start;
         if seconds > from { numbers.advance(state, seconds - from, true) } else { state }
     }
 
-    fn time(&self, numbers: &Numbers, target_pa: f64) -> f64 {
+    fn time(&self, numbers: &Numbers<f64>, target_pa: f64) -> f64 {
         let (mut now, mut state) = self.start;
         if state.pa() <= target_pa {
             return now;
@@ -151,7 +151,7 @@ impl Plant {
     }
 
     /// A quantity above zero with its 95 % band: the larger of 1.96 standard deviations of its logarithm and of the hull.
-    fn band(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
+    fn band(&self, quantity: impl Fn(&Numbers<f64>) -> f64) -> Interval {
         let found = self.hull(&quantity);
         let variance = self.variance(&|values: &DVector<f64>| self.at(&quantity, values).ln());
         let spread = (SIGMAS * variance.max(0.0).sqrt()).exp();
@@ -162,7 +162,7 @@ impl Plant {
     }
 
     /// A quantity with its range over the unknowns at the bounds of their intervals.
-    fn hull(&self, quantity: impl Fn(&Numbers) -> f64) -> Interval {
+    fn hull(&self, quantity: impl Fn(&Numbers<f64>) -> f64) -> Interval {
         let mean = self.at(&quantity, &self.values);
         let corners = self.corners.iter().map(|values| self.at(&quantity, values));
         let [low, high] = corners.fold([mean; 2], |[low, high], value| [low.min(value), high.max(value)]);
@@ -170,9 +170,9 @@ impl Plant {
     }
 
     /// A quantity at values, which count as within their bounds.
-    fn at(&self, quantity: impl Fn(&Numbers) -> f64, values: &DVector<f64>) -> f64 {
+    fn at(&self, quantity: impl Fn(&Numbers<f64>) -> f64, values: &DVector<f64>) -> f64 {
         let inside = DVector::from_fn(values.len(), |index, _| bounded(index, values[index]));
-        quantity(&self.unknowns.numbers(&inside))
+        quantity(&self.unknowns.numbers(inside.as_slice()))
     }
 
     /// The variance of a function of the unknowns.
