@@ -194,6 +194,21 @@ fn records_that_cannot_be_fitted_are_refused() {
     assert_eq!(with(&|record| record.volume = Volume::FromDose(early)), NotIdentified::DoseWhilePumped);
 }
 
+/// The fit finds hardly any outgassing in a minute of a pump-down. Its interval goes down to almost nothing and is no single number.
+#[test]
+fn a_minute_of_a_pump_down_does_not_determine_the_outgassing() {
+    let mut random = fastrand::Rng::with_seed(8);
+    let pressure = |second: i32| 100.0 * 0.8_f64.powi(second) + 1e-2;
+    let record = PlantRecord {
+        samples: (0..60).map(|t| (f64::from(t), pressure(t) * (1.0 + 0.02 * (random.f64() - 0.5)))).collect(),
+        phases: vec![Phase { from_s: 0.0, pumped: true }],
+        volume: Volume::Given(0.05),
+        gauge_uncertainty: 0.0,
+    };
+    let found = identify(&record).unwrap().outgassing_1h;
+    assert!(found.high > 1e3 * found.low, "{found:?}");
+}
+
 /// A caller that gives up after some evaluations gets that as the reason, long before the fit would end.
 #[test]
 fn a_search_that_is_stopped_ends_with_that_reason() {
