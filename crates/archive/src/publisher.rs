@@ -36,7 +36,7 @@ const FULL_PAUSE: Duration = Duration::from_millis(50);
 
 /// The longest time without room for a batch before that is reported. free choice: an archive that stores a large batch, or starts again,
 /// takes less.
-const FULL_PATIENCE: Duration = Duration::from_secs(10);
+const FULL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The longest wait for an acknowledgement.
 const ACKNOWLEDGEMENT_TIMEOUT: Duration = Duration::from_secs(10);
@@ -146,7 +146,7 @@ async fn publish(settings: Settings, mut context: Context) -> Result<(), Publish
             }
             match sent {
                 // An archive takes batches: the next round sends the rest.
-                Err(PublisherError::FullShare(_)) if room.is_some_and(|it| it.elapsed() < FULL_PATIENCE) => {
+                Err(PublisherError::FullShare(_)) if room.is_some_and(|it| it.elapsed() < FULL_TIMEOUT) => {
                     pause(&mut context, if count == 0 { FULL_PAUSE } else { Duration::ZERO }).await;
                 }
                 sent => sent?,

@@ -52,7 +52,7 @@ const RELEASES: u32 = 3;
 
 /// The most evaluations of a fit for each unknown. Where a fit of 25 random plants ended by itself it needed 16 at most; one walked for
 /// 100 along a valley that is flat within the steps of the calculation. free choice
-const PATIENCE: usize = 30;
+const MOST_EVALUATIONS: usize = 30;
 
 /// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall. At a
 /// bound the derivative is that of the values within: beyond it the numbers of a plant do not change.
@@ -229,7 +229,7 @@ impl Problem<'_> {
             if (self.stopped)() {
                 return None;
             }
-            self = LevenbergMarquardt::new().with_tol(tolerance).with_patience(PATIENCE).minimize(self).0;
+            self = LevenbergMarquardt::new().with_tol(tolerance).with_patience(MOST_EVALUATIONS).minimize(self).0;
             let is_outside =
                 |values: &DVector<f64>, index: usize| bounded(index, values[index]).total_cmp(&values[index]).is_ne();
             if self.free.iter().any(|index| is_outside(&self.values, *index)) {

@@ -11,8 +11,8 @@
 //!
 //! S(p) is a power of the pressure between knots, about one for each two decades. Samples are averaged in groups that are even over
 //! the logarithm of time. Residuals are logarithms of the pressure, so all decades count alike. Levenberg and Marquardt's method
-//! (MINPACK) finds the numbers with exact derivatives, the profile of the sum of squares their 95 % intervals. A record without a closed valve and without
-//! a known dose determines S/V and Q/S only, so the volume must be given.
+//! (MINPACK) finds the numbers with exact derivatives, the profile of the sum of squares their 95 % intervals. A record without a closed
+//! valve and without a known dose determines S/V and Q/S only, so the volume must be given.
 //!
 //! | Module | Holds |
 //! |---|---|

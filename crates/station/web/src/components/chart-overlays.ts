@@ -210,7 +210,7 @@ function drawLevels(chart: uPlot, levels: Level[]): void {
 const MARKS_PX = 6
 const MARK_ROW_PX = 14
 
-/** The height that the names of so many marks take, in pixels of the canvas. */
+/** The height of the names of `count` marks, in pixels of the canvas. */
 export const marksHeight = (count: number): number =>
   count === 0 ? 0 : (MARKS_PX + MARK_ROW_PX * count) * devicePixelRatio
 
