@@ -35,7 +35,8 @@ pub enum Scope {
 use Scope::{Identifiers, Nowhere};
 
 /// Words of the column "Not" with another meaning, and that meaning.
-pub const AMBIGUOUS: [(&str, Scope, &str); 24] = [
+pub const AMBIGUOUS: [(&str, Scope, &str); 25] = [
+    ("patience", Nowhere, "the most evaluations of a fit, in the library levenberg-marquardt"),
     ("member", Identifiers, "a member of a set or of the ring"),
     ("frame", Nowhere, "the frame control octet, the frame count bit, a frame of the terminal"),
     ("packet", Nowhere, "a packet of a capture file"),
