@@ -143,9 +143,11 @@ function Reading({ reading, silent, unit, now }: ReadingProps): JSX.Element {
     <li class={silent ? 'row stale' : 'row'} data-series={`${station}/${series}`}>
       <Link to={trendPath([`${station}/${series}`])}>{series}</Link>
       <span class="row-readings">
-        <ReadingText pa={pa ?? limit_pa ?? null} quality={quality} unit={unit} />
+        <span>
+          <ReadingText pa={pa ?? limit_pa ?? null} quality={quality} unit={unit} />
+        </span>
       </span>
-      <span class="muted">
+      <span class="muted reading-age">
         {mean_of_ms && `${t.archive.meanOf(age(mean_of_ms))}, `}
         {t.common.ago(age(Math.max(0, now - end)))}
       </span>

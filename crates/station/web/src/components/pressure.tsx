@@ -17,13 +17,19 @@ export function Pressure({ pa, unit }: { pa: number; unit: Unit }): JSX.Element 
       <span class={exponent === null ? 'mantissa plain' : 'mantissa'}>{mantissa}</span>
       {exponent !== null && (
         <>
-          <span class="times"> × </span>10<span class="power">{superscript(exponent)}</span>
+          <span class="times"> × </span>10
+          <span class="power" data-room={roomOf(exponent)}>
+            {superscript(exponent)}
+          </span>
         </>
       )}
       <span class="unit"> {unit}</span>
     </span>
   )
 }
+
+/** The signs that a power lacks to be as wide as the widest one, `⁻¹⁰`: superscript digits are equally wide. */
+const roomOf = (exponent: number): string => (exponent < 0 ? '' : '⁻') + (Math.abs(exponent) < 10 ? '⁰' : '')
 
 interface ReadingProps {
   /** The pressure, or the end of the range that it is beyond. */
