@@ -10,8 +10,8 @@ import urllib.error
 import urllib.request
 
 MIB = 1 << 20
-# What a flight recorder keeps of each telegram besides its octets (`Stored` of profivac-listen), and its limits: docs/listening.md. It takes
-# an eighth more of the computer's memory, because a list that is full grows by an eighth.
+# What a flight recorder keeps of each telegram besides its octets (`Stored` of profivac-listen), and its limits: docs/listening.md. The
+# allocator may take an eighth more.
 PIECE_OCTETS, RECORDER_MIB, RECORDER_FACTOR, CAPTURES_MIB, CAPTURES = 16, 32, 9 / 8, 256, 20
 # What the limits leave for caches, for the allocator, and for clients of which one comes before the other has gone.
 FILES, THREADS, MEMORY_MIB, MEMORY_EACH_MIB = 10, 5, 24, 1

@@ -24,6 +24,13 @@ pub struct FlightLimits {
     pub disk_octets: u64,
 }
 
+impl FlightLimits {
+    /// The memory of a block: the recorder has at least sixteen.
+    fn block_octets(&self) -> usize {
+        BLOCK_OCTETS.min(self.memory_octets / 16)
+    }
+}
+
 impl Default for FlightLimits {
     fn default() -> Self {
         Self { memory_octets: 32 << 20, before_ms: 60_000, after_ms: 5000, files: 20, disk_octets: 256 << 20 }
@@ -33,7 +40,35 @@ impl Default for FlightLimits {
 /// The octets that a piece needs beside its own.
 const OVERHEAD: usize = size_of::<Stored>();
 
-/// A piece of the traffic. Its octets are in the ring.
+/// The memory of a block. free choice: small beside the memory of a recorder, and small enough that the allocator uses it again: lists of
+/// many MiB that grow left gaps between them, which took as much memory as the traffic.
+const BLOCK_OCTETS: usize = 64 << 10;
+
+/// Traffic without a gap. The oldest leaves as a whole.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    pieces: Vec<Stored>,
+    octets: Vec<u8>,
+}
+
+impl Block {
+    fn add(&mut self, piece: Stored, octets: &[u8]) {
+        self.pieces.push(piece);
+        self.octets.extend(octets);
+    }
+
+    /// Gives back the room for more.
+    fn shrink(&mut self) {
+        self.pieces.shrink_to_fit();
+        self.octets.shrink_to_fit();
+    }
+
+    const fn memory_octets(&self) -> usize {
+        self.octets.len().saturating_add(self.pieces.len().saturating_mul(OVERHEAD))
+    }
+}
+
+/// A piece of the traffic. Its octets are in its block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Stored {
     start: BitTime,
@@ -54,8 +89,9 @@ struct Trigger {
 pub struct FlightRecorder {
     baud: Baud,
     limits: FlightLimits,
-    octets: VecDeque<u8>,
-    pieces: VecDeque<Stored>,
+    blocks: VecDeque<Block>,
+    /// The memory of all blocks.
+    memory_octets: usize,
     trigger: Option<Trigger>,
 }
 
@@ -98,13 +134,13 @@ impl FlightRecorder {
     /// A flight recorder without traffic.
     #[must_use]
     pub const fn new(baud: Baud, limits: FlightLimits) -> Self {
-        Self { baud, limits, octets: VecDeque::new(), pieces: VecDeque::new(), trigger: None }
+        Self { baud, limits, blocks: VecDeque::new(), memory_octets: 0, trigger: None }
     }
 
     /// The memory for the traffic that it has now, in octets.
     #[must_use]
-    pub fn memory_octets(&self) -> usize {
-        self.octets.len().saturating_add(self.pieces.len().saturating_mul(OVERHEAD))
+    pub const fn memory_octets(&self) -> usize {
+        self.memory_octets
     }
 
     /// Adds a piece. The oldest leave when the memory is full.
@@ -113,15 +149,25 @@ impl FlightRecorder {
         let Ok(length) = u16::try_from(piece.octets.len()) else { return };
         let is_damaged = piece.kind == PieceKind::Damaged;
         let first_error = piece.errors.first().and_then(|position| u16::try_from(*position).ok());
-        let start = self.pieces.back().map_or(start, |last| last.start.max(start));
-        reserve(&mut self.pieces, 1);
-        reserve(&mut self.octets, piece.octets.len());
-        self.pieces.push_back(Stored { start, length, error: first_error.filter(|_| is_damaged) });
-        self.octets.extend(&piece.octets);
-        while self.memory_octets() > self.limits.memory_octets
-            && let Some(oldest) = self.pieces.pop_front()
+        let last = self.blocks.back().and_then(|block| block.pieces.last());
+        let start = last.map_or(start, |last| last.start.max(start));
+        let stored = Stored { start, length, error: first_error.filter(|_| is_damaged) };
+        match self.blocks.back_mut().filter(|block| block.memory_octets() < self.limits.block_octets()) {
+            Some(block) => block.add(stored, &piece.octets),
+            None => {
+                if let Some(full) = self.blocks.back_mut() {
+                    full.shrink();
+                }
+                let mut block = Block::default();
+                block.add(stored, &piece.octets);
+                self.blocks.push_back(block);
+            }
+        }
+        self.memory_octets = self.memory_octets.saturating_add(OVERHEAD).saturating_add(piece.octets.len());
+        while self.memory_octets > self.limits.memory_octets
+            && let Some(oldest) = self.blocks.pop_front()
         {
-            self.octets.drain(..usize::from(oldest.length).min(self.octets.len()));
+            self.memory_octets = self.memory_octets.saturating_sub(oldest.memory_octets());
         }
     }
 
@@ -140,23 +186,15 @@ impl FlightRecorder {
 
     /// A copy of the traffic between two times. The starts of the pieces rise.
     fn capture(&self, reason: String, from: BitTime, to: BitTime) -> Capture {
-        let first = self.pieces.partition_point(|piece| piece.start < from);
-        let end = self.pieces.partition_point(|piece| piece.start <= to);
-        let octets_of = |count| self.pieces.iter().take(count).map(|piece| usize::from(piece.length)).sum::<usize>();
-        let (skipped, kept) = (octets_of(first), octets_of(end));
-        Capture {
-            reason,
-            baud: self.baud,
-            pieces: self.pieces.iter().take(end).skip(first).cloned().collect(),
-            octets: self.octets.iter().take(kept).skip(skipped).copied().collect(),
+        let (mut pieces, mut octets) = (Vec::new(), Vec::new());
+        for block in &self.blocks {
+            let first = block.pieces.partition_point(|piece| piece.start < from);
+            let end = block.pieces.partition_point(|piece| piece.start <= to);
+            let octets_of = |count| block.pieces.iter().take(count).map(|it| usize::from(it.length)).sum::<usize>();
+            pieces.extend(block.pieces.get(first..end).into_iter().flatten().cloned());
+            octets.extend(block.octets.get(octets_of(first)..octets_of(end)).into_iter().flatten());
         }
-    }
-}
-
-/// Room for more elements. A list that is full grows by an eighth: by itself it would double, and take twice the memory of its limit.
-fn reserve<T>(list: &mut VecDeque<T>, count: usize) {
-    if list.capacity().saturating_sub(list.len()) < count {
-        list.reserve_exact(count.max(list.len() / 8));
+        Capture { reason, baud: self.baud, pieces, octets }
     }
 }
 
@@ -314,11 +352,19 @@ mod tests {
             recorder.add(&piece(number, &[0xE5; 36], vec![]));
             assert!(recorder.memory_octets() <= 4096);
         }
-        assert!(recorder.pieces.len() > 50, "{}", recorder.pieces.len());
-        assert_eq!(recorder.pieces.back().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
-        assert_eq!(recorder.octets.len(), recorder.pieces.len() * 36);
-        let taken = recorder.octets.capacity() + recorder.pieces.capacity() * OVERHEAD;
+        let pieces: Vec<&Stored> = recorder.blocks.iter().flat_map(|block| &block.pieces).collect();
+        assert!(pieces.len() > 50, "{}", pieces.len());
+        assert_eq!(pieces.last().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
+        let memory: usize = recorder.blocks.iter().map(Block::memory_octets).sum();
+        assert_eq!((memory, recorder.memory_octets()), (pieces.len() * (36 + OVERHEAD), memory));
+        let taken = |block: &Block| block.octets.capacity() + block.pieces.capacity() * OVERHEAD;
+        let taken: usize = recorder.blocks.iter().map(taken).sum();
         assert!(taken <= 4096 * 9 / 8, "{taken}");
+        assert!(recorder.blocks.len() > 8, "{} blocks", recorder.blocks.len());
+        let [from, to] = [9970, 9990].map(|ms| BitTime(BAUD.tbit_of_ms(ms)));
+        let capture = recorder.capture("test".to_owned(), from, to);
+        assert_eq!((capture.pieces.len(), capture.octets.len()), (21, 21 * 36));
+        assert_eq!((capture.pieces[0].start, capture.pieces[20].start), (from, to));
     }
 
     #[test]
