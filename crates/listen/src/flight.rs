@@ -25,7 +25,7 @@ pub struct FlightLimits {
 }
 
 impl FlightLimits {
-    /// The memory of a block: the recorder has at least sixteen.
+    /// The memory of a block, in octets: a full recorder has at least sixteen blocks.
     fn block_octets(&self) -> usize {
         BLOCK_OCTETS.min(self.memory_octets / 16)
     }
@@ -44,7 +44,7 @@ const OVERHEAD: usize = size_of::<Stored>();
 /// many MiB that grow left gaps between them, which took as much memory as the traffic.
 const BLOCK_OCTETS: usize = 64 << 10;
 
-/// Traffic without a gap. The oldest leaves as a whole.
+/// Pieces that follow each other. The oldest block leaves as a whole.
 #[derive(Clone, Debug, Default)]
 struct Block {
     pieces: Vec<Stored>,
