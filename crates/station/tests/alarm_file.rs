@@ -205,7 +205,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         ),
         (
             defaults("segment = { except = ['hal'] }"),
-            "there is no segment \"hal\"; did you mean \"hall\"?; write the name of a [[segment]], or add one",
+            "there is no segment \"hal\"; write the name of a [[segment]], or add one; did you mean \"hall\"?",
         ),
         (defaults("fault = { limit = 3 }"), "hall.toml:36:19: only damage has a limit"),
         (defaults("damage = { limit = 0.5 }"), "expected telegrams per minute from 1 to 1000000, found 0.5"),

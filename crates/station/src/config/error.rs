@@ -478,7 +478,7 @@ pub enum ConfigProblem {
     )]
     IntervalWithoutCalibration,
     /// No segment has this name.
-    #[error("there is no segment {name:?}{}; write the name of a [[segment]], or add one", hint(.suggestion.as_deref()))]
+    #[error("there is no segment {name:?}; write the name of a [[segment]], or add one{}", hint(.suggestion.as_deref()))]
     UnknownSegment {
         /// The name.
         name: String,

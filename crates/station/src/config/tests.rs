@@ -567,7 +567,7 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
         ),
         (
             "segments = ['hal']",
-            "there is no segment \"hal\"; did you mean \"hall\"?; write the name of a [[segment]], or add one",
+            "there is no segment \"hal\"; write the name of a [[segment]], or add one; did you mean \"hall\"?",
         ),
         (
             "alarms = ['chamber hihg']",

@@ -375,7 +375,11 @@ test('on a phone no page is wider than the screen, no word of a table or button 
               state.textContent = 'gegangen, nicht quittiert'
             })
             await page.locator('.alarm-performance tbody tr').first().waitFor()
-            await page.locator('table.stacked button').first().waitFor()
+            // Lists that arrive later are opened too.
+            await page.waitForFunction(() => {
+              for (const one of document.querySelectorAll('main details')) one.open = true
+              return document.querySelector('table.stacked button')?.checkVisibility()
+            })
             assert.deepEqual(await tooWide(page, '.alarm-item .alarm-state'), [], locale)
           }
           const widest = await page.evaluate(() => document.documentElement.scrollWidth)

@@ -47,7 +47,8 @@ export function passesNow(filter: Filter, gauge: Gauge, labels: GaugeLabels, ala
   return passes(filter, gauge, labels, {
     isAlarmed: alarms.some(isActive),
     isFault: gauge.state === 'fault' || qualities.includes('fault'),
-    isStale: isStale(gauge, live.since),
+    // As the station has said: without a connection the last known gauges stay.
+    isStale: isStale(gauge, 0),
     today: day(live.now),
   })
 }

@@ -5,7 +5,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
-import { BusStatusMark } from '../components/bus-status.tsx'
+import { GaugeStatus } from '../components/bus-status.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
@@ -159,10 +159,10 @@ function RowList({ rows }: { rows: GaugeProps[] }): JSX.Element {
   )
 }
 
-/** How soon a user must look at a gauge; 0 if it has no problem. */
-export function urgency({ gauge, alarms, live }: GaugeProps): number {
+/** How soon a user must look at a gauge; 0 if it has no problem. A lost connection is no problem of a gauge: the last known ones stay. */
+export function urgency({ gauge, alarms }: Pick<GaugeProps, 'gauge' | 'alarms'>): number {
   const priorities = alarms.filter(isActive).map(({ priority }) => PRIORITIES.length - PRIORITIES.indexOf(priority))
-  const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, live.since)
+  const hasProblem = gauge.state !== 'data-exchange' || isStale(gauge, 0)
   return Math.max(0, ...priorities) * 2 + Number(hasProblem)
 }
 
@@ -189,7 +189,7 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
         ))}
         {gauge.readings.length === 0 && <span class="no-pressure stale">{t.common.noData}</span>}
       </span>
-      <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
+      <GaugeStatus gauge={gauge} stale={stale} />
       <Overdue labels={labels} />
       <CardAlarms alarms={alarms} />
     </li>
@@ -211,7 +211,7 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
         <h3>
           <Link to={gaugePath(gauge.name)}>{gauge.name}</Link>
         </h3>
-        <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
+        <GaugeStatus gauge={gauge} stale={stale} />
       </div>
       {gauge.readings.map((reading) => (
         <CardReading gauge={gauge} reading={reading} live={live} unit={unit} key={reading.series} />

@@ -410,6 +410,10 @@ export const de: Texts = {
     esc: 'Esc',
   },
 
+  unknownStatus: {
+    label: 'Status unbekannt',
+    sentence: 'Das Messgerät war im Datenaustausch, als diese Seite zuletzt von ihm erfuhr.',
+  },
   busStatus: {
     'own-master': { label: 'unser Master', sentence: 'Der Master dieser Station.' },
     'other-master': { label: 'anderer Master', sentence: 'Ein anderer Master am selben Bus.' },
@@ -832,6 +836,7 @@ export const de: Texts = {
     end: 'Ende',
     result: 'Ergebnis',
     waiting: 'Das Ergebnis erscheint hier, wenn Anfang und Ende gesetzt sind.',
+    calculating: 'Das Ergebnis wird berechnet …',
     leak: 'Leck',
     outgassing: 'Ausgasung, am Anfang',
     tau: 'Zeitkonstante der Sättigung',

@@ -438,6 +438,10 @@ export const en = {
     esc: 'Esc',
   },
 
+  unknownStatus: {
+    label: 'status unknown',
+    sentence: 'The gauge was in data exchange when this page last heard of it.',
+  },
   busStatus: {
     'own-master': { label: 'our master', sentence: 'The master of this station.' },
     'other-master': { label: 'other master', sentence: 'Another master on the same bus.' },
@@ -846,6 +850,7 @@ export const en = {
     end: 'end',
     result: 'Result',
     waiting: 'The result appears here when start and end are set.',
+    calculating: 'The result is being calculated …',
     leak: 'leak',
     outgassing: 'outgassing, at the start',
     tau: 'time constant of saturation',

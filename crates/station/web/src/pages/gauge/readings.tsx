@@ -3,7 +3,7 @@
 import './readings.css'
 import type { JSX } from 'preact'
 import type { Gauge, GaugeLabels, Reading } from '../../api/types.ts'
-import { BusStatusMark } from '../../components/bus-status.tsx'
+import { GaugeStatus } from '../../components/bus-status.tsx'
 import { labelsOf, Overdue, useDirectory } from '../../components/gauge-filter.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../../components/pressure.tsx'
 import { Age, Faults } from '../../components/reading-state.tsx'
@@ -21,7 +21,7 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
     <section class={`panel readings ${stale ? 'stale' : ''}`} aria-label={t.gauge.readings}>
       <div class="readings-head">
         <h2>{gauge.name}</h2>
-        <BusStatusMark status={gauge.state} stale={stale && gauge.state === 'data-exchange'} />
+        <GaugeStatus gauge={gauge} stale={stale} />
         <span class="muted">
           {gauge.device} · {gauge.segment} · {t.common.address(gauge.address)}
         </span>

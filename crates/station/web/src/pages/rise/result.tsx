@@ -12,13 +12,15 @@ import type { GasDependence } from './measurement.ts'
 
 interface Props {
   fit: Rise | null
+  /** Start and end are set. */
+  isReady: boolean
   gauge: GasDependence
   error: string | null
 }
 
-export function Result({ fit, gauge, error }: Props): JSX.Element {
+export function Result({ fit, isReady, gauge, error }: Props): JSX.Element {
   if (error) return <p class="error">{error}</p>
-  if (!fit) return <p class="panel muted">{t.rise.waiting}</p>
+  if (!fit) return <p class="panel muted">{isReady ? t.rise.calculating : t.rise.waiting}</p>
   const { title, sentence } = verdict(fit)
   return (
     <section class="panel result" aria-label={t.rise.result} role="status">
