@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
 import { test } from 'node:test'
-import { apart, CURVE_COLOURS, curveColours } from '../dist/test/lib/curves.js'
+import { CURVE_COLOURS, curveColours } from '../dist/test/lib/curves.js'
 
 /** The colours of the design tokens, `light-dark(#…, #…)`. */
 const TOKENS = new Map(
@@ -55,11 +55,4 @@ test('chosen curves have different colours while there are enough', () => {
   const names = Array.from({ length: 20 }, (_, index) => `${index}`)
   const colours = curveColours(names, ['0', '8', '16'], false)
   assert.equal(new Set(['0', '8', '16'].map((name) => colours.get(name))).size, 3)
-})
-
-test('names at the ends of curves do not overlap and stay in the chart', () => {
-  assert.deepEqual(apart([50, 10], 13, [0, 100]), [50, 10])
-  assert.deepEqual(apart([20, 20, 20], 13, [0, 100]), [20, 33, 46])
-  assert.deepEqual(apart([95, 95], 13, [0, 90]), [77, 90])
-  assert.deepEqual(apart([-9, 0], 13, [0, 90]), [0, 13])
 })

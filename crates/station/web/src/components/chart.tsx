@@ -9,8 +9,8 @@ import 'uplot/dist/uPlot.min.css'
 import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
 import type { Curve } from '../lib/series.ts'
+import { drawNames } from './chart-names.ts'
 import { drawAllStretches, drawMarks, drawUnit, type Level, type Line, type TimeMark } from './chart-overlays.ts'
-import { drawCurveNames } from './curve-names.ts'
 import { tokenColour } from './palette.ts'
 
 export interface ChartProps {
@@ -225,22 +225,17 @@ function powers(low: number, high: number, height: number): number[] {
   return made
 }
 
-const drawNames = (chart: uPlot, { lines, times, curves, marks }: ChartProps): void =>
-  drawCurveNames(
-    chart,
-    lines,
-    times,
-    curves.map(({ mean }) => mean),
-    marks?.length ?? 0,
-  )
+/** The names are drawn last, over all curves. */
+const nameAll = (chart: uPlot, { lines, levels = [], marks = [], times, curves }: ChartProps): void =>
+  drawNames(chart, { lines, levels, marks, times, means: curves.map(({ mean }) => mean) })
 
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
-    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines, latest.current.levels ?? [])],
+    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
     draw: [
       (chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? []),
       (chart) => drawUnit(chart, latest.current.unit),
-      (chart) => drawNames(chart, latest.current),
+      (chart) => nameAll(chart, latest.current),
     ],
     setSelect: [
       (chart) => {

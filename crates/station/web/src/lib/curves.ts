@@ -27,19 +27,3 @@ export function curveColours(names: string[], chosen: string[], dark: boolean): 
   }
   return colours
 }
-
-/** Places at least `gap` apart and within the bounds while there is room, each as near to its wanted one as its neighbours permit. */
-export function apart(wanted: number[], gap: number, [least, most]: [number, number]): number[] {
-  const order = wanted.map((place, index) => ({ place, index })).sort((one, other) => one.place - other.place)
-  let next = least
-  for (const one of order) {
-    one.place = Math.max(next, one.place)
-    next = one.place + gap
-  }
-  let last = most
-  for (const one of [...order].reverse()) {
-    one.place = Math.min(last, one.place)
-    last = one.place - gap
-  }
-  return order.sort((one, other) => one.index - other.index).map(({ place }) => place)
-}

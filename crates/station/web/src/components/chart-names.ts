@@ -1,0 +1,195 @@
+// The names in a chart: of levels, of times, of curves, of bands and bars. A colour alone does not say which curve is which.
+
+import type uPlot from 'uplot'
+import {
+  along,
+  firstFree,
+  type Profile,
+  placesAtCurve,
+  placesAtLine,
+  profileOf,
+  type Rect,
+  type Size,
+} from '../lib/name-places.ts'
+import type { Stretch, Value } from '../lib/series.ts'
+import { t } from '../texts/texts.ts'
+import { barredLines, edges, isBar, type Level, type Line, QUALITIES, type TimeMark } from './chart-overlays.ts'
+import { tokenColour } from './palette.ts'
+
+/** What has a name. */
+export interface Named {
+  lines: Line[]
+  levels: Level[]
+  marks: TimeMark[]
+  times: number[]
+  /** The values of each line. */
+  means: Value[][]
+}
+
+interface Name {
+  text: string
+  colour: string
+  isBold?: boolean
+}
+
+/** The height of a name in pixels, and that of the row in which a mark has its name. */
+const HEIGHT = 12
+const MARK_ROW = 14
+
+/** Places names one after the other, each where none of the former is and no curve passes. */
+class Layout {
+  readonly plot: Size
+  private readonly rects: Rect[] = []
+
+  constructor(
+    private readonly chart: uPlot,
+    private readonly curves: Profile[],
+  ) {
+    this.plot = plotOf(chart)
+  }
+
+  /** Keeps names away from something that is drawn. */
+  keepFree(rect: Rect): void {
+    this.rects.push(rect)
+  }
+
+  size({ text, isBold = false }: Name): Size {
+    const { ctx } = this.chart
+    ctx.font = font(isBold)
+    return { width: ctx.measureText(text).width / devicePixelRatio, height: HEIGHT }
+  }
+
+  /** Draws a name at the first free place. `isOverCurves`: rather over a curve than not at all. */
+  draw(name: Name, places: Rect[], isOverCurves: boolean): void {
+    const { rects, curves, plot } = this
+    const place =
+      firstFree(places, { rects, curves }, plot) ??
+      (isOverCurves ? firstFree(places, { rects, curves: [] }, plot) : null)
+    if (!place) return
+    this.rects.push(place)
+    write(this.chart, name, place)
+  }
+}
+
+export function drawNames(chart: uPlot, named: Named): void {
+  const profiles = named.means.map((mean) => profileOf(pointsOf(chart, named.times, mean), plotOf(chart).width))
+  const layout = new Layout(chart, profiles)
+  chart.ctx.save()
+  for (const [lane, line] of barredLines(named.lines).entries()) keepBarsFree(chart, layout, line, lane)
+  for (const { value } of named.levels)
+    layout.keepFree({ left: 0, top: chart.valToPos(value, 'y'), width: layout.plot.width, height: 1 })
+  for (const [row, mark] of named.marks.entries()) drawMarkName(chart, layout, mark, row)
+  for (const level of named.levels) drawLevelName(chart, layout, level)
+  if (named.lines.length > 1)
+    for (const [index, line] of named.lines.entries()) drawCurveName(layout, line, profiles[index] ?? [])
+  for (const line of named.lines) drawStretchNames(chart, layout, line, barredLines(named.lines).indexOf(line))
+  chart.ctx.restore()
+}
+
+/** The size of the plot in CSS pixels. */
+const plotOf = ({ over }: uPlot): Size => ({ width: over.clientWidth, height: over.clientHeight })
+
+/** The points of a curve in CSS pixels. A value that is `undefined` does not break the curve. */
+function pointsOf(chart: uPlot, times: number[], mean: Value[]): ([number, number] | null)[] {
+  return times.flatMap((at, index): ([number, number] | null)[] => {
+    const value = mean[index]
+    if (value === undefined) return []
+    return [value === null ? null : [chart.valToPos(at, 'x'), chart.valToPos(value, 'y')]]
+  })
+}
+
+/** Each mark has its name in a row of its own, to the right of its line or to the left where there is no room: marks may be close to each other. */
+function drawMarkName(chart: uPlot, layout: Layout, { at, name }: TimeMark, row: number): void {
+  const x = chart.valToPos(at, 'x')
+  if (x < 0 || x > layout.plot.width) return
+  layout.keepFree({ left: x - 1, top: 0, width: 2, height: layout.plot.height })
+  const text = { text: name, colour: tokenColour('accent') }
+  const size = layout.size(text)
+  const top = 6 + MARK_ROW * row
+  const lefts = [x + 6, x - 6 - size.width]
+  layout.draw(
+    text,
+    lefts.map((left) => ({ left, top, ...size })),
+    true,
+  )
+}
+
+function drawLevelName(chart: uPlot, layout: Layout, { name, colour, value }: Level): void {
+  const y = chart.valToPos(value, 'y')
+  if (y < 0 || y > layout.plot.height) return
+  const text = { text: name, colour }
+  layout.draw(text, placesAtLine(y, layout.size(text), layout.plot), true)
+}
+
+function drawCurveName(layout: Layout, { name, colour }: Line, profile: Profile): void {
+  const text = { text: name, colour, isBold: true }
+  layout.draw(text, placesAtCurve(profile, layout.size(text), layout.plot), true)
+}
+
+/** The longest stretch of each kind has its name: many of one kind would repeat it all over the chart. */
+function drawStretchNames(chart: uPlot, layout: Layout, line: Line, lane: number): void {
+  const kinds = new Set(line.stretches.map(({ kind }) => kind))
+  for (const kind of kinds) {
+    const length = ({ from, to }: Stretch): number => to - from
+    const [longest] = line.stretches
+      .filter((one) => one.kind === kind)
+      .sort((one, other) => length(other) - length(one))
+    if (longest) drawStretchName(chart, layout, line, longest, lane)
+  }
+}
+
+function drawStretchName(chart: uPlot, layout: Layout, { name, colour }: Line, stretch: Stretch, lane: number): void {
+  const [left, right] = sides(chart, layout, stretch)
+  if (right <= left) return
+  const [top, bottom] = edges(chart, stretch, lane)
+  const text = { text: `${name} ${t.qualities[QUALITIES[stretch.kind]]}`, colour }
+  const size = layout.size(text)
+  const inside = along(left + 4, right - size.width - 4)
+  const beside = [right + 4, left - 4 - size.width]
+  const places = isBar(stretch)
+    ? [
+        ...beside.map((at) => ({ left: at, top: (top + bottom - size.height) / 2, ...size })),
+        ...[...inside, left].map((at) => ({ left: at, top: top - size.height - 1, ...size })),
+      ]
+    : rowsOf(stretch, top, bottom).flatMap((row) =>
+        [...inside, ...beside].map((at) => ({ left: at, top: row, ...size })),
+      )
+  layout.draw(text, places, false)
+}
+
+/** The rows in which the name of a band may stand: at the end of the range first, then further outside, then inside. */
+function rowsOf({ kind }: Stretch, top: number, bottom: number): number[] {
+  const row = HEIGHT + 1
+  return kind === 'over' ? [bottom - row, bottom - 2 * row, bottom + 2] : [top + 2, top + 2 + row, top - row]
+}
+
+function keepBarsFree(chart: uPlot, layout: Layout, { stretches }: Line, lane: number): void {
+  for (const stretch of stretches.filter(isBar)) {
+    const [left, right] = sides(chart, layout, stretch)
+    const [top, bottom] = edges(chart, stretch, lane)
+    if (right > left) layout.keepFree({ left, top, width: right - left, height: bottom - top })
+  }
+}
+
+/** The left and right edge of a stretch within the plot. */
+function sides(chart: uPlot, { plot }: Layout, { from, to }: Stretch): [number, number] {
+  return [Math.max(0, chart.valToPos(from, 'x')), Math.min(plot.width, chart.valToPos(to, 'x'))]
+}
+
+const font = (isBold: boolean): string => `${isBold ? '600 ' : ''}${11 * devicePixelRatio}px system-ui, sans-serif`
+
+/** Writes a name with a pale edge, over what is below it. */
+function write({ ctx, bbox }: uPlot, { text, colour, isBold = false }: Name, { left, top }: Rect): void {
+  const dpr = devicePixelRatio
+  const [x, y] = [bbox.left + left * dpr, bbox.top + top * dpr]
+  ctx.font = font(isBold)
+  ctx.textBaseline = 'top'
+  ctx.textAlign = 'left'
+  ctx.setLineDash([])
+  ctx.lineWidth = 3 * dpr
+  ctx.lineJoin = 'round'
+  ctx.strokeStyle = tokenColour('panel')
+  ctx.strokeText(text, x, y)
+  ctx.fillStyle = colour
+  ctx.fillText(text, x, y)
+}
