@@ -10,9 +10,8 @@ import urllib.error
 import urllib.request
 
 MIB = 1 << 20
-# What a flight recorder keeps of each telegram besides its octets (`Stored` of profivac-listen), and its limits: docs/listening.md. The
-# allocator may take an eighth more.
-PIECE_OCTETS, RECORDER_MIB, RECORDER_FACTOR, CAPTURES_MIB, CAPTURES = 16, 32, 9 / 8, 256, 20
+# What a flight recorder keeps of each telegram besides its octets (profivac-listen), and its limits: docs/listening.md.
+PIECE_OCTETS, RECORDER_MIB, CAPTURES_MIB, CAPTURES = 12, 32, 256, 20
 # What the limits leave for caches, for the allocator, and for clients of which one comes before the other has gone.
 FILES, THREADS, MEMORY_MIB, MEMORY_EACH_MIB = 10, 5, 24, 1
 # The rows of a gauge in an hour, with events, alarms and a moment of each second around them; the part of the database without gauges.
@@ -128,7 +127,7 @@ def grown(rows, segments, gauges):
         if measured > allowed:
             found.append(f"{what}: expected at most {allowed:.1f} {unit}, found {measured:.1f}")
 
-    recorders = RECORDER_FACTOR * (last.recorders - warm.recorders)
+    recorders = last.recorders - warm.recorders
     limit("growth of the heap since the warm-up", last.heap - warm.heap, recorders + MEMORY_MIB + MEMORY_EACH_MIB * segments)
     limit("growth of the disk since the warm-up", last.disk - warm.disk, DATABASE_MIB + DATABASE_HOURLY_MIB * gauges * hours)
     limit("log of the database", max(row.log for row in rows), LOG_MIB)

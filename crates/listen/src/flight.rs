@@ -37,44 +37,76 @@ impl Default for FlightLimits {
     }
 }
 
-/// The octets that a piece needs beside its own.
-const OVERHEAD: usize = size_of::<Stored>();
+/// The octets that a piece needs beside its own: its start, its length, and where its first character error is.
+const OVERHEAD: usize = 12;
 
-/// The memory of a block. free choice: small beside the memory of a recorder, and small enough that the allocator uses it again: lists of
-/// many MiB that grow left gaps between them, which took as much memory as the traffic.
+/// The memory of a block. free choice: small beside the memory of a recorder.
 const BLOCK_OCTETS: usize = 64 << 10;
 
-/// Pieces that follow each other. The oldest block leaves as a whole.
-#[derive(Clone, Debug, Default)]
-struct Block {
-    pieces: Vec<Stored>,
-    octets: Vec<u8>,
-}
-
-impl Block {
-    fn add(&mut self, piece: Stored, octets: &[u8]) {
-        self.pieces.push(piece);
-        self.octets.extend(octets);
-    }
-
-    /// Gives back the room for more.
-    fn shrink(&mut self) {
-        self.pieces.shrink_to_fit();
-        self.octets.shrink_to_fit();
-    }
-
-    const fn memory_octets(&self) -> usize {
-        self.octets.len().saturating_add(self.pieces.len().saturating_mul(OVERHEAD))
-    }
-}
-
-/// A piece of the traffic. Its octets are in its block.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Stored {
+/// A piece of the traffic, as the memory of a block has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stored<'a> {
     start: BitTime,
     length: u16,
     /// A character error, where the piece has one; the first of several.
     error: Option<u16>,
+    octets: &'a [u8],
+}
+
+impl<'a> Stored<'a> {
+    /// The place of an error in a piece without one: the longest piece ends before it.
+    const NO_ERROR: u16 = u16::MAX;
+
+    /// The piece, unless it has more than 65 535 octets: no telegram is nearly as long.
+    fn of(piece: &'a Piece) -> Option<Self> {
+        let length = u16::try_from(piece.octets.len()).ok()?;
+        let first_error = piece.errors.first().and_then(|position| u16::try_from(*position).ok());
+        let is_damaged = piece.kind == PieceKind::Damaged;
+        Some(Self { start: piece.start?, length, error: first_error.filter(|_| is_damaged), octets: &piece.octets })
+    }
+
+    /// Adds the piece to a memory.
+    fn write(&self, memory: &mut Vec<u8>) {
+        memory.extend(self.start.0.to_le_bytes());
+        memory.extend(self.length.to_le_bytes());
+        memory.extend(self.error.unwrap_or(Self::NO_ERROR).to_le_bytes());
+        memory.extend(self.octets);
+    }
+
+    /// The first piece of a memory, and the rest.
+    fn read(memory: &'a [u8]) -> Option<(Self, &'a [u8])> {
+        let (start, rest) = memory.split_first_chunk()?;
+        let (length, rest) = rest.split_first_chunk()?;
+        let (error, rest) = rest.split_first_chunk()?;
+        let length = u16::from_le_bytes(*length);
+        let (octets, rest) = rest.split_at_checked(usize::from(length))?;
+        let error = Some(u16::from_le_bytes(*error)).filter(|error| *error != Self::NO_ERROR);
+        Some((Self { start: BitTime(u64::from_le_bytes(*start)), length, error, octets }, rest))
+    }
+
+    /// All pieces of a memory.
+    fn all(mut memory: &'a [u8]) -> impl Iterator<Item = Self> {
+        std::iter::from_fn(move || {
+            let (piece, rest) = Self::read(memory)?;
+            memory = rest;
+            Some(piece)
+        })
+    }
+}
+
+/// Pieces that follow each other. A full recorder takes the memory of its oldest block for the newest pieces, so it neither gives memory
+/// back nor takes any: that would leave gaps in the heap.
+#[derive(Clone, Debug)]
+struct Block {
+    memory: Vec<u8>,
+    /// The start of its last piece.
+    last: BitTime,
+}
+
+impl Block {
+    const fn has_room(&self, octets: usize) -> bool {
+        self.memory.capacity() - self.memory.len() >= octets
+    }
 }
 
 /// The reason for a capture.
@@ -90,8 +122,6 @@ pub struct FlightRecorder {
     baud: Baud,
     limits: FlightLimits,
     blocks: VecDeque<Block>,
-    /// The memory of all blocks.
-    memory_octets: usize,
     trigger: Option<Trigger>,
 }
 
@@ -101,8 +131,8 @@ pub struct Capture {
     /// Why it was made.
     pub reason: String,
     baud: Baud,
-    pieces: Vec<Stored>,
-    octets: Vec<u8>,
+    /// The pieces, as blocks have them.
+    memory: Vec<u8>,
 }
 
 impl Capture {
@@ -110,12 +140,9 @@ impl Capture {
     #[must_use]
     pub fn file(&self) -> Vec<u8> {
         let mut file = file_header(self.baud, USER0);
-        let mut rest = self.octets.as_slice();
-        for piece in &self.pieces {
-            let (octets, behind) = rest.split_at_checked(usize::from(piece.length)).unwrap_or_default();
-            rest = behind;
-            let errors = piece.error.map(usize::from).into_iter().collect();
-            file.extend(packet(&Entry::new(piece.start, octets.to_vec(), errors), Times::Measured, self.baud));
+        for Stored { start, error, octets, .. } in Stored::all(&self.memory) {
+            let errors = error.map(usize::from).into_iter().collect();
+            file.extend(packet(&Entry::new(start, octets.to_vec(), errors), Times::Measured, self.baud));
         }
         file
     }
@@ -134,41 +161,43 @@ impl FlightRecorder {
     /// A flight recorder without traffic.
     #[must_use]
     pub const fn new(baud: Baud, limits: FlightLimits) -> Self {
-        Self { baud, limits, blocks: VecDeque::new(), memory_octets: 0, trigger: None }
+        Self { baud, limits, blocks: VecDeque::new(), trigger: None }
     }
 
-    /// The memory for the traffic that it has now, in octets.
+    /// The memory for traffic that it has taken, in octets.
     #[must_use]
-    pub const fn memory_octets(&self) -> usize {
-        self.memory_octets
+    pub fn memory_octets(&self) -> usize {
+        self.blocks.iter().map(|block| block.memory.capacity()).sum()
     }
 
     /// Adds a piece. The oldest leave when the memory is full.
     pub fn add(&mut self, piece: &Piece) {
-        let Some(start) = piece.start else { return };
-        let Ok(length) = u16::try_from(piece.octets.len()) else { return };
-        let is_damaged = piece.kind == PieceKind::Damaged;
-        let first_error = piece.errors.first().and_then(|position| u16::try_from(*position).ok());
-        let last = self.blocks.back().and_then(|block| block.pieces.last());
-        let start = last.map_or(start, |last| last.start.max(start));
-        let stored = Stored { start, length, error: first_error.filter(|_| is_damaged) };
-        match self.blocks.back_mut().filter(|block| block.memory_octets() < self.limits.block_octets()) {
-            Some(block) => block.add(stored, &piece.octets),
-            None => {
-                if let Some(full) = self.blocks.back_mut() {
-                    full.shrink();
-                }
-                let mut block = Block::default();
-                block.add(stored, &piece.octets);
-                self.blocks.push_back(block);
-            }
+        let Some(mut stored) = Stored::of(piece) else { return };
+        if let Some(block) = self.blocks.back() {
+            stored.start = block.last.max(stored.start);
         }
-        self.memory_octets = self.memory_octets.saturating_add(OVERHEAD).saturating_add(piece.octets.len());
-        while self.memory_octets > self.limits.memory_octets
-            && let Some(oldest) = self.blocks.pop_front()
+        let octets = OVERHEAD.saturating_add(piece.octets.len());
+        if !self.blocks.back().is_some_and(|block| block.has_room(octets)) {
+            self.begin_block(octets);
+        }
+        if let Some(block) = self.blocks.back_mut() {
+            stored.write(&mut block.memory);
+            block.last = stored.start;
+        }
+    }
+
+    /// Begins a block with room for a piece of `octets`, in the memory of the oldest one when no more may be taken.
+    fn begin_block(&mut self, octets: usize) {
+        let size = self.limits.block_octets().max(octets);
+        let mut oldest = None;
+        while self.memory_octets().saturating_add(size) > self.limits.memory_octets
+            && let Some(block) = self.blocks.pop_front()
         {
-            self.memory_octets = self.memory_octets.saturating_sub(oldest.memory_octets());
+            oldest = Some(block.memory).filter(|memory| memory.capacity() >= size);
         }
+        let mut memory = oldest.unwrap_or_else(|| Vec::with_capacity(size));
+        memory.clear();
+        self.blocks.push_back(Block { memory, last: BitTime(0) });
     }
 
     /// Begins a capture for `reason`. Until it is complete a second trigger makes no other one.
@@ -186,15 +215,13 @@ impl FlightRecorder {
 
     /// A copy of the traffic between two times. The starts of the pieces rise.
     fn capture(&self, reason: String, from: BitTime, to: BitTime) -> Capture {
-        let (mut pieces, mut octets) = (Vec::new(), Vec::new());
-        for block in &self.blocks {
-            let first = block.pieces.partition_point(|piece| piece.start < from);
-            let end = block.pieces.partition_point(|piece| piece.start <= to);
-            let octets_of = |count| block.pieces.iter().take(count).map(|it| usize::from(it.length)).sum::<usize>();
-            pieces.extend(block.pieces.get(first..end).into_iter().flatten().cloned());
-            octets.extend(block.octets.get(octets_of(first)..octets_of(end)).into_iter().flatten());
+        let mut memory = Vec::new();
+        for block in self.blocks.iter().skip_while(|block| block.last < from) {
+            let within =
+                Stored::all(&block.memory).skip_while(|piece| piece.start < from).take_while(|it| it.start <= to);
+            within.for_each(|piece| piece.write(&mut memory));
         }
-        Capture { reason, baud: self.baud, pieces, octets }
+        Capture { reason, baud: self.baud, memory }
     }
 }
 
@@ -352,19 +379,46 @@ mod tests {
             recorder.add(&piece(number, &[0xE5; 36], vec![]));
             assert!(recorder.memory_octets() <= 4096);
         }
-        let pieces: Vec<&Stored> = recorder.blocks.iter().flat_map(|block| &block.pieces).collect();
+        let pieces: Vec<Stored> = recorder.blocks.iter().flat_map(|block| Stored::all(&block.memory)).collect();
         assert!(pieces.len() > 50, "{}", pieces.len());
         assert_eq!(pieces.last().unwrap().start, BitTime(BAUD.tbit_of_ms(9999)));
-        let memory: usize = recorder.blocks.iter().map(Block::memory_octets).sum();
-        assert_eq!((memory, recorder.memory_octets()), (pieces.len() * (36 + OVERHEAD), memory));
-        let taken = |block: &Block| block.octets.capacity() + block.pieces.capacity() * OVERHEAD;
-        let taken: usize = recorder.blocks.iter().map(taken).sum();
-        assert!(taken <= 4096 * 9 / 8, "{taken}");
-        assert!(recorder.blocks.len() > 8, "{} blocks", recorder.blocks.len());
+        assert!(pieces.is_sorted_by(|one, next| one.start < next.start));
+        assert_eq!(recorder.blocks.len(), 16);
         let [from, to] = [9970, 9990].map(|ms| BitTime(BAUD.tbit_of_ms(ms)));
         let capture = recorder.capture("test".to_owned(), from, to);
-        assert_eq!((capture.pieces.len(), capture.octets.len()), (21, 21 * 36));
-        assert_eq!((capture.pieces[0].start, capture.pieces[20].start), (from, to));
+        let pieces: Vec<Stored> = Stored::all(&capture.memory).collect();
+        assert_eq!((pieces.len(), pieces[0].start, pieces[20].start), (21, from, to));
+        assert!(pieces.iter().all(|piece| piece.octets == [0xE5; 36] && piece.error.is_none()));
+    }
+
+    /// Memory that is given back and taken again all the time would leave gaps in the heap.
+    #[test]
+    fn a_full_recorder_keeps_its_memory() {
+        let mut recorder = FlightRecorder::new(BAUD, FlightLimits { memory_octets: 4096, ..limits() });
+        let places = |recorder: &FlightRecorder| {
+            let mut all: Vec<usize> = recorder.blocks.iter().map(|block| block.memory.as_ptr().addr()).collect();
+            all.sort_unstable();
+            all
+        };
+        let mut fill = |from: u64| {
+            (from..from + 1000).for_each(|number| recorder.add(&piece(number, &[0xE5; 36], vec![])));
+            places(&recorder)
+        };
+        assert_eq!(fill(0), fill(1000));
+    }
+
+    #[test]
+    fn a_piece_that_is_longer_than_a_block_is_kept() {
+        let mut recorder = FlightRecorder::new(BAUD, FlightLimits { memory_octets: 1600, ..limits() });
+        for number in 0..100 {
+            recorder.add(&piece(number, &[0xE5; 36], vec![]));
+        }
+        recorder.add(&piece(100, &[7; 249], vec![3]));
+        recorder.add(&piece(101, &[8; 1], vec![]));
+        let capture = recorder.capture("test".to_owned(), BitTime(BAUD.tbit_of_ms(100)), BitTime(u64::MAX));
+        let pieces: Vec<(Option<u16>, &[u8])> = Stored::all(&capture.memory).map(|it| (it.error, it.octets)).collect();
+        assert_eq!(pieces, [(Some(3), [7; 249].as_slice()), (None, &[8])]);
+        assert!(recorder.memory_octets() <= 1600);
     }
 
     #[test]
