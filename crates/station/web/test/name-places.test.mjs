@@ -119,6 +119,13 @@ test('the name of a curve that ended stands where it ended', () => {
   assert.deepEqual(placesAtCurve(profileOf([], PLOT.width), SIZE, PLOT), [])
 })
 
+test('a name keeps clear of a curve above it', () => {
+  const name = { left: 10, top: 20, ...SIZE }
+  assert.equal(place([name], [], [flat(19)]), null)
+  assert.deepEqual(place([name], [], [flat(17)]), name)
+  assert.equal(place([name], [], [flat(33)]), null)
+})
+
 test('no name leaves the plot, and there is none without room', () => {
   assert.equal(place([{ left: 350, top: 20, ...SIZE }], [], []), null)
   assert.equal(place([{ left: 10, top: -1, ...SIZE }], [], []), null)

@@ -23,6 +23,9 @@ export interface Obstacles {
 /** Between a name and the curve or line to which it belongs. */
 const GAP = 3
 
+/** Between a name and any other curve: its line has a width. */
+const CLEAR = 2
+
 /** Between two places that are tried, along a row. */
 const STEP = 24
 
@@ -112,9 +115,6 @@ const meet = (one: Rect, other: Rect): boolean =>
   other.top < one.top + one.height
 
 function meetsCurve({ left, top, width, height }: Rect, curve: Profile): boolean {
-  const covered = extent(curve, left, left + width)
-  if (!covered || covered[1] < top || covered[0] > top + height) return false
-  return curve
-    .slice(Math.max(0, Math.floor(left)), Math.max(0, Math.ceil(left + width)))
-    .some((span) => span !== null && span[1] >= top && span[0] <= top + height)
+  const columns = curve.slice(Math.max(0, Math.floor(left)), Math.max(0, Math.ceil(left + width)))
+  return columns.some((span) => span !== null && span[1] > top - CLEAR && span[0] < top + height + CLEAR)
 }
