@@ -409,9 +409,20 @@ test('the theme follows the system until the user chooses one', async () => {
   )
 })
 
-test('the bus map shows every address and its status', async () => {
+test('the bus map shows the stations with their status, the segments with a problem first, and on request every address', async () => {
   await visit('/bus', async (page) => {
+    const segments = page.locator('.segment-map')
+    await segments.first().waitFor()
+    const names = await segments.evaluateAll((all) => all.map(({ dataset }) => dataset.segment))
+    assert.deepEqual(names, ['bench', 'hall', 'beam line'])
     const hall = page.locator('[data-segment="hall"]')
+    assert.equal(await hall.locator('.cell').count(), 9)
+    assert.match(await text(hall.locator('.counts')), /fault 1.*not configured 1.*118 addresses free/s)
+    const summary = hall.getByText('All 127 addresses, connection and statistics')
+    const { y } = await summary.boundingBox()
+    await summary.click()
+    await hall.locator('.facts').waitFor()
+    assert.equal((await summary.boundingBox()).y, y, 'the button stays where it was pressed')
     assert.equal(await hall.locator('.cell').count(), 127)
     assert.equal(await hall.locator('button.cell').count(), 9)
     await hall.getByRole('button', { name: /^2: / }).click()

@@ -53,6 +53,19 @@ test('480 gauges are listed by segment, and the problems come first', async () =
   })
 })
 
+test('the bus map of 480 gauges is short, and its problems are at the top', async () => {
+  await visit('/bus', async (page) => {
+    const segments = page.locator('.segment-map')
+    await segments.first().waitFor()
+    const names = await segments.evaluateAll((all) => all.map(({ dataset }) => dataset.segment))
+    assert.deepEqual(names.slice(0, 5), ['bench', 'hall', 'segment 05', 'segment 11', 'beam line'])
+    assert.equal(await page.locator('button.cell').count(), 480 + names.length + 2)
+    assert.equal(await page.locator('.cell.empty').count(), 0)
+    const height = await page.evaluate(() => document.documentElement.scrollHeight)
+    assert.ok(height < 2_700, `${height} pixels`)
+  })
+})
+
 test('a search finds a gauge among 480 by its name, segment or device', async () => {
   await visit('/', async (page) => {
     await page.getByLabel('Search gauges').fill('s09-12')

@@ -172,6 +172,12 @@ test('the state of a segment is a sentence', () => {
   assert.equal(segmentSentence({ ...segment, state: 'waiting' }), 'The segment is waiting for the port.')
   const missing = { address: 7, state: 'missing', name: 'gate', description: 'no answer' }
   assert.equal(segmentSentence({ ...segment, stations: [missing] }), 'gate: no answer.')
+  const all = ['a', 'b', 'c', 'd', 'e'].map((name) => ({ ...missing, name }))
+  assert.equal(
+    segmentSentence({ ...segment, stations: all }),
+    'a: no answer; b: no answer; c: no answer; and 2 more.',
+    'a segment that is off does not fill the page',
+  )
 })
 
 test('texts for gases and baud rates', () => {

@@ -28,11 +28,18 @@ export function changeText(before: string | null, after: string | null): string 
   return before === null ? (after === null ? '' : changed) : `${text(before)} → ${changed}`
 }
 
+/** The number of stations that the sentence about a segment names. */
+const MOST_NAMED = 3
+
 /** The state of a segment, in one sentence. */
 export function segmentSentence(segment: Segment): string {
   if (segment.problem) return t.bus.notWorking(segment.problem)
   if (segment.state !== 'running') return t.bus.segmentIs(t.segmentStates[segment.state])
   const others = segment.stations.filter(({ state }) => ['missing', 'fault', 'starting'].includes(state))
   if (others.length === 0) return t.bus.allExchange
-  return `${others.map(({ name, address, description }) => `${name ?? address}: ${description}`).join('; ')}.`
+  const named = others
+    .slice(0, MOST_NAMED)
+    .map(({ name, address, description }) => `${name ?? address}: ${description}`)
+  const more = others.length > MOST_NAMED ? [t.bus.andMore(others.length - MOST_NAMED)] : []
+  return `${[...named, ...more].join('; ')}.`
 }
