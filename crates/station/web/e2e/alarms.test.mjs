@@ -86,6 +86,37 @@ test('an alarm that clears before it is acknowledged stays in the list until the
   })
 })
 
+test('the instruction of a cleared alarm is no longer bold', async () => {
+  await as('vera', async (page) => {
+    const gate = item(page, 'gate 2 not evacuated')
+    const weight = () => gate.locator('.message').evaluate((one) => getComputedStyle(one).fontWeight)
+    assert.equal(await weight(), '600')
+    plant.tell('gate 2=1e-3')
+    await gate.locator('.alarm-state.returned').waitFor()
+    assert.equal(await weight(), '400')
+    plant.tell('gate 2=1.05e5')
+    await gate.locator('.alarm-state.unacknowledged').waitFor()
+  })
+})
+
+test('each action of an alarm has a place of its own', async () => {
+  await as('ada', async (page) => {
+    for (const [width, names] of [
+      [1280, ['Acknowledge', 'Shelve …', 'Out of service …']],
+      [900, ['Acknowledge']],
+      [360, ['Acknowledge']],
+    ]) {
+      await page.setViewportSize({ width, height: 800 })
+      for (const name of names) {
+        const buttons = page.getByRole('region', { name: 'Active alarms' }).getByRole('button', { name, exact: true })
+        const lefts = await buttons.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
+        assert.ok(lefts.length > 1, name)
+        assert.equal(new Set(lefts).size, 1, `${name} at ${lefts}, ${width} pixels`)
+      }
+    }
+  })
+})
+
 test('the most urgent alarm comes first', async () => {
   await as('vera', async (page) => {
     const marks = await page

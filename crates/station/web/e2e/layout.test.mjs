@@ -392,25 +392,55 @@ test('on a phone no page is wider than the screen, no word of a table or button 
   }
 })
 
+test('on a phone no line of the alarms and events breaks between a number and its unit, or within a time', async () => {
+  const quantities =
+    /\d{4}-\d\d-\d\d \d\d:\d\d:\d\d|\d[\d.]*(e[+-]\d+|\s×\s10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?\s(mbar|decades\/min|Dekaden\/min|%|s|min|h)(?!\p{L})/gu
+  for (const locale of ['en-GB', 'de-DE']) {
+    for (const path of ['/alarms', '/events']) {
+      await visit(
+        plant.url + path,
+        async (page) => {
+          await page.locator('main .log tbody tr').first().waitFor()
+          await page.waitForFunction(() => {
+            for (const one of document.querySelectorAll('main details')) one.open = true
+            return !location.pathname.includes('alarms') || document.querySelectorAll('main table').length >= 4
+          })
+          // At some width each quantity is at the end of a line.
+          for (const width of [320, 336, 352, 360, 376, 392]) {
+            await page.setViewportSize({ width, height: 740 })
+            const broken = await brokenWords(page, 'main', quantities)
+            assert.deepEqual(broken, [], `${path} ${locale}, ${width} pixels`)
+          }
+        },
+        { ...PHONE, locale },
+      )
+    }
+  }
+})
+
 /** The words of elements that begin in one line and end in another; a word with a hyphen may. */
-const brokenWords = (page, selector) =>
-  page.locator(selector).evaluateAll((all) =>
-    all.flatMap((one) => {
-      const words = []
-      const walker = document.createTreeWalker(one, NodeFilter.SHOW_TEXT)
-      const range = document.createRange()
-      while (walker.nextNode()) {
-        for (const word of walker.currentNode.data.matchAll(/[\p{L}\p{N}]+/gu)) {
-          range.setStart(walker.currentNode, word.index)
-          range.setEnd(walker.currentNode, word.index + word[0].length)
-          const lines = new Set(
-            [...range.getClientRects()].filter(({ width }) => width > 0).map(({ top }) => Math.round(top)),
-          )
-          if (lines.size > 1) words.push(word[0])
+const brokenWords = (page, selector, { source, flags } = /[\p{L}\p{N}]+/gu) =>
+  page.locator(selector).evaluateAll(
+    (all, [source, flags]) => {
+      const pattern = new RegExp(source, flags)
+      return all.flatMap((one) => {
+        const words = []
+        const walker = document.createTreeWalker(one, NodeFilter.SHOW_TEXT)
+        const range = document.createRange()
+        while (walker.nextNode()) {
+          for (const word of walker.currentNode.data.matchAll(pattern)) {
+            range.setStart(walker.currentNode, word.index)
+            range.setEnd(walker.currentNode, word.index + word[0].length)
+            const lines = new Set(
+              [...range.getClientRects()].filter(({ width }) => width > 0).map(({ top }) => Math.round(top)),
+            )
+            if (lines.size > 1) words.push(word[0])
+          }
         }
-      }
-      return words
-    }),
+        return words
+      })
+    },
+    [source, flags],
   )
 
 test('a pressure is copied and read as one text, its power without a space', async () => {

@@ -7,6 +7,7 @@ import { AlarmStateMark, PriorityMark } from '../components/alarm-marks.tsx'
 import { SearchField } from '../components/fields.tsx'
 import { errorText } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
+import { Unbroken } from '../components/unbroken.tsx'
 import { isActive } from '../lib/alarms.ts'
 import { readable } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
@@ -23,9 +24,12 @@ const columns = (): Column<ActiveAlarm>[] => [
   },
   { title: t.common.state, cell: ({ state }) => <AlarmStateMark state={state} /> },
   { title: t.archive.station, cell: ({ station }) => station },
-  { title: t.common.alarm, cell: ({ alarm }) => alarm },
+  { title: t.common.alarm, cell: ({ alarm }) => <Unbroken text={alarm} /> },
   { title: t.archive.since, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: t.archive.happened, cell: ({ text, user }) => (user ? `${readable(text)} (${user})` : readable(text)) },
+  {
+    title: t.archive.happened,
+    cell: ({ text, user }) => <Unbroken text={user ? `${readable(text)} (${user})` : readable(text)} />,
+  },
 ]
 
 const isWaiting = ({ state }: ActiveAlarm): boolean => state === 'unacknowledged' || state === 'returned'

@@ -6,6 +6,7 @@ import { getFrom } from '../api/request.ts'
 import type { EventKind } from '../api/types.ts'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
+import { Unbroken } from '../components/unbroken.tsx'
 import { readable } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { t } from '../texts/texts.ts'
@@ -26,7 +27,11 @@ const columns = (): Column<ArchivedEvent>[] => [
   { title: t.common.gauge, cell: ({ gauge }) => gauge },
   {
     title: t.events.event,
-    cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{readable(text)}</span>,
+    cell: ({ kind, text }) => (
+      <span lang={kind === 'note' ? undefined : 'en'}>
+        <Unbroken text={readable(text)} />
+      </span>
+    ),
   },
 ]
 

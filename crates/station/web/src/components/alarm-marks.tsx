@@ -6,6 +6,7 @@ import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
 import { isActive, NUMBERS, summary } from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
 import { t } from '../texts/texts.ts'
+import { Unbroken } from './unbroken.tsx'
 
 /** The number of a priority in its shape: a square, a diamond or a circle. */
 function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
@@ -97,7 +98,7 @@ export function CardAlarms({ alarms }: { alarms: Alarm[] }): JSX.Element | null 
       {active.map(({ name, priority }) => (
         <li key={name} class={`priority ${priority}`}>
           <Link to="/alarms">
-            <PriorityShape priority={priority} /> {name}
+            <PriorityShape priority={priority} /> <Unbroken text={name} />
           </Link>
         </li>
       ))}

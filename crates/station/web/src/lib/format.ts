@@ -49,6 +49,13 @@ export function decade(value: number): string {
 /** A number with its unit, which no line breaks. */
 export const unbroken = (text: string): string => text.replaceAll(' ', '\u00a0')
 
+/** A day with its time, or a number with its unit. */
+const QUANTITY =
+  /(\d{4}-\d\d-\d\d \d\d:\d\d(?::\d\d)?|(?:[<>±] ?)?\d[\d.]*(?:e[+-]?\d+|\s×\s10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?\s?(?:%|(?:mbar|hPa|Pa|Torr|micron|decades|Dekaden|[kM]bit|ms|min|s|h|d)(?:\/(?:min|s))?(?![\p{L}\d])))/u
+
+/** A text in parts: those with an odd index are quantities, which no line may break. */
+export const quantities = (text: string): string[] => text.split(QUANTITY)
+
 const STEPS: [number, string][] = [
   [86_400, 'd'],
   [3_600, 'h'],

@@ -7,6 +7,7 @@ import type { StationEvent } from '../api/types.ts'
 import { Choice, SearchField } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
 import { NoteDialog } from '../components/note-dialog.tsx'
+import { Unbroken } from '../components/unbroken.tsx'
 import { readable } from '../lib/format.ts'
 import { live } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
@@ -24,7 +25,11 @@ const columns = (): Column<StationEvent>[] => [
   { title: t.common.gauge, cell: ({ gauge }) => gauge && <Link to={gaugePath(gauge)}>{gauge}</Link> },
   {
     title: t.events.event,
-    cell: ({ kind, text }) => <span lang={kind === 'note' ? undefined : 'en'}>{readable(text)}</span>,
+    cell: ({ kind, text }) => (
+      <span lang={kind === 'note' ? undefined : 'en'}>
+        <Unbroken text={readable(text)} />
+      </span>
+    ),
   },
 ]
 

@@ -3,6 +3,7 @@
 import type { JSX } from 'preact'
 import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
@@ -80,17 +81,21 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
       buttons={
         <>
           {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
-            <button type="button" class="main" onClick={() => run(() => acknowledge(name, occurrence))}>
+            <button type="button" class="main acknowledge" onClick={() => run(() => acknowledge(name, occurrence))}>
               {t.alarms.acknowledge}
             </button>
           )}
           {hasRole(session, 'operator') && (
-            <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}>
+            <button type="button" class="shelve" onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}>
               {t.alarms.shelve}
             </button>
           )}
           {hasRole(session, 'engineer') && (
-            <button type="button" onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}>
+            <button
+              type="button"
+              class="take-out"
+              onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}
+            >
               {t.alarms.outOfService}
             </button>
           )}
@@ -111,22 +116,32 @@ function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const { connected } = useLive()
   const { raised_value, value, limit, unit, text } = alarm
   if (raised_value === null || limit === null)
-    return text ? <p lang="en">{readable(text)}</p> : <p>{conditionText(alarm, shown)}</p>
+    return (
+      <p lang={text ? 'en' : undefined}>
+        <Unbroken text={text ? readable(text) : conditionText(alarm, shown)} />
+      </p>
+    )
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
-  if (value === null) return <p>{raised}</p>
   const at = connected ? t.alarms.nowAt : t.alarms.lastAt
-  return <p>{at(raised, quantity(value, unit, shown))}</p>
+  return (
+    <p>
+      <Unbroken text={value === null ? raised : at(raised, quantity(value, unit, shown))} />
+    </p>
+  )
 }
 
 function Times({ alarm }: { alarm: Alarm }): JSX.Element {
   const { now } = useLive()
   const { raised_ms, acknowledged_by, acknowledged_ms, gauge } = alarm
+  const times = [
+    raised_ms !== null && t.alarms.raised(shortTime(raised_ms, now), age(Math.max(0, now - raised_ms))),
+    acknowledged_by &&
+      acknowledged_ms !== null &&
+      t.alarms.acknowledgedBy(acknowledged_by, shortTime(acknowledged_ms, now)),
+  ]
   return (
     <p class="muted">
-      {raised_ms !== null && t.alarms.raised(shortTime(raised_ms, now), age(Math.max(0, now - raised_ms)))}
-      {acknowledged_by &&
-        acknowledged_ms !== null &&
-        ` · ${t.alarms.acknowledgedBy(acknowledged_by, shortTime(acknowledged_ms, now))}`}
+      <Unbroken text={times.filter(Boolean).join(' · ')} />
       {gauge && (
         <>
           {' · '}

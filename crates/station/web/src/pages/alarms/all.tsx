@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import type { Alarm } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { SearchField } from '../../components/fields.tsx'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { conditionText, isActive } from '../../lib/alarms.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
@@ -75,14 +76,18 @@ function Row({ alarm, suppress, edit }: Pick<Props, 'suppress' | 'edit'> & { ala
   const mayTakeOut = hasRole(session, 'engineer') && state !== 'out-of-service'
   return (
     <tr>
-      <th scope="row">{name}</th>
+      <th scope="row">
+        <Unbroken text={name} />
+      </th>
       <td>
         <PriorityMark priority={priority} active={isActive({ state })} />
       </td>
       <td>
         <AlarmStateMark state={state} />
       </td>
-      <td>{conditionText(alarm, unit)}</td>
+      <td>
+        <Unbroken text={conditionText(alarm, unit)} />
+      </td>
       <td>
         {hasRole(session, 'operator') && mayBeShelved(alarm) && (
           <button

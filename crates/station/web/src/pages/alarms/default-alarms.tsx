@@ -7,6 +7,7 @@ import { changeDefaultAlarm, fetchDefaultAlarms } from '../../api/calls.ts'
 import type { DefaultAlarm } from '../../api/types.ts'
 import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
+import { Unbroken } from '../../components/unbroken.tsx'
 import {
   about,
   changedDefault,
@@ -56,7 +57,9 @@ export function DefaultAlarms({ done }: Props): JSX.Element | null {
                   {alarm.name}
                 </th>
                 <td>{about(alarm.name)}</td>
-                <td data-title={t.defaultAlarms.settings}>{effective(alarm)}</td>
+                <td data-title={t.defaultAlarms.settings}>
+                  <Unbroken text={effective(alarm)} />
+                </td>
                 <td>
                   {mayChange && (
                     <button type="button" aria-label={t.alarmSettings.of(alarm.name)} onClick={() => setChosen(alarm)}>

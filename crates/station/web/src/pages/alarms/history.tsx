@@ -7,6 +7,7 @@ import type { AlarmEvent } from '../../api/types.ts'
 import { PriorityMark } from '../../components/alarm-marks.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../../components/log.tsx'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { matchesFilter, quantity } from '../../lib/alarms.ts'
 import { readable } from '../../lib/format.ts'
 import type { Unit } from '../../lib/units.ts'
@@ -27,13 +28,22 @@ const columns = (unit: Unit): Column<AlarmEvent>[] => [
     title: t.common.alarm,
     cell: ({ alarm, text, value }) => (
       <>
-        {alarm}
-        {text && value === null && <span class="muted"> {readable(text)}</span>}
+        <Unbroken text={alarm} />
+        {text && value === null && (
+          <span class="muted">
+            {' '}
+            <Unbroken text={readable(text)} />
+          </span>
+        )}
       </>
     ),
   },
   { title: t.common.user, class: 'short', cell: ({ user }) => user },
-  { title: t.common.value, class: 'short', cell: (event) => quantity(event.value, event.unit, unit) },
+  {
+    title: t.common.value,
+    class: 'short',
+    cell: (event) => <Unbroken text={quantity(event.value, event.unit, unit)} />,
+  },
 ]
 
 export function AlarmHistory(): JSX.Element {

@@ -4,6 +4,7 @@ import './item.css'
 import type { ComponentChildren, JSX } from 'preact'
 import type { Alarm, ChangedAlarms } from '../../api/types.ts'
 import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { isActive } from '../../lib/alarms.ts'
 import { clock, day, moment } from '../../lib/format.ts'
 import { useLive } from '../../live.ts'
@@ -25,7 +26,9 @@ export function AlarmItem({ alarm: { name, priority, state }, buttons, children 
         <AlarmStateMark state={state} />
       </div>
       <div class="description">
-        <strong>{name}</strong>
+        <strong>
+          <Unbroken text={name} />
+        </strong>
         {children}
       </div>
       <div class="actions">{buttons}</div>

@@ -6,6 +6,7 @@ import { fetchAlarmPerformance } from '../../api/calls.ts'
 import type { AlarmPerformance } from '../../api/types.ts'
 import { Choice } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { moment } from '../../lib/format.ts'
 import { live } from '../../live.ts'
 import { t } from '../../texts/texts.ts'
@@ -103,7 +104,7 @@ function Beyond({ value }: { value: string }): JSX.Element {
   return (
     <>
       <strong>
-        <span aria-hidden="true">▲</span> {value}
+        <span aria-hidden="true">▲</span> <Unbroken text={value} />
       </strong>{' '}
       {t.performance.beyond}
     </>
@@ -128,9 +129,9 @@ function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
           {rows(figures).map(({ figure, value, target, isBeyond }) => (
             <tr key={figure} data-beyond={isBeyond ? '' : undefined}>
               <th scope="row">{figure}</th>
-              <td>{isBeyond ? <Beyond value={value} /> : value}</td>
+              <td>{isBeyond ? <Beyond value={value} /> : <Unbroken text={value} />}</td>
               <td class="muted" data-title={target && t.performance.target}>
-                {target}
+                <Unbroken text={target} />
               </td>
             </tr>
           ))}
@@ -149,7 +150,9 @@ function Figures({ figures }: { figures: AlarmPerformance }): JSX.Element {
           <tbody>
             {most_frequent.map(({ alarm, raised, percent }) => (
               <tr key={alarm}>
-                <th scope="row">{alarm}</th>
+                <th scope="row">
+                  <Unbroken text={alarm} />
+                </th>
                 <td>{raised}</td>
                 <td>{percent.toFixed(0)} %</td>
               </tr>

@@ -17,7 +17,7 @@ const priorities = (): [string, string][] => [['', t.alarmSettings.defaultPriori
 export function SettingsButton({ alarm, open }: { alarm: Alarm; open: (alarm: Alarm) => void }): JSX.Element | null {
   if (!hasRole(useSession(), 'engineer') || !hasSettings(alarm)) return null
   return (
-    <button type="button" aria-label={t.alarmSettings.of(alarm.name)} onClick={() => open(alarm)}>
+    <button type="button" class="settings" aria-label={t.alarmSettings.of(alarm.name)} onClick={() => open(alarm)}>
       {t.alarmSettings.button}
     </button>
   )

@@ -3,6 +3,7 @@
 import type { JSX } from 'preact'
 import { returnToService, unshelve } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
+import { Unbroken } from '../../components/unbroken.tsx'
 import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
@@ -106,8 +107,11 @@ function Reason({ suppression }: { suppression: Alarm['shelved'] }): JSX.Element
     <>
       <p>{reason}</p>
       <p class="muted">
-        {user}, {shortTime(at_ms, now)},{' '}
-        {until_ms == null ? t.alarms.untilReturned : t.alarms.until(shortTime(until_ms, now))}
+        <Unbroken
+          text={`${user}, ${shortTime(at_ms, now)}, ${
+            until_ms == null ? t.alarms.untilReturned : t.alarms.until(shortTime(until_ms, now))
+          }`}
+        />
       </p>
     </>
   )
