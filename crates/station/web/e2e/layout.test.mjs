@@ -356,6 +356,62 @@ test('on a phone the band of a gauge keeps its name beside the names of limits',
   }
 })
 
+test('in the chart of a rise no name meets another one, or the line of a mark', async () => {
+  const { started_ms: end } = await plant.json('/api/station')
+  for (const [series, begin, last] of [
+    ['vessel', end - 600_000, 'fit'],
+    ['gate+2', end - 60_000, 'gate 2 over range'],
+  ]) {
+    const { page, complaints, close } = await openContext(browser)
+    try {
+      await page.addInitScript(() => {
+        window.written = new Map()
+        window.verticals = new Set()
+        const { clearRect, fillText, moveTo, lineTo } = CanvasRenderingContext2D.prototype
+        let from = null
+        Object.assign(CanvasRenderingContext2D.prototype, {
+          clearRect(...rect) {
+            window.written.clear()
+            window.verticals.clear()
+            return clearRect.apply(this, rect)
+          },
+          fillText(text, x, y, ...more) {
+            if (this.textBaseline === 'top' && this.textAlign === 'left')
+              window.written.set(text, { x, y, width: this.measureText(text).width })
+            return fillText.call(this, text, x, y, ...more)
+          },
+          moveTo(x, y) {
+            from = x
+            return moveTo.call(this, x, y)
+          },
+          lineTo(x, y) {
+            if (x === from && this.lineWidth === 2) window.verticals.add(x)
+            return lineTo.call(this, x, y)
+          },
+        })
+      })
+      await page.goto(`${plant.url}/rise?s=${series}&begin=${begin}&end=${end}`)
+      await page.waitForFunction((last) => window.written.has(last) && window.written.has('end'), last)
+      const [written, verticals] = await page.evaluate(() => [[...window.written], [...window.verticals]])
+      const names = written.filter(([text]) => ['valve closed', 'end', 'fit', 'vessel', last].includes(text))
+      assert.ok(names.length >= 3 && verticals.length >= 2, JSON.stringify([names, verticals]))
+      for (const [text, { x, y, width }] of names) {
+        assert.ok(
+          verticals.every((line) => line <= x || line >= x + width),
+          `${text} at ${x}, ${width} wide, meets ${verticals}`,
+        )
+        for (const [other, place] of names.filter(([other]) => other !== text)) {
+          const meet = x < place.x + place.width && place.x < x + width && Math.abs(y - place.y) < 12
+          assert.ok(!meet, `${text} meets ${other}`)
+        }
+      }
+      assert.deepEqual(complaints, [])
+    } finally {
+      await close()
+    }
+  }
+})
+
 test('on a phone no page is wider than the screen, no word of a table or button is broken, no mark leaves its alarm', async () => {
   for (const locale of ['en-GB', 'de-DE']) {
     for (const url of ['/alarms', '/trends', '/events', '/audit', '/gauge/chamber', '/bus'].map(

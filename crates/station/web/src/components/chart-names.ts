@@ -36,6 +36,12 @@ interface Name {
 const HEIGHT = 12
 const MARK_ROW = 14
 
+/** Where the rows of the marks begin below the upper edge. */
+const MARKS = 6
+
+/** The height of the names of `count` marks, in pixels. */
+export const marksHeight = (count: number): number => (count === 0 ? 0 : MARKS + MARK_ROW * count)
+
 /** Places names one after the other, each where none of the former is and no curve passes. */
 class Layout {
   readonly plot: Size
@@ -105,7 +111,7 @@ function drawMarkName(chart: uPlot, layout: Layout, { at, name }: TimeMark, row:
   layout.keepFree({ left: x - 1, top: 0, width: 2, height: layout.plot.height })
   const text = { text: name, colour: tokenColour('accent') }
   const size = layout.size(text)
-  const top = 6 + MARK_ROW * row
+  const top = MARKS + MARK_ROW * row
   const lefts = [x + 6, x - 6 - size.width]
   layout.draw(
     text,

@@ -4,6 +4,7 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Rise } from '../../api/types.ts'
 import { Chart, timePixels } from '../../components/chart.tsx'
+import { marksHeight } from '../../components/chart-names.ts'
 import type { Line, TimeMark } from '../../components/chart-overlays.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
 import { useWidth } from '../../components/hooks.ts'
@@ -26,6 +27,9 @@ import { useDark, useUnit } from '../../settings.ts'
 import { t } from '../../texts/texts.ts'
 import { HOME, type Measurement, windowAround } from './measurement.ts'
 
+/** The height of the chart, in CSS pixels. */
+const HEIGHT = 300
+
 interface Props {
   measurement: Measurement
   fit: Rise | null
@@ -44,6 +48,7 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
   const window = windowOf(range, live.now)
   const fitAt = fitFunction(measurement, fit, live.now)
   const { curves, lines } = withFit(data, fitAt, unit, dark)
+  const marks = marksOf(measurement)
   return (
     <div class="panel" ref={box}>
       <p class="muted hint">
@@ -60,12 +65,12 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
         curves={curves}
         lines={lines}
         window={window}
-        scale={linearScale(extent(data, window))}
+        scale={linearScale(extent(data, window), marksHeight(marks.length) / HEIGHT)}
         log={false}
         unit={unit}
-        marks={marksOf(measurement)}
+        marks={marks}
         width={width}
-        height={300}
+        height={HEIGHT}
         dark={dark}
         onSelect={select}
         onZoom={(at, factor) => setZoom(zoomed(window, at, factor))}
@@ -132,9 +137,9 @@ function marksOf({ begin, end }: Measurement): TimeMark[] {
   ]
 }
 
-/** A linear scale with a margin. */
-function linearScale([low, high]: [number, number]): [number, number] {
+/** A linear scale with a margin; `names` is the part of the height that the names of the marks take at the top. */
+function linearScale([low, high]: [number, number], names: number): [number, number] {
   if (!Number.isFinite(low)) return [0, 1]
-  const margin = (high - low || high) * 0.08
-  return [Math.max(0, low - margin), high + margin]
+  const span = high - low || high
+  return [Math.max(0, low - span * 0.08), high + span * (0.08 + names * 1.5)]
 }
