@@ -356,6 +356,34 @@ test('on a phone the band of a gauge keeps its name beside the names of limits',
   }
 })
 
+test('no choice of the forms about rises is wider than its field, in both languages', async () => {
+  for (const locale of ['en-GB', 'de-DE']) {
+    for (const path of ['/rise?s=vessel', '/rise/identify?series=vessel']) {
+      await visit(
+        plant.url + path,
+        async (page) => {
+          await page.locator('main select').first().waitFor()
+          for (const width of [1280, 900, 640, 360]) {
+            await page.setViewportSize({ width, height: 800 })
+            const cut = await page.locator('main select').evaluateAll((all) =>
+              all.flatMap((one) => {
+                const free = one.cloneNode(true)
+                free.style.cssText = 'position: absolute; width: auto; max-width: none'
+                one.after(free)
+                const [needed, has] = [free.offsetWidth, one.offsetWidth]
+                free.remove()
+                return needed > has ? [`${one.ariaLabel}: ${needed} > ${has}`] : []
+              }),
+            )
+            assert.deepEqual(cut, [], `${path} ${locale}, ${width} pixels`)
+          }
+        },
+        { locale },
+      )
+    }
+  }
+})
+
 test('in the chart of a rise no name meets another one, or the line of a mark', async () => {
   const { started_ms: end } = await plant.json('/api/station')
   for (const [series, begin, last] of [

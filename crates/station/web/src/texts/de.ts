@@ -64,7 +64,7 @@ export const de: Texts = {
     withAccuracy: (percent) => `mit einer Genauigkeit des Messgeräts von ±${percent} %`,
     withoutAccuracy: 'ohne die Unsicherheit des Messgeräts',
     decades: 'Dekaden',
-    telegramsPerMinute: 'Telegramme pro Minute',
+    telegramsPerMinute: 'Telegramme je Minute',
     lessThan1s: 'weniger als 1 s',
     momentForm: 'JJJJ-MM-TT hh:mm:ss',
     momentExpected: (form, typed) => `Erwartet wird eine Zeit wie ${form}, eingegeben ist ${typed}`,
@@ -391,7 +391,7 @@ export const de: Texts = {
   help: {
     title: 'Tastenkürzel',
     switch: 'Kürzel mit einer Taste',
-    bus: 'Buszustand',
+    bus: 'Busstatus',
     risks: 'Risiko von Befehlen und Parametern',
     zone: (zone) => `Alle Zeiten sind in der Zeitzone dieses Browsers: ${zone}.`,
     nextUnit: 'nächste Einheit',
@@ -666,7 +666,7 @@ export const de: Texts = {
     events: 'Ereignisse in diesem Zeitfenster',
     lane: 'Ereign.',
     moreEvents: (count) => `${count} weitere`,
-    limits: 'Alarmgrenzen',
+    limits: 'Alarmgrenzwerte',
     search: 'Messreihen suchen',
     moreSeries: (count) => `${counted(count, 'weitere Messreihe', 'weitere Messreihen')}: die Suche zeigt sie.`,
     saveParquet: 'Als Parquet speichern',
@@ -707,7 +707,7 @@ export const de: Texts = {
   },
 
   bus: {
-    status: 'Buszustand',
+    status: 'Busstatus',
     port: 'Anschluss',
     baud: 'Baudrate',
     state: 'Zustand',
@@ -720,7 +720,7 @@ export const de: Texts = {
     whole: (addresses) => `Alle ${addresses} Adressen, Anschluss und Statistik`,
     free: (count) => `${counted(count, 'Adresse', 'Adressen')} frei`,
     andMore: (count) => `und ${count} weitere`,
-    notWorking: (problem) => `Gestört: ${problem}.`,
+    notWorking: (problem) => `Läuft nicht: ${problem}.`,
     segmentIs: (state) => `Zustand des Segments: ${state}.`,
     allExchange: 'Alle Messgeräte sind im Datenaustausch.',
     notCurrent: 'Ohne Verbindung zur Station ist der Busstatus der zuletzt bekannte.',
@@ -826,7 +826,7 @@ export const de: Texts = {
     volume: 'Volumen eingeben, um Gasströme zu sehen',
     chooseGas: 'Gasartabhängigkeit des Messgeräts wählen',
     gasDependences: {
-      none: 'nicht korrigiert: wie angezeigt',
+      none: 'nicht korrigiert',
       ionisation: 'Glüh- oder Kaltkathode',
       conduction: 'Pirani',
     },
@@ -893,7 +893,7 @@ export const de: Texts = {
       'Eine Aufzeichnung von Abpumpen, Basisdruck und Druckanstieg bei geschlossenem Ventil zur Pumpe ergibt effektives Saugvermögen, Leck, Ausgasung und Enddruck.',
     busy: 'Die Station passt die Anlage an; das dauert einige Sekunden …',
     pumpDown: 'Abpumpvorgang',
-    noPumpDown: 'keiner in den letzten 90 Tagen',
+    noPumpDown: 'keiner seit 90 Tagen',
     volume: 'Volumen',
     accuracy: 'Genauigkeit des Messgeräts aus dem Handbuch, ±',
     target: 'Zieldruck',
@@ -1023,7 +1023,7 @@ export const de: Texts = {
     make: 'Kopie erstellen',
     making: 'Die Station erstellt und prüft die Kopie …',
     made: (time, size, until) =>
-      `Die Kopie von ${time} hat ${size}. Sie kann bis ${until} heruntergeladen werden, oder bis jemand eine andere erstellt.`,
+      `Die Kopie von ${time} hat ${size}. Sie kann bis ${until} heruntergeladen werden, oder bis ein Benutzer eine andere erstellt.`,
     save: 'Kopie herunterladen',
   },
 
