@@ -219,3 +219,18 @@ test('the search for texts finds each kind', () => {
   ])
     assert.deepEqual(textsIn('a.tsx', source), [], source)
 })
+
+test('one English text has one German text', () => {
+  const flat = (table, path = '') =>
+    Object.entries(table).flatMap(([key, value]) => {
+      if (typeof value === 'string') return [[path + key, value.toLowerCase()]]
+      return typeof value === 'object' ? flat(value, `${path}${key}.`) : []
+    })
+  // A noun and a verb, an abbreviation, or another meaning.
+  const others = ['change', 'end', 'events', 'lost', 'access', 'release control']
+  const german = new Map(flat(de))
+  const found = new Map()
+  for (const [key, text] of flat(en)) found.set(text, new Set([...(found.get(text) ?? []), german.get(key)]))
+  const several = [...found].filter(([text, words]) => words.size > 1 && !others.includes(text))
+  assert.deepEqual(several, [])
+})

@@ -9,6 +9,7 @@ import {
   momentOf,
   number,
   parts,
+  quantities,
   ratio,
   readable,
 } from '../dist/test/lib/format.js'
@@ -91,4 +92,16 @@ test('long numbers of the station are rounded for reading', () => {
     readable('alarm "lock above 3e-5 mbar" raised: lock shows 6.04e-5 mbar'),
     'alarm "lock above 3e-5 mbar" raised: lock shows 6.04 × 10⁻⁵ mbar',
   )
+})
+
+test('a number and its unit, a day and its time are one part of a text, and no character is lost', () => {
+  const kept = (text) => quantities(text).filter((_, index) => index % 2 === 1)
+  assert.deepEqual(kept('cryostat above 1e-4 mbar'), ['1e-4 mbar'])
+  assert.deepEqual(kept('shows 5.00 × 10⁻³ mbar, not above 1013\u00a0mbar'), ['5.00 × 10⁻³ mbar', '1013\u00a0mbar'])
+  assert.deepEqual(kept('raised 2026-01-31 14:03:22, 3 min 5 s ago'), ['2026-01-31 14:03:22', '3 min', '5 s'])
+  assert.deepEqual(kept('rises faster than 0.50 decades/min'), ['0.50 decades/min'])
+  assert.deepEqual(kept('about 5, 15, 80 %'), ['80 %'])
+  assert.deepEqual(kept('gate 2 has 3 samples, 1: s05-35, 2 duds'), [])
+  const text = 'lock above 3e-5 mbar for 2 h'
+  assert.equal(quantities(text).join(''), text)
 })

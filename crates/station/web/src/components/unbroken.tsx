@@ -12,7 +12,6 @@ export function Unbroken({ text }: { text: string }): JSX.Element {
         index % 2 === 0 ? (
           part
         ) : (
-          // biome-ignore lint/suspicious/noArrayIndexKey: the parts of a text have no other identity
           <span class="unbroken" key={index}>
             {part}
           </span>

@@ -466,7 +466,7 @@ export const de: Texts = {
     note: 'Notiz',
     alarm: 'Alarm',
     access: 'Zugang',
-    'pump-down': 'Abpumpen',
+    'pump-down': 'Abpumpvorgang',
   },
 
   risks: {
