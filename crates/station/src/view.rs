@@ -238,6 +238,18 @@ pub fn fault_text(exceptions: &[String], readings: &[Reading]) -> String {
     if faults.is_empty() { "a fault".to_owned() } else { faults.join(", ") }
 }
 
+/// A pressure in a sentence, with the digits that the dashboard shows: `1013 mbar`, `5.00 mbar`, `5.00e-4 mbar`.
+#[must_use]
+pub fn mbar(pa: f64) -> String {
+    let value = pa / 100.0;
+    match value.abs() {
+        99.95..9999.5 => format!("{value:.0} mbar"),
+        9.995..99.95 => format!("{value:.1} mbar"),
+        0.9995..9.995 => format!("{value:.2} mbar"),
+        _ => format!("{value:.2e} mbar"),
+    }
+}
+
 fn sequence<S: Serializer, T: Serialize>(items: &Arc<[T]>, serializer: S) -> Result<S::Ok, S::Error> {
     items[..].serialize(serializer)
 }

@@ -280,7 +280,7 @@ fn an_alarm_is_taken_out_of_service_and_returned() {
     fixture.evaluate(0.5);
     assert_eq!(fixture.alarm("too high")["state"], "out-of-service");
     let again = fixture.post("/api/alarms/too%20high/out-of-service", &leave, Role::Engineer);
-    assert_eq!(problem(&again), (409, "too high is out-of-service by Ada already"));
+    assert_eq!(problem(&again), (409, "too high is out of service by Ada already"));
     assert_eq!(
         fixture.post("/api/alarms/too%20high/return-to-service", &json!({}), Role::Engineer).1["state"],
         "normal"

@@ -162,7 +162,7 @@ fn a_message_says_in_words_what_happened_over_starttls_with_a_login() {
     assert_eq!(header(&first, "Auto-Submitted"), "auto-generated");
     let text = first["text"].as_str().unwrap().replace("\r\n", "\n");
     let expected = "chamber shows 5.00e-2 mbar, above the limit of 1.00e-2 mbar\n\nClose the valve.\n\n\
-        Alarm:     too high ü\nChange:    raised\nPriority:  medium\nState:     unacknowledged\nGauge:     chamber\n\
+        Alarm:     too high ü\nChange:    raised\nPriority:  medium\nState:     not acknowledged\nGauge:     chamber\n\
         Value:     5.00e-2 mbar\nLimit:     1.00e-2 mbar\nTime:      ";
     assert!(text.starts_with(expected), "{text}");
     assert!(
@@ -170,7 +170,12 @@ fn a_message_says_in_words_what_happened_over_starttls_with_a_login() {
         "{text}"
     );
     let second = server.message();
-    assert_eq!(header(&second, "Subject"), "Target hall: too high ü returned (medium)");
+    assert_eq!(header(&second, "Subject"), "Target hall: too high ü cleared (medium)");
+    let text = second["text"].as_str().unwrap();
+    assert!(
+        text.contains("Change:    cleared\r\n") && text.contains("State:     cleared, not acknowledged\r\n"),
+        "{text}"
+    );
     assert_ne!(header(&first, "Message-ID"), header(&second, "Message-ID"));
     let view = fixture.until(|view| view.delivered == 2 && view.waiting == 0);
     assert_eq!((view.kind, view.at), ("email", format!("smtp://localhost:{}", server.port)));

@@ -187,7 +187,7 @@ fn an_alarm_of_a_controller_is_no_fault_of_a_channel_and_its_channel_is_named_ov
     assert_eq!(values.alarms(), ["device alarm"]);
     assert!(values.has_fault(), "the controller has an alarm");
     let texts: Vec<_> = values.values.iter().map(ChannelValue::text).collect();
-    assert_eq!(texts[1], "off: the controller reports an alarm; the cyclic data do not tell of which channel");
+    assert_eq!(texts[1], "off: the controller reports an alarm");
     assert!(values.values.iter().all(|value| value.quality != Quality::Fault), "{texts:?}");
     let mut gauge = Gauge::with_model(Ms2::new(&mut segment, ADDRESS), ADDRESS, slave.model);
     let defects = gauge.defects().unwrap();

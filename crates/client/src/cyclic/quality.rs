@@ -81,9 +81,7 @@ impl fmt::Display for Cause {
             Self::NoEmission => f.write_str("no emission, the Pirani shows the end of its range"),
             Self::NotMeasuring => f.write_str("the gauge does not measure"),
             Self::OffOrNoGauge => f.write_str("no emission, or no gauge is connected"),
-            Self::AlarmOfController => {
-                f.write_str("the controller reports an alarm; the cyclic data do not tell of which channel")
-            }
+            Self::AlarmOfController => f.write_str("the controller reports an alarm"),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
 use super::rule::{BusQuantity, Condition, Rule, Series};
-use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text};
+use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text, mbar};
 use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
 use profivac_recorder::{Micros, Quality};
@@ -308,10 +308,6 @@ fn shown(reading: &Reading) -> String {
         (None, None, Some(cause)) => format!("{label} ({cause})"),
         (None, None, None) => label.to_owned(),
     }
-}
-
-fn mbar(pa: f64) -> String {
-    format!("{:.2e} mbar", pa / 100.0)
 }
 
 /// A stale gauge and a fault are not reported here but by their own alarms.

@@ -89,7 +89,13 @@ impl ChangeKind {
         }
     }
 
-    /// The words in the text of an event: those of the dashboard, on which an alarm that has returned is *cleared*.
+    /// The kind with this word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.word() == word)
+    }
+
+    /// The words in an event and in an e-mail: those of the dashboard, on which an alarm that has returned is *cleared*.
     #[must_use]
     pub fn operator_words(self) -> String {
         match self {
@@ -140,7 +146,7 @@ pub enum AlarmError {
         got: i64,
     },
     /// The change makes no sense in this state.
-    #[error("{name} is {state}{by}", state = state.word(), by = by.as_ref().map(|user| format!(" by {user} already")).unwrap_or_default())]
+    #[error("{name} is {state}{by}", state = state.operator_words(), by = by.as_ref().map(|user| format!(" by {user} already")).unwrap_or_default())]
     NotApplicable {
         /// The alarm.
         name: String,
@@ -236,7 +242,7 @@ impl RegisteredAlarm {
             return None;
         }
         let next = self.status.state.after(Input::Suppress)?;
-        let was = self.status.state.word();
+        let was = self.status.state.operator_words();
         self.status.suppression = Some(wanted.clone());
         let text = format!("{} (it was {was})", wanted.reason);
         Some(self.change(ChangeKind::Suppressed, next, None, text, now))
@@ -300,7 +306,7 @@ impl RegisteredAlarm {
         let by = Attribution { user: (*user).to_owned(), at: now.wall };
         let until = time.map(|time| now.wall.after(time));
         self.returns_at = time.map(|time| now.monotonic.after(time));
-        let was = self.status.state.word();
+        let was = self.status.state.operator_words();
         self.status.suppression = Some(Suppression { by, reason: (*reason).to_owned(), until });
         let kind = if next == AlarmState::Shelved { ChangeKind::Shelved } else { ChangeKind::TakenOutOfService };
         Ok(self.change(kind, next, Some(user), format!("{reason} (it was {was})"), now))
@@ -530,5 +536,5 @@ impl AlarmRegistry {
 
 /// The sentence about an alarm that the station's file no longer has.
 pub fn removed_text(state: AlarmState) -> String {
-    format!("the station's file no longer has it (it was {})", state.word())
+    format!("the station's file no longer has it (it was {})", state.operator_words())
 }

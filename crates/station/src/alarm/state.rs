@@ -160,6 +160,17 @@ impl AlarmState {
         }
     }
 
+    /// The words in sentences and in e-mails: those of the dashboard.
+    #[must_use]
+    pub const fn operator_words(self) -> &'static str {
+        match self {
+            Self::Unacknowledged => "not acknowledged",
+            Self::Returned => "cleared, not acknowledged",
+            Self::OutOfService => "out of service",
+            Self::Normal | Self::Acknowledged | Self::Shelved | Self::Suppressed => self.word(),
+        }
+    }
+
     /// The state with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {

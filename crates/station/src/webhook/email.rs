@@ -1,6 +1,8 @@
 //! One e-mail over SMTP, encrypted unless the server is on this computer.
 
+use crate::alarm::{AlarmState, ChangeKind};
 use crate::config::{Email, MailSecurity, Secret};
+use crate::view::mbar;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use lettre::message::header::{ContentType, Header, HeaderName, HeaderValue};
@@ -133,16 +135,28 @@ fn word(body: &Value, key: &str) -> String {
     text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
 }
 
+/// The change, in the words of the dashboard.
+fn change(body: &Value) -> String {
+    let change = word(body, "change");
+    ChangeKind::from_word(&change).map_or_else(|| change.replace('-', " "), ChangeKind::operator_words)
+}
+
+/// The state, in the words of the dashboard.
+fn state(body: &Value) -> String {
+    let state = word(body, "state");
+    AlarmState::from_word(&state).map_or(state, |state| state.operator_words().to_owned())
+}
+
 fn subject(body: &Value) -> String {
-    let change = word(body, "change").replace('-', " ");
-    format!("{}: {} {change} ({})", word(body, "station"), word(body, "alarm"), word(body, "priority"))
+    let [station, alarm, priority] = ["station", "alarm", "priority"].map(|key| word(body, key));
+    format!("{station}: {alarm} {} ({priority})", change(body))
 }
 
 /// A value with its unit; pressures in mbar.
 fn quantity(body: &Value, key: &str) -> String {
     let Some(value) = body.get(key).and_then(Value::as_f64) else { return String::new() };
     match body.get("unit").and_then(Value::as_str) {
-        Some("Pa") => format!("{:.2e} mbar", value / 100.0),
+        Some("Pa") => mbar(value),
         Some(unit) => format!("{value:.3} {unit}"),
         None => format!("{value}"),
     }
@@ -153,10 +167,10 @@ fn text(email: &Email, body: &Value) -> String {
     let zoned = at.map(|at| at.to_zoned(TimeZone::system()).strftime("%Y-%m-%d %H:%M:%S %:z").to_string());
     let lines = [
         ("Alarm", word(body, "alarm")),
-        ("Change", word(body, "change").replace('-', " ")),
+        ("Change", change(body)),
         ("By", word(body, "user")),
         ("Priority", word(body, "priority")),
-        ("State", word(body, "state").replace('-', " ")),
+        ("State", state(body)),
         ("Gauge", word(body, "subject")),
         ("Value", quantity(body, "value")),
         ("Limit", quantity(body, "limit")),

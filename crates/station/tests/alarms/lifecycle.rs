@@ -36,7 +36,7 @@ fn a_shelved_alarm_is_silent_until_its_end_and_then_raised_at_once() {
     let now = fixture.now();
     let shelved = fixture.registry.shelve("it", "Ada", "the lock is vented", Duration::from_secs(60), now).unwrap();
     assert_eq!((shelved.kind, shelved.user.as_deref()), (ChangeKind::Shelved, Some("Ada")));
-    assert_eq!(shelved.text, "the lock is vented (it was unacknowledged)");
+    assert_eq!(shelved.text, "the lock is vented (it was not acknowledged)");
     let again = fixture.registry.shelve("it", "Eve", "so", Duration::from_secs(60), now).unwrap_err();
     assert_eq!(again.to_string(), "it is shelved by Ada already");
     assert_eq!(fixture.acknowledge().unwrap_err().to_string(), "it is shelved by Ada already");
@@ -176,7 +176,7 @@ fn an_alarm_out_of_service_raises_nothing_and_returns_to_service() {
     fixture.registry.take_out_of_service("it", "Eve", "the gauge is being calibrated", hour, now).unwrap();
     assert_eq!(fixture.evaluate_for(&inputs(2.0, Quality::Valid), 3_599_999), []);
     let refused = fixture.registry.take_out_of_service("it", "Ada", "again", None, now).unwrap_err().to_string();
-    assert_eq!(refused, "it is out-of-service by Eve already");
+    assert_eq!(refused, "it is out of service by Eve already");
     // A step of the wall clock does not change the time out of service.
     fixture.wall_ms += 86_400_000;
     assert_eq!(fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1), []);

@@ -27,13 +27,15 @@ fn the_text_of_a_change_states_where_the_pressure_is() {
     let above = |limit, reset| Condition::Above { series: series(), limit, reset };
     let below = |limit, reset| Condition::Below { series: series(), limit, reset };
     let table = [
-        (above(100.0, 50.0), 200.0, "2.00e0 mbar, above the limit of 1.00e0 mbar"),
+        (above(101_300.0, 50.0), 101_325.0, "1013 mbar, above the limit of 1013 mbar"),
+        (above(100.0, 50.0), 2_340.0, "23.4 mbar, above the limit of 1.00 mbar"),
+        (above(100.0, 50.0), 200.0, "2.00 mbar, above the limit of 1.00 mbar"),
         (above(100.0, 50.0), 7.75e-5, "7.75e-7 mbar, not above the reset value of 5.00e-1 mbar"),
         (above(100.0, 50.0), 50.0, "5.00e-1 mbar, not above the reset value of 5.00e-1 mbar"),
-        (above(100.0, 100.0), 100.0, "1.00e0 mbar, not above the limit of 1.00e0 mbar"),
-        (below(100.0, 200.0), 50.0, "5.00e-1 mbar, below the limit of 1.00e0 mbar"),
-        (below(100.0, 200.0), 300.0, "3.00e0 mbar, not below the reset value of 2.00e0 mbar"),
-        (below(100.0, 100.0), 150.0, "1.50e0 mbar, not below the limit of 1.00e0 mbar"),
+        (above(100.0, 100.0), 100.0, "1.00 mbar, not above the limit of 1.00 mbar"),
+        (below(100.0, 200.0), 50.0, "5.00e-1 mbar, below the limit of 1.00 mbar"),
+        (below(100.0, 200.0), 300.0, "3.00 mbar, not below the reset value of 2.00 mbar"),
+        (below(100.0, 100.0), 150.0, "1.50 mbar, not below the limit of 1.00 mbar"),
     ];
     for (condition, pa, expected) in table {
         let mut fixture = Fixture::new(vec![rule(condition.clone(), 0, 0)]);
