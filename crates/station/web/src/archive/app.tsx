@@ -93,9 +93,10 @@ function Page({ live, component: Component }: { live: Live; component: (() => JS
 }
 
 function Connection({ live }: { live: Live }): JSX.Element {
-  const text = live.connected ? t.header.live : live.state ? t.header.lost : t.header.connecting
+  const state = live.connected ? 'good' : live.state ? 'lost' : 'connecting'
+  const text = { good: t.header.live, lost: t.header.lost, connecting: t.header.connecting }[state]
   return (
-    <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
+    <span class={`connection ${state}`} role="status">
       <span class="dot" aria-hidden="true" />
       {text}
     </span>

@@ -72,9 +72,10 @@ function MenuButton({ isOpen, setOpen }: { isOpen: boolean; setOpen: (isOpen: bo
 }
 
 function Connection({ live }: { live: Live }): JSX.Element {
-  const text = live.connected ? t.header.live : live.snapshot ? t.header.lostFor(age(live.since)) : t.header.connecting
+  const state = live.connected ? 'good' : live.snapshot ? 'lost' : 'connecting'
+  const text = { good: t.header.live, lost: t.header.lostFor(age(live.since)), connecting: t.header.connecting }[state]
   return (
-    <span class={live.connected ? 'connection good' : 'connection lost'} role="status">
+    <span class={`connection ${state}`} role="status">
       <span class="dot" aria-hidden="true" />
       {text}
     </span>

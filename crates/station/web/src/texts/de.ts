@@ -73,8 +73,8 @@ export const de: Texts = {
   header: {
     menu: 'Bedienhoheit, Einheit, Sprache und Farbschema',
     live: 'aktuell',
-    lostFor: (age) => `unterbrochen seit ${age}`,
-    lost: 'unterbrochen',
+    lostFor: (age) => `Verbindung seit ${age} unterbrochen`,
+    lost: 'Verbindung unterbrochen',
     connecting: 'verbindet',
     unit: 'Druckeinheit',
     theme: (name) => `Farbschema: ${name}`,

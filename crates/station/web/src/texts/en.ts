@@ -105,8 +105,8 @@ export const en = {
   header: {
     menu: 'Control, unit, language and theme',
     live: 'live',
-    lostFor: (age: string) => `lost for ${age}`,
-    lost: 'lost',
+    lostFor: (age: string) => `connection lost for ${age}`,
+    lost: 'connection lost',
     connecting: 'connecting',
     unit: 'Unit of pressure',
     theme: (name: string) => `Theme: ${name}`,
