@@ -616,7 +616,25 @@ test('without a connection nothing looks current', async () => {
       .getByRole('alert')
       .getByText(/lost since \d\d:\d\d:\d\d\. Pressures, valves and pumps are unknown/)
       .waitFor()
-    assert.match(await page.locator('header .badge').innerText(), /last known: \d+ active alarms/)
+    assert.match(await page.locator('header .badge').innerText(), /last known:\s+1 \d+ high, \d+ medium/)
+    const tops = (width) =>
+      page
+        .setViewportSize({ width, height: 740 })
+        .then(() =>
+          page.evaluate(() =>
+            ['.connection.lost', '.station strong', '.badge'].map(
+              (part) => document.querySelector(`header ${part}`).getBoundingClientRect().top,
+            ),
+          ),
+        )
+    const [lost, name, badge] = await tops(360)
+    assert.ok(lost < name && lost < badge, 'on a phone the lost connection is the first line')
+    const [ground, text] = await page.locator('.connection.lost').evaluate((element) => {
+      const { backgroundColor, color } = getComputedStyle(element)
+      return [backgroundColor, color]
+    })
+    assert.deepEqual([ground, text], ['rgb(22, 32, 46)', 'rgb(255, 255, 255)'])
+    await page.setViewportSize({ width: 1280, height: 800 })
     assert.equal(await page.locator('main .actions button:enabled').count(), 0)
     const control = page.locator('header').getByRole('button', { name: 'Request control' })
     assert.deepEqual(

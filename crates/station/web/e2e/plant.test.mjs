@@ -10,6 +10,7 @@ import { openContext, openPage, startBrowser, startLastingDemo, startPlant, star
 let browser
 let demo
 let station
+let bounds
 let folder
 
 /** A hall whose port is missing: its gauges have no data. */
@@ -41,19 +42,65 @@ kind = "roughing"
 inlet = "<script>alert(1)</script>"
 `
 
+/** A controller in memory: its channels 1 and 2 are below their range, and another gauge is missing. */
+const LINE = 'devices = ["tpg300@14"]\npressure = "1e-5 mbar"\n'
+const BOUNDS = `
+[[segment]]
+name = "hall"
+port = "sim:line.toml"
+
+[[segment.gauge]]
+name = "tpg"
+address = 14
+device = "tpg300"
+
+[[segment]]
+name = "attic"
+port = "no-such-port"
+
+[[segment.gauge]]
+name = "far"
+address = 5
+device = "bcg450"
+
+[[volume]]
+name = "lock"
+gauges = ["tpg.1"]
+
+[[volume]]
+name = "chamber"
+gauges = ["far", "tpg"]
+
+[[alarm]]
+name = "evacuated"
+gauge = "tpg.3"
+below = "1e-2 mbar"
+delay = "0 s"
+priority = "high"
+
+[[alarm]]
+name = "evacuated too"
+gauge = "tpg.4"
+below = "1e-2 mbar"
+delay = "0 s"
+priority = "low"
+`
+
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), 'profivac-plant-'))
-  await writeFile(join(folder, 'hall.toml'), FILE)
-  ;[browser, demo, station] = await Promise.all([
+  for (const [name, text] of Object.entries({ 'hall.toml': FILE, 'line.toml': LINE, 'bounds.toml': BOUNDS }))
+    await writeFile(join(folder, name), text)
+  ;[browser, demo, station, bounds] = await Promise.all([
     startBrowser(),
     startLastingDemo('--speed', '3'),
     startStation(join(folder, 'hall.toml')),
+    startStation(join(folder, 'bounds.toml')),
   ])
 })
 
 after(async () => {
   await browser?.close()
-  await Promise.all([demo?.stop(), station?.stop()])
+  await Promise.all([demo?.stop(), station?.stop(), bounds?.stop()])
   await rm(folder, { recursive: true, force: true })
 })
 
@@ -136,6 +183,10 @@ test('the story is told as it happens, and the states follow it', async () => {
     await state(page, 'gate').getByText('open').waitFor()
     await state(page, 'bypass').getByText('closed').waitFor()
     assert.equal(await part(page, 'flange').count(), 0, 'the flange is tight')
+    const [picture, chamber] = await Promise.all(
+      [page.locator('.plant-picture svg'), volume(page, 'chamber')].map((one) => one.boundingBox()),
+    )
+    assert.ok(chamber.y - picture.y < 20, `${chamber.y - picture.y} pixels are empty above the chamber`)
   })
 })
 
@@ -189,6 +240,36 @@ test('on a wide page the list is open below the picture, and its pressures are a
   )
 })
 
+test('a volume has its source, the readings without a pressure and its alarms by priority', async () => {
+  await visit(`${bounds.url}/plant`, async (page) => {
+    const chamber = volume(page, 'chamber')
+    await chamber.getByText('tpg.3 and 3 more', { exact: true }).waitFor()
+    await chamber.getByText('1 of 4 without a pressure', { exact: true }).waitFor()
+    await chamber.getByText('1 high, 1 low', { exact: true }).waitFor()
+    assert.match(
+      await chamber.getAttribute('aria-label'),
+      /^chamber: .* mbar, from tpg.3 and 3 more, 1 of 4 without a pressure, alarms: 1 high, 1 low$/,
+    )
+    assert.match(await page.locator('[data-list-volume="chamber"]').innerText(), /1\s+1 high, 1 low/)
+  })
+})
+
+test('the end of a range is hatched, as the scale says, also on the overview', async () => {
+  for (const path of ['/plant', '/']) {
+    await visit(bounds.url + path, async (page) => {
+      const fill = (name) =>
+        volume(page, name)
+          .locator('.volume-shade')
+          .evaluate((shade) => getComputedStyle(shade).fill)
+      await volume(page, 'lock').getByText('< 8.00 × 10⁻⁴').waitFor()
+      assert.match(await fill('lock'), /^url\(.*#hatching/)
+      assert.match(await fill('chamber'), /^rgb/)
+      await page.locator('.shade-scale').getByText('< or >, end of the range').waitFor()
+      assert.equal(await page.locator('.shade-scale #hatching').count(), 1)
+    })
+  }
+})
+
 test('a file may describe the plant; what nothing reports is named, and names are only text', async () => {
   const plant = await station.json('/api/plant')
   assert.deepEqual(plant.parts[0], {
@@ -233,16 +314,36 @@ test('the picture comes also when the first request for it has no answer', async
 
 test('without a connection valves and pumps are not reported, in the picture and in the list', async () => {
   const mortal = await startLastingDemo('--speed', '3')
+  const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }
   const { page, close } = await openPage(browser, `${mortal.url}/plant`)
+  const phones = []
+  for (const locale of ['en-GB', 'de-DE'])
+    for (const path of ['/', '/plant']) phones.push(await openPage(browser, mortal.url + path, { ...phone, locale }))
   try {
-    await part(page, 'scroll').and(page.locator('.open')).waitFor()
+    for (const opened of [...phones, { page }])
+      await opened.page.locator('.plant-picture [data-part="scroll"].open').waitFor()
     await mortal.stop()
-    await page.locator('.connection.lost').waitFor()
+    for (const opened of [...phones, { page }]) await opened.page.locator('.connection.lost').waitFor()
+    for (const { page } of phones) {
+      const { room, cut } = await page.locator('.plant-picture').evaluate((picture) => {
+        const { right } = picture.getBoundingClientRect()
+        const isCut = (text) => text.getBoundingClientRect().right > right
+        const cut = [...picture.querySelectorAll('text')].filter(isCut).map(({ textContent }) => textContent)
+        return { room: picture.clientWidth - picture.scrollWidth, cut }
+      })
+      assert.deepEqual([room, cut], [0, []], 'the picture fits a phone')
+    }
+    const weight = (name) =>
+      part(page, name)
+        .locator('.name')
+        .evaluate((text) => getComputedStyle(text).fontWeight)
+    assert.equal(await weight('flange'), await weight('gate'), 'a leak that is not reported is no incident')
     const told = (selector) => page.locator(selector).allTextContents()
     assert.deepEqual([...new Set(await told('.plant-picture .part:not(.tube) .state'))], ['not reported'])
     assert.equal(await page.locator('.plant-picture .line:is(.open, .closed)').count(), 0)
     assert.deepEqual([...new Set(await told('[data-list-part] td:nth-child(3)'))], ['not reported'])
   } finally {
+    for (const { close } of phones) await close()
     await close()
     await mortal.stop()
   }

@@ -1,19 +1,57 @@
 // The wall display: large values without controls, the problems first.
 
 import assert from 'node:assert/strict'
+import { mkdtemp, rm, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openContext, openPage, startBrowser, startPlant } from './setup.mjs'
+import { openContext, openPage, startBrowser, startPlant, startStation } from './setup.mjs'
 
 let browser
 let large
+let hall
+let folder
+
+/** A controller in memory with two channels below their range; alarms about a channel, a gauge and two segments. */
+const LINE = 'devices = ["tpg300@14"]\npressure = "1e-5 mbar"\n'
+const FILE = `
+[[segment]]
+name = "hall"
+port = "sim:line.toml"
+
+[[segment.gauge]]
+name = "pump stand"
+address = 14
+device = "tpg300"
+
+${['attic', 'cellar', 'yard', 'roof']
+  .map((name) => `[[segment]]\nname = "${name}"\nport = "no-such-${name}"\n`)
+  .join('\n')}
+[[alarm]]
+name = "second channel evacuated"
+gauge = "pump stand.2"
+below = "1e-2 mbar"
+delay = "0 s"
+
+[alarms]
+segment = { delay = "0 s" }
+`
 
 before(async () => {
-  ;[browser, large] = await Promise.all([startBrowser(), startPlant('127.0.0.1:0', 'large')])
+  folder = await mkdtemp(join(tmpdir(), 'profivac-wall-'))
+  for (const [name, text] of Object.entries({ 'line.toml': LINE, 'hall.toml': FILE }))
+    await writeFile(join(folder, name), text)
+  ;[browser, large, hall] = await Promise.all([
+    startBrowser(),
+    startPlant('127.0.0.1:0', 'large'),
+    startStation(join(folder, 'hall.toml')),
+  ])
 })
 
 after(async () => {
   await browser?.close()
-  await large?.stop()
+  await Promise.all([large?.stop(), hall?.stop()])
+  await rm(folder, { recursive: true, force: true })
 })
 
 async function openWall(url, options = {}) {
@@ -61,6 +99,58 @@ test('480 gauges turn in pages, the problems stay, and nothing is a control or i
     assert.deepEqual(complaints, [])
   } finally {
     await close()
+  }
+})
+
+test('an alarm about a channel stands on its tile alone, beside the word for the range', async () => {
+  const { page, complaints, close } = await openWall(`${hall.url}/wall`)
+  try {
+    const tile = (channel) => page.locator(`.wall-tile[data-series="pump stand.${channel}"]`)
+    await tile(2).getByText('medium second channel evacuated').waitFor()
+    await tile(2).getByText('under range', { exact: true }).waitFor()
+    await tile(1).getByText('under range', { exact: true }).waitFor()
+    assert.equal(await page.locator('.wall-tile .priority').count(), 1)
+    const isCut = ({ scrollHeight, clientHeight }) => scrollHeight > clientHeight
+    assert.equal(await tile(2).evaluate(isCut), false, 'three lines fit')
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
+
+test('alarms without a gauge have lines of their own, at most three, and the head counts each priority', async () => {
+  const { page, complaints, close } = await openWall(`${hall.url}/wall`)
+  try {
+    const lines = page.getByRole('list', { name: 'Alarms without a gauge' }).getByRole('listitem')
+    await lines.nth(3).waitFor()
+    const texts = await lines.allInnerTexts()
+    for (const text of texts.slice(0, 3)) assert.match(text, /^1\s+high segment \w+: down segment \w+ is not running$/)
+    assert.equal(texts[3], 'and 1 more')
+    await page.locator('.wall-head', { hasText: /4 high, 1 medium, 5 not acknowledged/ }).waitFor()
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
+
+test('the clock of the wall display is in the first line at every width, in both languages', async () => {
+  for (const locale of ['en-GB', 'de-DE']) {
+    const { page, close } = await openWall(`${hall.url}/wall`, { locale })
+    try {
+      await page.locator('.wall-head', { hasText: /not acknowledged|nicht quittiert/ }).waitFor()
+      for (const width of [360, 480, 700, 900, 1024, 1280, 1920]) {
+        await page.setViewportSize({ width, height: 740 })
+        const [name, time] = await page
+          .locator('.wall-head')
+          .evaluate((head) =>
+            ['strong', 'time'].map((part) => [...head.querySelector(part).getClientRects()].map(({ top }) => top)),
+          )
+        assert.ok(time.length === 1 && Math.abs(time[0] - name[0]) < 12, `${locale} ${width}: ${name} ${time}`)
+        assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= width)
+      }
+    } finally {
+      await close()
+    }
   }
 })
 

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { summary } from '../dist/test/lib/alarms.js'
+import { activeCounts, countsText, lowerText, summary } from '../dist/test/lib/alarms.js'
 import { merged, snapshotOf } from '../dist/test/lib/merge.js'
 
 const reading = (series, instance, pa) => ({ series, instance, pa, quality: 'valid' })
@@ -79,10 +79,28 @@ test('a gauge may be called __proto__', () => {
   assert.equal({}.name, undefined)
 })
 
+test('alarms are counted by priority, the highest first, and only the active ones', () => {
+  const alarm = (priority, state = 'acknowledged') => ({ priority, state })
+  const counts = activeCounts([
+    alarm('medium'),
+    alarm('high'),
+    alarm('medium'),
+    alarm('low'),
+    alarm('high', 'returned'),
+  ])
+  assert.equal(countsText(counts), '1 high, 2 medium, 1 low')
+  assert.deepEqual([countsText([]), countsText(counts.slice(1))], ['', '2 medium, 1 low'])
+  const [, ...lower] = counts
+  assert.deepEqual([lower, lower.slice(1), []].map(lowerText), ['3 more', '1 low', ''])
+  const live = { high: { active: 1, unacknowledged: 0 }, medium: { active: 3, unacknowledged: 4 } }
+  const { active, unacknowledged } = summary({ ...live, low: { active: 0, unacknowledged: 0 } })
+  assert.deepEqual([countsText(active), unacknowledged], ['1 high, 3 medium', 4])
+})
+
 test('a high alarm that has cleared gives the header no colour', () => {
   const counts = (active, unacknowledged) => ({ active, unacknowledged })
   const alarms = { high: counts(0, 1), medium: counts(0, 0), low: counts(0, 0) }
-  assert.equal(summary(alarms).priority, null)
-  assert.equal(summary({ ...alarms, low: counts(1, 0) }).priority, 'low')
+  assert.deepEqual(summary(alarms).active, [])
+  assert.deepEqual(summary({ ...alarms, low: counts(1, 0) }).active, [{ priority: 'low', count: 1 }])
   assert.equal(summary({ ...alarms, high: counts(0, 0) }), null)
 })

@@ -1,15 +1,16 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import {
-  alarmWords,
+  alarmsText,
   countsOf,
+  isHidden,
   linesOf,
   namesIn,
   passes,
   shade,
   stateWords,
+  topOf,
   volumeState,
-  worst,
   zonesOf,
 } from '../dist/test/lib/picture.js'
 import { laidOut } from '../dist/test/lib/plant-layout.js'
@@ -64,9 +65,9 @@ test('an alarm belongs to the volume of its channel, and one that has cleared to
     alarm('tpg', null, 'low'),
   ]
   const [chamber, foreLine] = plant.volumes.map((volume) => stateOf(volume, alarms))
-  assert.equal(alarmWords(worst(foreLine.alarms)), '1 high alarm')
-  assert.equal(alarmWords(worst(chamber.alarms)), '2 low alarms')
-  assert.equal(worst([]), null)
+  assert.equal(alarmsText(foreLine.alarms), 'alarms: 1 high')
+  assert.equal(alarmsText(chamber.alarms), 'alarms: 2 low')
+  assert.equal(alarmsText([]), '')
 })
 
 test('shades run over the decades from 1e-8 Pa to the atmosphere', () => {
@@ -114,20 +115,33 @@ test('the layout places every volume and part without overlap, in both direction
   }
 })
 
-test('a volume counts the gauges that it does not show, and those of them without a pressure', () => {
-  const stateOf = (readings, silent) => {
-    const placed = readings.map((quality, index) => ({ quality, reading: reading(`s${index}`, quality) }))
+test('a volume has its source beside the number of its readings that have no pressure', () => {
+  const stateOf = (qualities, silent) => {
+    const placed = qualities.map((quality, index) => ({ quality, reading: reading(`s${index}`, quality, 1) }))
     return { readings: placed, leading: placed[0] ?? null, silent, alarms: [] }
   }
-  assert.deepEqual(countsOf(stateOf(['valid', 'fault', 'stale', 'off'], ['lost'])), {
+  // A bound is no word: the pressure is below or above it.
+  assert.deepEqual(countsOf(stateOf(['valid', 'underrange', 'overrange', 'fault', 'stale', 'off'], ['lost'])), {
     shown: 's0',
-    others: 4,
-    troubled: 3,
+    all: 7,
+    without: 4,
   })
-  assert.deepEqual(countsOf(stateOf(['stale'], [])), { shown: 's0', others: 0, troubled: 0 })
-  // A gauge that never had data is named, and is not one of the others.
-  assert.deepEqual(countsOf(stateOf([], ['ion'])), { shown: 'ion', others: 0, troubled: 0 })
-  assert.deepEqual(countsOf(stateOf([], [])), { shown: '', others: 0, troubled: 0 })
+  assert.deepEqual(countsOf(stateOf(['stale', 'stale'], [])), { shown: 's0', all: 2, without: 2 })
+  // A gauge that never had data is named.
+  assert.deepEqual(countsOf(stateOf([], ['ion'])), { shown: 'ion', all: 1, without: 1 })
+  assert.deepEqual(countsOf(stateOf([], [])), { shown: '', all: 0, without: 0 })
+})
+
+test('a hidden leak leaves no room above the picture', () => {
+  const flange = plant.parts[2]
+  assert.ok(isHidden(flange, { state: 'closed', detail: null }))
+  assert.ok(!isHidden(flange, { state: 'open', detail: null }) && !isHidden(flange, undefined))
+  const layout = laidOut({ ...plant, volumes: plant.volumes.map((volume) => ({ ...volume, zone: null })) }, 'TB')
+  const highest = (ids) => Math.min(...ids.map((id) => layout.boxes.get(id)).map(({ y, height }) => y - height / 2))
+  assert.equal(topOf(layout, [flange]), highest(['volume chamber']) - 8)
+  assert.equal(topOf(layout, []), 0)
+  assert.ok(highest(['volume chamber']) - 8 > 50)
+  assert.equal(topOf(laidOut(plant, 'LR'), [flange]), 0)
 })
 
 test('a line that goes down is straight where its volume is above or below its symbol', () => {

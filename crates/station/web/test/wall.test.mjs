@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { gridOf, pageAt, pagesOf, TURN_MS } from '../dist/test/lib/wall.js'
+import { gridOf, otherAlarms, pageAt, pagesOf, TURN_MS, tilesOf } from '../dist/test/lib/wall.js'
 
 test('few tiles are large, and many are not narrower than can be read', () => {
   assert.deepEqual(gridOf(1, 1920, 1000), { columns: 1, rows: 1, width: 1920 })
@@ -42,4 +42,52 @@ test('pages turn with the clock of the station', () => {
     [0, 0, 1, 0],
   )
   assert.equal(pageAt(5, 0), 0)
+})
+
+const alarm = (name, gauge, series = null, state = 'unacknowledged', priority = 'medium') => ({
+  ...{ name, gauge, series, state, priority },
+  since_ms: 0,
+})
+const names = (alarms) => alarms.map(({ name }) => name)
+
+test('an alarm stands on the tile of its reading, one of the whole gauge once, and one that has cleared nowhere', () => {
+  const readings = [{ series: 'img.1' }, { series: 'img.2' }, { series: 'img.3' }]
+  const tiles = tilesOf(readings, [
+    alarm('fault', 'img'),
+    alarm('above', 'img', 'img.2'),
+    alarm('over', 'img', 'img.3', 'returned'),
+  ])
+  assert.deepEqual(
+    tiles.map(({ reading, alarms }) => [reading.series, ...names(alarms)]),
+    [['img.1', 'fault'], ['img.2', 'above'], ['img.3']],
+  )
+  // The whole gauge is in front, in the order of its readings.
+  assert.deepEqual(
+    tiles.map(({ concerning }) => names(concerning)),
+    [['fault'], ['fault', 'above'], ['fault']],
+  )
+  assert.deepEqual(
+    tilesOf([{ series: 'ion' }], [alarm('above', 'ion', 'ion'), alarm('stale', 'ion')]).map(({ alarms }) =>
+      names(alarms),
+    ),
+    [['above', 'stale']],
+  )
+  const [silent] = tilesOf([], [alarm('stale', 'lost')])
+  assert.deepEqual([silent.reading, names(silent.alarms)], [null, ['stale']])
+})
+
+test('alarms without a tile have lines, the most urgent first, and the rest is counted', () => {
+  const down = (name, priority, state) => alarm(name, null, null, state, priority)
+  const all = [
+    alarm('fault', 'ion'),
+    down('a', 'low'),
+    down('b', 'high'),
+    down('cleared', 'high', 'returned'),
+    alarm('removed', 'gone'),
+    down('c', 'low'),
+    down('d', 'low'),
+  ]
+  const { lines, more } = otherAlarms(all, [{ name: 'ion' }])
+  assert.deepEqual([names(lines), more], [['b', 'removed', 'a'], 2])
+  assert.deepEqual(otherAlarms(all.slice(0, 2), [{ name: 'ion' }]), { lines: [all[1]], more: 0 })
 })

@@ -3,7 +3,7 @@
 import './alarm-marks.css'
 import type { JSX } from 'preact'
 import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
-import { isActive, NUMBERS, summary } from '../lib/alarms.ts'
+import { type AlarmSummary, countsText, isActive, NUMBERS, type PriorityCount, summary } from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
 import { t } from '../texts/texts.ts'
 import { Unbroken } from './unbroken.tsx'
@@ -35,7 +35,38 @@ export function AlarmStateMark({ state }: { state: AlarmState }): JSX.Element {
   )
 }
 
-/** In the header of all pages: the number of alarms, and the highest priority. */
+/** The active alarms by priority, with the shape and colour of the highest one: `1 high, 3 medium`. */
+export function AlarmCounts({ counts }: { counts: PriorityCount[] }): JSX.Element | null {
+  const [highest, ...lower] = counts
+  if (!highest) return null
+  return (
+    <>
+      <span class={`priority ${highest.priority}`}>
+        <PriorityShape priority={highest.priority} /> {countsText([highest])}
+      </span>
+      {lower.length > 0 && <span class="lower">, {countsText(lower)}</span>}
+    </>
+  )
+}
+
+/** The same, and how many alarms are not acknowledged. */
+export function AlarmSummaryText({ summary }: { summary: AlarmSummary }): JSX.Element {
+  const { active, unacknowledged } = summary
+  return (
+    <>
+      <AlarmCounts counts={active} />
+      {active.length > 0 && unacknowledged > 0 && ', '}
+      {unacknowledged > 0 && (
+        <span class="not-acknowledged">
+          {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>
+          <span class="short">{t.alarms.badge.short}</span>
+        </span>
+      )}
+    </>
+  )
+}
+
+/** In the header of all pages: the number of alarms of each priority. */
 export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current: boolean }): JSX.Element {
   const { alarms } = snapshot
   const counts = summary(alarms)
@@ -43,7 +74,7 @@ export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current:
     return (
       <Link to="/alarms" class="badge stale">
         <span class="visually-hidden">{t.alarms.badge.prefix}</span>
-        {t.alarms.badge.lastKnown(counts ? t.wall.alarms(counts.active, counts.unacknowledged) : t.alarms.badge.none)}
+        {t.alarms.badge.lastKnown} {counts ? <AlarmSummaryText summary={counts} /> : t.alarms.badge.none}
       </Link>
     )
   }
@@ -63,8 +94,9 @@ export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current:
       </Link>
     )
   }
-  const { priority, unacknowledgedPriority, activeOfPriority, active, unacknowledged } = counts
-  if (priority === null) {
+  const { active, unacknowledgedPriority, unacknowledged } = counts
+  const [highest] = active
+  if (!highest) {
     return (
       <Link to="/alarms" class="badge cleared" title={t.alarms.badge.onlyCleared(unacknowledged)}>
         <span class="visually-hidden">{t.alarms.badge.prefix}</span>
@@ -74,17 +106,11 @@ export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current:
       </Link>
     )
   }
-  const text = t.alarms.badge.title(active, unacknowledged, t.priorities[priority])
+  const text = t.alarms.badge.title(countsText(active), unacknowledged)
   return (
-    <Link to="/alarms" class={`badge ${priority} ${unacknowledged ? '' : 'acknowledged'}`} title={text}>
+    <Link to="/alarms" class={`badge ${highest.priority} ${unacknowledged ? '' : 'acknowledged'}`} title={text}>
       <span class="visually-hidden">{t.alarms.badge.prefix}</span>
-      <PriorityShape priority={priority} /> {activeOfPriority} {t.priorities[priority]}
-      {unacknowledged > 0 && (
-        <span class="unacknowledged">
-          , {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>
-          <span class="short">{t.alarms.badge.short}</span>
-        </span>
-      )}
+      <AlarmSummaryText summary={counts} />
     </Link>
   )
 }

@@ -3,14 +3,14 @@
 import type { JSX } from 'preact'
 import { useLayoutEffect, useRef, useState } from 'preact/hooks'
 import type { Gauge, PlantPicture, Reading } from '../api/types.ts'
-import { alarmWords, shade, stateWords, type VolumeState, volumeState, worst } from '../lib/picture.ts'
+import { activeCounts } from '../lib/alarms.ts'
+import { alarmsText, isBound, shade, shownPressure, stateWords, type VolumeState, volumeState } from '../lib/picture.ts'
 import { currentQuality } from '../lib/stale.ts'
 import { useLive, usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import STYLE from './own-drawing.css?inline'
-import { boundOf } from './pressure.tsx'
 import { readingWords } from './reading-words.ts'
 
 /** The part of a fill that is dark at the atmosphere, in percent. */
@@ -28,6 +28,8 @@ interface Shown {
   alarm?: string | undefined
   state?: string | undefined
   shade?: number | null
+  /** `end` for the end of a range. */
+  bound?: 'end' | undefined
 }
 
 export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: string }): JSX.Element {
@@ -42,6 +44,7 @@ export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: s
     const drawn = document.importNode(new DOMParser().parseFromString(drawing, 'image/svg+xml').documentElement, true)
     for (const kind of KINDS) for (const element of named(drawn, kind)) freeColours(element)
     for (const element of named(drawn, 'gauge')) makeLink(element)
+    drawn.prepend(hatching(drawn))
     root.replaceChildren(style, drawn)
     setSvg(drawn)
   }, [drawing])
@@ -67,9 +70,8 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
     volumeState({ name, zone: null, gauges: of }, new Set(), gauges, alarms.alarms, quality)
   const pressure = (name: string, { leading, alarms }: VolumeState): Shown & { text: string } => {
     const text = leading ? readingWords(leading, unit) : t.common.noData
-    const found = worst(alarms)
-    const label = [`${name}: ${text}`, ...(found ? [alarmWords(found)] : [])].join(', ')
-    return { label, text, quality: leading?.quality ?? 'stale', alarm: found?.priority }
+    const label = [`${name}: ${text}`, alarmsText(alarms)].filter(Boolean).join(', ')
+    return { label, text, quality: leading?.quality ?? 'stale', alarm: activeCounts(alarms)[0]?.priority }
   }
   return {
     gauge: (name) => pressure(name, stateOf(name, [name])),
@@ -77,7 +79,8 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
       const state = stateOf(name, plant.volumes.find((volume) => volume.name === name)?.gauges ?? [])
       const { text: _, ...shown } = pressure(name, state)
       const { leading } = state
-      return { ...shown, shade: leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null }
+      const bound = leading && isBound(leading) ? 'end' : undefined
+      return { ...shown, shade: leading && shade(shownPressure(leading)), bound }
     },
     part: (name) => {
       const part = plant.parts.find((part) => part.name === name)
@@ -102,6 +105,30 @@ function freeColours(element: SVGElement): void {
   }
 }
 
+const SVG = 'http://www.w3.org/2000/svg'
+
+/** Stripes across the width of a drawing. free choice: they are a few pixels wide, whatever the units of the drawing are. */
+const STRIPES = 120
+
+/** The hatching of a volume that shows the end of a range; the styles name it. */
+function hatching(drawn: Element): SVGElement {
+  const size = (drawn as SVGSVGElement).viewBox.baseVal.width / STRIPES
+  const pattern = document.createElementNS(SVG, 'pattern')
+  const attributes = { width: size, height: size, patternUnits: 'userSpaceOnUse', patternTransform: 'rotate(45)' }
+  for (const [name, value] of Object.entries({ id: 'profivac-hatching', ...attributes }))
+    pattern.setAttribute(name, String(value))
+  for (const [part, width] of [
+    ['ground', size],
+    ['stripe', size / 2],
+  ] as const) {
+    const stripe = document.createElementNS(SVG, 'rect')
+    for (const [name, value] of Object.entries({ class: part, width, height: size }))
+      stripe.setAttribute(name, String(value))
+    pattern.append(stripe)
+  }
+  return pattern
+}
+
 /** A gauge leads to its page, by mouse and by key; a channel to that of its controller. */
 function makeLink(element: SVGElement): void {
   const name = (element.dataset.gauge ?? '').replace(/\.\d+$/, '')
@@ -111,11 +138,11 @@ function makeLink(element: SVGElement): void {
   element.addEventListener('keydown', ({ key }) => key === 'Enter' && go(gaugePath(name)))
 }
 
-function show(element: SVGElement, { label, text, quality, alarm, state, shade }: Shown): void {
+function show(element: SVGElement, { label, text, quality, alarm, state, shade, bound }: Shown): void {
   if (element.dataset.gauge === undefined) element.setAttribute('role', 'img')
   element.setAttribute('aria-label', label)
   if (element.localName === 'text' && text !== undefined && element.textContent !== text) element.textContent = text
-  for (const [key, value] of Object.entries({ quality, alarm, state }))
+  for (const [key, value] of Object.entries({ quality, alarm, state, bound }))
     if (value === undefined) delete element.dataset[key]
     else element.dataset[key] = value
   if (shade === undefined) return

@@ -1,4 +1,4 @@
-// The plant as a picture: volumes with their leading pressure, valves and pumps with their states, zones with their worst alarm.
+// The plant as a picture: volumes with their leading pressure, valves and pumps with their states, zones with their alarms.
 
 import './plant-picture.css'
 import type { JSX } from 'preact'
@@ -14,20 +14,23 @@ import type {
   PlantVolume,
   Priority,
 } from '../api/types.ts'
-import { NUMBERS } from '../lib/alarms.ts'
+import { activeCounts, countsText, lowerText, NUMBERS, type PriorityCount } from '../lib/alarms.ts'
 import { clock, decade, number } from '../lib/format.ts'
 import {
-  alarmWords,
+  alarmsText,
   countsOf,
+  isBound,
+  isHidden,
   namesIn,
   passes,
   SHADES,
   shade,
+  shownPressure,
   stateWords,
+  topOf,
   type VolumeState,
   volumeNode,
   volumeState,
-  worst,
 } from '../lib/picture.ts'
 import type { Box, Direction, Layout, Point } from '../lib/plant-layout.ts'
 import { currentQuality } from '../lib/stale.ts'
@@ -38,7 +41,6 @@ import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import { errorText, useQuery, useWidth } from './hooks.ts'
 import { OwnDrawing } from './own-drawing.tsx'
-import { boundOf } from './pressure.tsx'
 import { readingWords } from './reading-words.ts'
 
 /** A plant that has room is drawn up to this much larger. */
@@ -66,9 +68,14 @@ export function useVolumes(plant: PlantPicture): { volume: PlantVolume; state: V
 /** Whether there is a picture. */
 export const hasPicture = ({ volumes, drawing }: PlantPicture): boolean => volumes.length > 0 || Boolean(drawing)
 
-/** The user's own drawing, or the picture from the file. */
+/** The user's own drawing, or the picture from the file, with the scale of its shades. */
 export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
-  return plant.drawing ? <OwnDrawing plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />
+  return (
+    <>
+      {plant.drawing ? <OwnDrawing plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />}
+      <ShadeScale />
+    </>
+  )
 }
 
 /** The picture from the file, as soon as it is laid out. */
@@ -113,9 +120,18 @@ function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }):
   const volumes = useVolumes(plant)
   const states = usePartStates()
   const boxOf = (id: string): Box | undefined => layout.boxes.get(id)
+  const top = topOf(
+    layout,
+    plant.parts.filter((part) => isHidden(part, states[part.name] ?? undefined)),
+  )
   return (
     // biome-ignore lint/a11y/useSemanticElements: an SVG has no element for a group of links
-    <svg viewBox={`0 0 ${layout.width} ${layout.height}`} width={width} role="group" aria-label={t.plant.picture}>
+    <svg
+      viewBox={`0 ${top} ${layout.width} ${layout.height - top}`}
+      width={width}
+      role="group"
+      aria-label={t.plant.picture}
+    >
       {layout.zones.map(({ name, box }) => (
         <Zone
           name={name}
@@ -156,9 +172,9 @@ function Drawing(props: { plant: PlantPicture; layout: Layout; width: number }):
 function lineClass({ parts }: PlantPicture, name: string, states: LivePlant['states']): string {
   const part = parts.find((part) => part.name === name)
   if (!part) return ''
-  const passing = passes(part, states[name] ?? undefined)
-  // A leak that does not leak is nothing that a user has to see.
-  if (part.kind === 'leak' && passing === false) return 'hidden'
+  const status = states[name] ?? undefined
+  if (isHidden(part, status)) return 'hidden'
+  const passing = passes(part, status)
   return passing === null ? 'unreported' : passing ? 'open' : 'closed'
 }
 
@@ -180,14 +196,13 @@ function AlarmShape({ priority, x, y }: { priority: Priority; x: number; y: numb
 }
 
 function Zone({ name, box, alarms }: { name: string; box: Box; alarms: Alarm[] }): JSX.Element {
-  const found = worst(alarms)
+  const [highest] = activeCounts(alarms)
   const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
   return (
-    <g class={`zone ${found?.priority ?? ''}`} data-zone={name}>
+    <g class={`zone ${highest?.priority ?? ''}`} data-zone={name}>
       <rect x={left} y={top} width={box.width} height={box.height} rx="10" />
       <text x={left + 10} y={top + 15}>
-        {name}
-        {found && `: ${alarmWords(found)}`}
+        {[name, alarmsText(alarms)].filter(Boolean).join(', ')}
       </text>
     </g>
   )
@@ -196,30 +211,28 @@ function Zone({ name, box, alarms }: { name: string; box: Box; alarms: Alarm[] }
 function Volume({ name, state, box }: { name: string; state: VolumeState; box: Box }): JSX.Element {
   const unit = useUnit()
   const { leading, silent, alarms } = state
-  const found = worst(alarms)
   const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
-  const dark = leading && leading.quality !== 'stale' ? shade(boundOf(leading.reading)) : null
-  const { shown: series, others, troubled } = countsOf(state)
+  const dark = leading && shade(shownPressure(leading))
+  const { shown: series, all, without } = countsOf(state)
   const value = leading ? readingWords(leading, unit) : silent.length > 0 ? t.common.noData : t.qualities.missing
-  const from = series + (others > 0 ? t.plant.more(others) : '')
-  const without = troubled > 0 ? t.plant.without(troubled) : ''
-  const label = [`${name}: ${value}`, from && t.plant.from(from), without, found && alarmWords(found)]
+  const from = series + (all > 1 ? t.plant.more(all - 1) : '')
+  // The only reading says so itself.
+  const missing = all > 1 && without > 0 ? t.plant.without(without, all) : ''
+  const label = [`${name}: ${value}`, from && t.plant.from(from), missing, alarmsText(alarms)]
     .filter(Boolean)
     .join(', ')
-  // Two lines: an alarm takes the first, and what is without a pressure is never hidden.
-  const lines = [...(found ? [] : [from]), without || (found ? from : '')]
   const shown = (
     <>
       <rect class="volume-ground" x={left} y={top} width={box.width} height={box.height} rx="14" />
       {dark !== null && (
         <rect
-          class="volume-shade"
+          class={shadeClass(leading !== null && isBound(leading))}
           x={left}
           y={top}
           width={box.width}
           height={box.height}
           rx="14"
-          fill-opacity={(0.04 + 0.4 * dark).toFixed(2)}
+          fill-opacity={shadeOpacity(dark)}
         />
       )}
       <rect
@@ -230,26 +243,20 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
         height={box.height}
         rx="14"
       />
-      <text class="name" x={left + 14} y={top + 22}>
+      <text class="name" x={left + 14} y={top + 21}>
         {name}
       </text>
-      <text class={`value ${leading?.quality ?? 'stale'}`} x={left + 14} y={top + 48}>
+      <text class={`value ${leading?.quality ?? 'stale'}`} x={left + 14} y={top + 46}>
         {value.replace(` ${unit}`, '')}
         {value.endsWith(` ${unit}`) && <tspan class="unit"> {unit}</tspan>}
       </text>
-      {found && (
-        <>
-          <AlarmShape priority={found.priority} x={left + 24} y={top + 71} />
-          <text class={`words ${found.priority}`} x={left + 40} y={top + 76}>
-            {alarmWords(found)}
-          </text>
-        </>
-      )}
-      {lines.map((line, index) => (
-        <text class="from" x={left + 14} y={top + (found ? 98 : 75) + 19 * index} key={index}>
-          {line}
-        </text>
-      ))}
+      <text class="from" x={left + 14} y={top + 66}>
+        {from}
+      </text>
+      <text class="from missing" x={left + 14} y={top + 83}>
+        {missing}
+      </text>
+      <VolumeAlarms counts={activeCounts(alarms)} x={left + 14} y={top + 99} />
     </>
   )
   return leading ? (
@@ -258,6 +265,20 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
     </GaugeLink>
   ) : (
     <g data-volume={name}>{shown}</g>
+  )
+}
+
+/** The shape of the highest priority, and the number of alarms in words. */
+function VolumeAlarms({ counts, x, y }: Point & { counts: PriorityCount[] }): JSX.Element | null {
+  const [highest, ...lower] = counts
+  if (!highest) return null
+  return (
+    <>
+      <AlarmShape priority={highest.priority} x={x + 10} y={y} />
+      <text class="words" x={x + 26} y={y + 5}>
+        {[countsText([highest]), lowerText(lower)].filter(Boolean).join(', ')}
+      </text>
+    </>
   )
 }
 
@@ -289,7 +310,7 @@ interface PartProps {
 function Part({ part, status, at: { x, y }, direction }: PartProps): JSX.Element | null {
   const passing = passes(part, status)
   const words = stateWords(part, status)
-  if (part.kind === 'leak' && passing === false) return null
+  if (isHidden(part, status)) return null
   const state = passing === null ? 'unreported' : passing ? 'open' : 'closed'
   const wordsAt =
     direction === 'LR'
@@ -355,8 +376,14 @@ function pumpLines(kind: 'roughing-pump' | 'turbo-pump' | 'capture-pump', x: num
   }
 }
 
-/** The scale of the shades, with its decades. */
-export function ShadeScale(): JSX.Element {
+/** How dark a shade is drawn, from 0 for the lowest pressure to 1. */
+const shadeOpacity = (dark: number): string => (0.04 + 0.4 * dark).toFixed(2)
+
+/** The end of a range is hatched: the pressure itself may be far from it. */
+const shadeClass = (isBound: boolean): string => `volume-shade ${isBound ? 'bound' : ''}`
+
+/** The scale of the shades, with its decades and the hatching of an end of a range, which is defined here for the picture too. */
+function ShadeScale(): JSX.Element {
   const unit = useUnit()
   const [low, high] = SHADES
   const steps = [low, -5, -2, 1, high]
@@ -365,22 +392,34 @@ export function ShadeScale(): JSX.Element {
       <span class="muted">{t.plant.shade(unit)}</span>
       {steps.map((exponent) => (
         <span class="shade-step" key={exponent}>
-          <svg viewBox="0 0 28 16" width="28" height="16" aria-hidden="true">
-            <rect
-              class="volume-shade"
-              width="28"
-              height="16"
-              rx="3"
-              fill-opacity={(0.04 + 0.4 * (shade(10 ** exponent) ?? 0)).toFixed(2)}
-            />
-            <rect class="volume-edge valid" x="0.5" y="0.5" width="27" height="15" rx="3" />
-          </svg>
+          <ShadeSample dark={shade(10 ** exponent) ?? 0} isBound={false} />
           {exponent === high ? number(10 ** exponent / UNITS[unit]) : decadeText(exponent, unit)}
         </span>
       ))}
+      <span class="shade-step">
+        <ShadeSample dark={1} isBound={true} />
+        {t.plant.bound}
+      </span>
     </p>
   )
 }
+
+function ShadeSample({ dark, isBound }: { dark: number; isBound: boolean }): JSX.Element {
+  return (
+    <svg viewBox="0 0 28 16" width="28" height="16" aria-hidden="true">
+      {isBound && <Hatching />}
+      <rect class={shadeClass(isBound)} width="28" height="16" rx="3" fill-opacity={shadeOpacity(dark)} />
+      <rect class="volume-edge valid" x="0.5" y="0.5" width="27" height="15" rx="3" />
+    </svg>
+  )
+}
+
+/** The stripes of an end of a range; styles name it. */
+const Hatching = (): JSX.Element => (
+  <pattern id="hatching" width="8" height="8" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
+    <rect class="volume-shade" width="4" height="8" />
+  </pattern>
+)
 
 const decadeText = (exponent: number, unit: Unit): string => {
   const value = 10 ** exponent / UNITS[unit]

@@ -1,6 +1,6 @@
 // Conditions, symbols and order of alarms.
 
-import type { ActiveAlarms, Alarm, AlarmCounts, AlarmEvent, Priority } from '../api/types.ts'
+import type { ActiveAlarms, Alarm, AlarmEvent, Priority } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
 import { number, unbroken } from './format.ts'
 import { inUnit, type Unit } from './units.ts'
@@ -25,27 +25,43 @@ export function byUrgency(one: Alarm, other: Alarm): number {
   )
 }
 
+/** How many active alarms a priority has. */
+export interface PriorityCount {
+  priority: Priority
+  count: number
+}
+
+/** The priorities that have active alarms, the highest first. */
+const countsBy = (countOf: (priority: Priority) => number): PriorityCount[] =>
+  PRIORITIES.map((priority) => ({ priority, count: countOf(priority) })).filter(({ count }) => count > 0)
+
+/** The active ones of these alarms by priority, the highest first. */
+export const activeCounts = (alarms: Pick<Alarm, 'priority' | 'state'>[]): PriorityCount[] =>
+  countsBy((wanted) => alarms.filter((alarm) => isActive(alarm) && alarm.priority === wanted).length)
+
+/** `1 high, 3 medium`. */
+export const countsText = (counts: PriorityCount[]): string =>
+  counts.map(({ priority, count }) => `${count} ${t.priorities[priority]}`).join(', ')
+
+/** The same for those below the highest, where there is room for one of them: `3 medium`, or `5 more` of both. */
+export const lowerText = (lower: PriorityCount[]): string =>
+  lower.length < 2 ? countsText(lower) : t.alarms.more(lower.reduce((sum, { count }) => sum + count, 0))
+
 export interface AlarmSummary {
-  /** The highest priority that has an active alarm; `null` if all alarms have cleared and wait for an acknowledgement. */
-  priority: Priority | null
+  /** The active alarms by priority; empty if all alarms have cleared and wait for an acknowledgement. */
+  active: PriorityCount[]
   /** The highest priority that has an unacknowledged alarm. */
   unacknowledgedPriority: Priority | null
-  /** Active alarms of that priority. */
-  activeOfPriority: number
-  active: number
   unacknowledged: number
 }
 
 /** The summary in the header of all pages; `null` if no alarm is active or unacknowledged. */
 export function summary(alarms: ActiveAlarms): AlarmSummary | null {
-  const total = (count: (counts: AlarmCounts) => number): number =>
-    PRIORITIES.reduce((sum, priority) => sum + count(alarms[priority]), 0)
-  const [active, unacknowledged] = [total((counts) => counts.active), total((counts) => counts.unacknowledged)]
-  if (active + unacknowledged === 0) return null
-  const priority = PRIORITIES.find((priority) => alarms[priority].active > 0) ?? null
+  const active = countsBy((priority) => alarms[priority].active)
+  const unacknowledged = PRIORITIES.reduce((sum, priority) => sum + alarms[priority].unacknowledged, 0)
+  if (active.length === 0 && unacknowledged === 0) return null
   const unacknowledgedPriority = PRIORITIES.find((priority) => alarms[priority].unacknowledged > 0) ?? null
-  const activeOfPriority = priority ? alarms[priority].active : 0
-  return { priority, unacknowledgedPriority, activeOfPriority, active, unacknowledged }
+  return { active, unacknowledgedPriority, unacknowledged }
 }
 
 /** An alarm with a pressure limit, which a trend shows as a line. */

@@ -7,12 +7,12 @@ import type {
   PlantPartStatus,
   PlantPicture,
   PlantVolume,
-  Priority,
   Quality,
   Reading,
 } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
-import { isActive, PRIORITIES } from './alarms.ts'
+import { activeCounts, countsText, isActive } from './alarms.ts'
+import type { Layout } from './plant-layout.ts'
 
 /** A reading of a volume, with its gauge and its present quality. */
 export interface PlacedReading {
@@ -57,8 +57,7 @@ export function volumeState(
   const readings = placed.flatMap(({ found }) =>
     found.map(({ gauge, reading }) => ({ gauge, reading, quality: qualityOf(gauge, reading) })),
   )
-  const beyond = ({ quality }: PlacedReading): boolean => quality === 'underrange' || quality === 'overrange'
-  const leading = readings.find(({ quality }) => quality === 'valid') ?? readings.find(beyond) ?? readings[0] ?? null
+  const leading = readings.find(({ quality }) => quality === 'valid') ?? readings.find(isBound) ?? readings[0] ?? null
   const series = new Set(readings.map(({ reading }) => reading.series))
   // An alarm of a channel belongs to the volume of the channel, any other alarm of a gauge to the volume that names the gauge.
   const isHere = (alarm: Alarm): boolean =>
@@ -71,37 +70,29 @@ export function volumeState(
   }
 }
 
-/** Whether a reading needs a look without any alarm: the gauge is silent, or reports a fault. */
-export const isTroubled = ({ quality }: PlacedReading): boolean => quality === 'stale' || quality === 'fault'
+/** Whether a reading is the end of the range that the pressure is beyond, and not the pressure. */
+export const isBound = ({ quality }: PlacedReading): boolean => quality === 'underrange' || quality === 'overrange'
 
-/** The series that a volume shows, how many others it has, and how many of the others are stale or a fault. */
-export function countsOf({ leading, readings, silent }: VolumeState): {
-  shown: string
-  others: number
-  troubled: number
-} {
-  const others = readings.filter((one) => one !== leading)
-  const [first = '', ...later] = silent
-  const lost = leading ? silent : later
+/** The pressure of a reading, or the end of the range that it is beyond; `null` if it is a word. */
+export function shownPressure(placed: PlacedReading): number | null {
+  const { quality, reading } = placed
+  return quality === 'valid' || isBound(placed) ? (reading.pa ?? reading.limit_pa) : null
+}
+
+/** The series that a volume shows, how many readings it has, and how many of them are a word instead of a pressure. */
+export function countsOf({ leading, readings, silent }: VolumeState): { shown: string; all: number; without: number } {
   return {
-    shown: leading ? leading.reading.series : first,
-    others: others.length + lost.length,
-    troubled: others.filter(isTroubled).length + lost.length,
+    shown: leading?.reading.series ?? silent[0] ?? '',
+    all: readings.length + silent.length,
+    without: readings.filter((placed) => shownPressure(placed) === null).length + silent.length,
   }
 }
 
-/** The highest priority of active alarms, and how many have it. */
-export function worst(alarms: Alarm[]): { priority: Priority; count: number } | null {
-  for (const priority of PRIORITIES) {
-    const count = alarms.filter((alarm) => alarm.priority === priority).length
-    if (count > 0) return { priority, count }
-  }
-  return null
+/** `alarms: 1 high, 3 medium`; empty without an active one. */
+export function alarmsText(alarms: Alarm[]): string {
+  const counts = activeCounts(alarms)
+  return counts.length > 0 ? t.alarms.counted(countsText(counts)) : ''
 }
-
-/** `2 high alarms`. */
-export const alarmWords = ({ priority, count }: { priority: Priority; count: number }): string =>
-  t.alarms.count(count, t.priorities[priority])
 
 /** The decades of the shades, as powers of ten in Pa: from ultra-high vacuum to the atmosphere. */
 export const SHADES: [number, number] = [-8, 5]
@@ -139,6 +130,22 @@ export function stateWords({ kind }: PlantPart, status: PlantPartStatus | undefi
 export function passes({ kind }: PlantPart, status: PlantPartStatus | undefined): boolean | null {
   if (kind === 'tube') return true
   return status ? status.state === 'open' || status.state === 'running' : null
+}
+
+/** A leak that does not leak is nothing that a user has to see. */
+export const isHidden = (part: PlantPart, status: PlantPartStatus | undefined): boolean =>
+  part.kind === 'leak' && passes(part, status) === false
+
+/** The room above the highest box of a picture. */
+const ABOVE = 8
+
+/** Where a picture begins that goes from top to bottom: without room for the parts that are hidden above all others. */
+export function topOf({ direction, boxes, zones }: Layout, hidden: PlantPart[]): number {
+  // From left to right the same would change the width, and with it the scale of the picture.
+  if (direction === 'LR') return 0
+  const ids = new Set(hidden.map(({ name }) => partNode(name)))
+  const shown = [...zones.map(({ box }) => box), ...[...boxes].filter(([id]) => !ids.has(id)).map(([, box]) => box)]
+  return Math.max(0, Math.min(...shown.map(({ y, height }) => y - height / 2)) - ABOVE)
 }
 
 /** A line of the picture, in the direction of the layout: from the outside over the volumes to the pumps. */

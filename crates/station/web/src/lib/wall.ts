@@ -1,4 +1,7 @@
-// The arrangement of the wall display: how many tiles fit, and which page has which.
+// The arrangement of the wall display: how many tiles fit, which page has which, and where an alarm stands.
+
+import type { Alarm } from '../api/types.ts'
+import { byUrgency, isActive } from './alarms.ts'
 
 /** The narrowest tile in pixels. free choice: its digits are 35 pixels high, readable from three metres on a usual screen. */
 const NARROWEST = 340
@@ -46,3 +49,36 @@ export function pagesOf<T>(problems: readonly T[], others: readonly T[], perPage
 
 /** The number of the page at a time, from 0. */
 export const pageAt = (now: number, pages: number): number => Math.floor(now / TURN_MS) % Math.max(1, pages)
+
+/** What stands on a tile. */
+export interface Tile<R> {
+  /** `null` for a gauge without readings. */
+  reading: R | null
+  /** The alarms that the tile shows. */
+  alarms: Alarm[]
+  /** The alarms about the reading or its whole gauge, which the place of the tile depends on. */
+  concerning: Alarm[]
+}
+
+/**
+ * The tiles of a gauge, one for each reading, with its active alarms. An alarm about a reading stands on the tile of the reading, an
+ * alarm about the whole gauge on the first one.
+ */
+export function tilesOf<R extends { series: string }>(readings: readonly R[], alarms: Alarm[]): Tile<R>[] {
+  const active = alarms.filter(isActive)
+  const isWhole = ({ series }: Alarm): boolean => !readings.some((reading) => reading.series === series)
+  if (readings.length === 0) return [{ reading: null, alarms: active, concerning: active }]
+  return readings.map((reading, index) => {
+    const concerning = active.filter((alarm) => alarm.series === reading.series || isWhole(alarm))
+    return { reading, alarms: index === 0 ? concerning : concerning.filter((alarm) => !isWhole(alarm)), concerning }
+  })
+}
+
+/** The display has this many lines for alarms without a tile. free choice: on a phone they leave two thirds for the tiles. */
+const MOST_LINES = 3
+
+/** The active alarms of no gauge, such as that of a segment, the most urgent first; and how many have no line. */
+export function otherAlarms(alarms: Alarm[], gauges: readonly { name: string }[]): { lines: Alarm[]; more: number } {
+  const others = alarms.filter((alarm) => isActive(alarm) && !gauges.some(({ name }) => name === alarm.gauge))
+  return { lines: others.sort(byUrgency).slice(0, MOST_LINES), more: Math.max(0, others.length - MOST_LINES) }
+}

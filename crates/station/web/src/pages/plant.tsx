@@ -2,10 +2,11 @@
 
 import type { JSX } from 'preact'
 import type { PlantPicture } from '../api/types.ts'
-import { PriorityMark } from '../components/alarm-marks.tsx'
-import { hasPicture, Picture, ShadeScale, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
+import { AlarmCounts } from '../components/alarm-marks.tsx'
+import { hasPicture, Picture, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
-import { stateWords, worst } from '../lib/picture.ts'
+import { activeCounts } from '../lib/alarms.ts'
+import { stateWords } from '../lib/picture.ts'
 import { usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
@@ -27,7 +28,6 @@ export function PlantPage(): JSX.Element {
         <>
           <div class="panel">
             <Picture plant={plant} />
-            <ShadeScale />
           </div>
           <Lists plant={plant} />
         </>
@@ -61,19 +61,13 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
           </thead>
           <tbody>
             {volumes.map(({ volume, state }) => {
-              const found = worst(state.alarms)
+              const counts = activeCounts(state.alarms)
               return (
                 <tr key={volume.name} data-list-volume={volume.name}>
                   <th scope="row">{volume.name}</th>
                   {hasZones && <td data-title={t.plant.zone}>{volume.zone}</td>}
                   <td data-title={t.plant.alarms}>
-                    {found ? (
-                      <>
-                        {found.count} <PriorityMark priority={found.priority} active={true} />
-                      </>
-                    ) : (
-                      t.common.none
-                    )}
+                    {counts.length > 0 ? <AlarmCounts counts={counts} /> : t.common.none}
                   </td>
                   <td>
                     <ul>

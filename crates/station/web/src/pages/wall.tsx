@@ -3,25 +3,26 @@
 import './wall.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import type { Gauge, Quality, Reading } from '../api/types.ts'
-import { PriorityMark } from '../components/alarm-marks.tsx'
+import type { Alarm, Gauge, Quality, Reading } from '../api/types.ts'
+import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
-import { isActive, summary } from '../lib/alarms.ts'
+import { conditionText, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
-import { gridOf, pageAt, pagesOf } from '../lib/wall.ts'
+import type { Unit } from '../lib/units.ts'
+import { gridOf, otherAlarms, pageAt, pagesOf, type Tile, tilesOf } from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { go } from '../router.tsx'
 import { applyTheme, useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import { type GaugeProps, urgency } from './overview.tsx'
 
-interface TileProps {
-  props: GaugeProps
-  /** `null` for a gauge without readings. */
-  reading: Reading | null
+interface TileProps extends Tile<Reading> {
+  gauge: Gauge
+  live: Live
+  unit: Unit
 }
 
 export function Wall(): JSX.Element {
@@ -41,11 +42,14 @@ export function Wall(): JSX.Element {
       return { gauge, labels: labelsOf(directory, gauge.name), alarms: own, live, unit }
     })
     .filter(({ gauge, labels, alarms }) => passesNow(filter, gauge, labels, alarms, live))
-  const problems = shown.filter((one) => urgency(one) > 0).sort((one, other) => urgency(other) - urgency(one))
-  const tiles = [problems, shown.filter((one) => urgency(one) === 0)].map((list) => list.flatMap(tilesOf))
-  const [first = [], others = []] = tiles
-  const grid = gridOf(first.length + others.length, width, height)
-  const pages = pagesOf(first, others, grid.columns * grid.rows)
+  const tiles = shown.flatMap(({ gauge, alarms }) =>
+    tilesOf(gauge.readings, alarms).map((tile): TileProps => ({ ...tile, gauge, live, unit })),
+  )
+  const urgencyOf = ({ gauge, concerning }: TileProps): number => urgency({ gauge, alarms: concerning })
+  const problems = tiles.filter((tile) => urgencyOf(tile) > 0).sort((one, other) => urgencyOf(other) - urgencyOf(one))
+  const grid = gridOf(tiles.length, width, height)
+  const quiet = tiles.filter((tile) => urgencyOf(tile) === 0)
+  const pages = pagesOf(problems, quiet, grid.columns * grid.rows)
   const page = pageAt(live.now, pages.length)
   return (
     <div class="wall">
@@ -55,10 +59,12 @@ export function Wall(): JSX.Element {
         <WallAlarms />
         {pages.length > 1 && <span class="wall-page">{t.wall.page(page + 1, pages.length)}</span>}
         <time>
-          {day(live.now)} {clock(live.now)}
+          <span class="wall-day">{day(live.now)} </span>
+          {clock(live.now)}
         </time>
       </p>
       <WallProblem live={live} />
+      <OtherAlarms alarms={alarms.alarms} gauges={gauges} unit={unit} />
       {isWaiting && <p>{t.overview.waiting}</p>}
       {!isWaiting && shown.length === 0 && <p>{t.wall.noneFiltered}</p>}
       <div
@@ -68,22 +74,18 @@ export function Wall(): JSX.Element {
         data-pages={pages.length}
       >
         {(pages[page] ?? []).map((tile) => (
-          <Tile {...tile} key={tile.reading?.series ?? tile.props.gauge.name} />
+          <WallTile {...tile} key={tile.reading?.series ?? tile.gauge.name} />
         ))}
       </div>
     </div>
   )
 }
 
-function tilesOf(props: GaugeProps): TileProps[] {
-  const { readings } = props.gauge
-  return readings.length > 0 ? readings.map((reading) => ({ props, reading })) : [{ props, reading: null }]
-}
-
-function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX.Element {
+function WallTile({ gauge, reading, alarms, live, unit }: TileProps): JSX.Element {
   const stale = isStale(gauge, live.since)
-  const active = alarms.filter(isActive)
+  const [first, ...more] = alarms
   const quality = reading && currentQuality(gauge, reading, live.since)
+  const words = beyondWords(quality)
   return (
     <article class={`wall-tile ${stale ? 'stale' : ''}`} data-series={reading?.series ?? gauge.name}>
       <h2>{reading?.series ?? gauge.name}</h2>
@@ -94,14 +96,15 @@ function Tile({ props: { gauge, alarms, live, unit }, reading }: TileProps): JSX
           <span class="no-pressure stale">{t.common.noData}</span>
         )}
       </p>
+      {first && words && <p class="wall-quality">{words}</p>}
       <p class="wall-state">
-        {active[0] && (
+        {first && (
           <>
-            <PriorityMark priority={active[0].priority} active={true} /> {active[0].name}
-            {active.length > 1 && t.wall.more(active.length - 1)}
+            <PriorityMark priority={first.priority} active={true} /> {first.name}
+            {more.length > 0 && t.wall.more(more.length)}
           </>
         )}
-        {!active[0] && (gauge.state === 'data-exchange' ? beyondWords(quality) : stateText(gauge))}
+        {!first && [words, gauge.state === 'data-exchange' ? '' : stateText(gauge)].filter(Boolean).join(' · ')}
       </p>
     </article>
   )
@@ -113,16 +116,34 @@ const beyondWords = (quality: Quality | null): string =>
 
 const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[state].label
 
+/** The alarms that have no tile: of a segment, of the station. */
+function OtherAlarms(props: { alarms: Alarm[]; gauges: Gauge[]; unit: Unit }): JSX.Element | null {
+  const { lines, more } = otherAlarms(props.alarms, props.gauges)
+  if (lines.length === 0) return null
+  return (
+    <ul class="wall-others" aria-label={t.wall.others}>
+      {lines.map((alarm) => (
+        <li key={alarm.name}>
+          <PriorityMark priority={alarm.priority} active={true} /> <strong>{alarm.name}</strong>{' '}
+          {conditionText(alarm, props.unit)}
+        </li>
+      ))}
+      {more > 0 && <li>{t.wall.more(more).trim()}</li>}
+    </ul>
+  )
+}
+
 /** The number of alarms, as text. */
 function WallAlarms(): JSX.Element {
   const { alarms } = useSnapshot()
   const counts = summary(alarms)
   if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
   if (!counts) return <span>{t.wall.noAlarms}</span>
-  if (!counts.priority) return <span>{t.wall.noneActive(counts.unacknowledged)}</span>
+  if (counts.active.length === 0) return <span>{t.wall.noneActive(counts.unacknowledged)}</span>
   return (
     <span>
-      <PriorityMark priority={counts.priority} active={true} /> {t.wall.alarms(counts.active, counts.unacknowledged)}
+      <span class="visually-hidden">{t.alarms.badge.prefix}</span>
+      <AlarmSummaryText summary={counts} />
     </span>
   )
 }

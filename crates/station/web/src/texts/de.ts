@@ -1,6 +1,6 @@
 // Deutsch. Die Wörter der Messgeräte (Parameter, Befehle, Bedingungen) bleiben die der Handbücher.
 
-import { counted, joined } from './counted.ts'
+import { counted } from './counted.ts'
 import type { Texts } from './texts.ts'
 
 export const de: Texts = {
@@ -140,7 +140,8 @@ export const de: Texts = {
 
   alarms: {
     ofPriority: (priority) => `Ein Alarm der Priorität ${priority}.`,
-    count: (count, priority) => `${counted(count, 'Alarm', 'Alarme')} ${priority}`,
+    more: (count) => `${count} weitere`,
+    counted: (counts) => `Alarme: ${counts}`,
     states: {
       normal: { label: 'normal', sentence: 'Die Bedingung ist nicht erfüllt.' },
       unacknowledged: {
@@ -183,10 +184,9 @@ export const de: Texts = {
       notMonitored: 'Alarme nicht überwacht',
       none: 'keine Alarme',
       cleared: (count) => `${count} gegangen`,
-      lastKnown: (alarms) => `zuletzt bekannt: ${alarms}`,
+      lastKnown: 'zuletzt bekannt:',
       onlyCleared: (count) => `keine anstehend, ${count} gegangen und nicht quittiert`,
-      title: (active, unacknowledged, priority) =>
-        `${active} anstehend, ${unacknowledged} nicht quittiert, höchste Priorität ${priority}`,
+      title: (active, unacknowledged) => `anstehend: ${active}; ${unacknowledged} nicht quittiert`,
       notAcknowledged: 'nicht quittiert',
       short: 'unquitt.',
     },
@@ -605,9 +605,10 @@ export const de: Texts = {
     runsAt: (detail) => `läuft ${detail}`,
     stands: 'steht',
     more: (count) => ` und ${count} weitere`,
-    without: (count) => `${count} ohne Druck`,
+    without: (count, all) => `${count} von ${all} ohne Druck`,
     from: (series) => `von ${series}`,
     shade: (unit) => `Tönung eines Volumens, in ${unit}:`,
+    bound: '< oder >, Ende des Messbereichs',
     story: 'Was geschieht',
     before: 'Zuvor',
     none: 'Die Datei der Station beschreibt keine Anlage. Ergänzen Sie ein [[volume]] mit seinen Messgeräten, [[valve]] und [[pump]] oder eine eigene Zeichnung, um sie hier zu sehen.',
@@ -626,18 +627,11 @@ export const de: Texts = {
     title: 'Wandanzeige',
     page: (page, pages) => `Seite ${page} von ${pages}`,
     noneFiltered: 'Kein Messgerät entspricht dem Filter in der Adresse dieser Seite.',
-    more: (count) => ` und ${count} weitere`,
+    more: (count) => ` und ${counted(count, 'weiterer', 'weitere')}`,
     notMonitored: (problem) => `Alarme nicht überwacht: ${problem}`,
     noAlarms: 'keine anstehenden Alarme',
     noneActive: (unacknowledged) => `keine anstehenden Alarme, ${unacknowledged} nicht quittiert`,
-    alarms: (active, unacknowledged) =>
-      joined(
-        [
-          counted(active, 'anstehender Alarm', 'anstehende Alarme'),
-          unacknowledged ? `${unacknowledged} nicht quittiert` : '',
-        ],
-        ', ',
-      ),
+    others: 'Alarme ohne Messgerät',
     noConnection: (age) => `Seit ${age} keine Verbindung zur Station. Die Werte sind nicht aktuell.`,
   },
 

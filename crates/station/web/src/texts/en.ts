@@ -23,7 +23,7 @@ import type {
   SegmentState,
   Webhook,
 } from '../api/types.ts'
-import { counted, joined } from './counted.ts'
+import { counted } from './counted.ts'
 
 interface Label {
   label: string
@@ -172,8 +172,9 @@ export const en = {
 
   alarms: {
     ofPriority: (priority: string) => `An alarm of ${priority} priority.`,
-    /** The number of active alarms of one priority. */
-    count: (count: number, priority: string) => `${count} ${priority} ${count === 1 ? 'alarm' : 'alarms'}`,
+    more: (count: number) => `${count} more`,
+    /** The number of active alarms of each priority, where nothing else says what is counted. */
+    counted: (counts: string) => `alarms: ${counts}`,
     states: {
       normal: { label: 'normal', sentence: 'The condition does not hold.' },
       unacknowledged: {
@@ -210,10 +211,9 @@ export const en = {
       notMonitored: 'alarms not monitored',
       none: 'no alarms',
       cleared: (count: number) => `${count} cleared`,
-      lastKnown: (alarms: string) => `last known: ${alarms}`,
+      lastKnown: 'last known:',
       onlyCleared: (count: number) => `none active, ${count} cleared and not acknowledged`,
-      title: (active: number, unacknowledged: number, priority: string) =>
-        `${active} active, ${unacknowledged} not acknowledged, highest priority ${priority}`,
+      title: (active: string, unacknowledged: number) => `active: ${active}; ${unacknowledged} not acknowledged`,
       notAcknowledged: 'not acknowledged',
       short: 'unack.',
     },
@@ -626,9 +626,10 @@ export const en = {
     runsAt: (detail: string) => `runs ${detail}`,
     stands: 'stands',
     more: (count: number) => ` and ${count} more`,
-    without: (count: number) => `${count} without a pressure`,
+    without: (count: number, all: number) => `${count} of ${all} without a pressure`,
     from: (series: string) => `from ${series}`,
     shade: (unit: string) => `Shade of a volume, in ${unit}:`,
+    bound: '< or >, end of the range',
     story: 'What happens',
     before: 'Before',
     none: 'The station’s file describes no plant. Add a [[volume]] with its gauges, [[valve]] and [[pump]], or a drawing of your own, to see it here.',
@@ -651,11 +652,7 @@ export const en = {
     notMonitored: (problem: string) => `alarms not monitored: ${problem}`,
     noAlarms: 'no active alarms',
     noneActive: (unacknowledged: number) => `no active alarms, ${unacknowledged} not acknowledged`,
-    alarms: (active: number, unacknowledged: number) =>
-      joined(
-        [counted(active, 'active alarm', 'active alarms'), unacknowledged ? `${unacknowledged} not acknowledged` : ''],
-        ', ',
-      ),
+    others: 'Alarms without a gauge',
     noConnection: (age: string) => `No connection to the station for ${age}. The values are not current.`,
   },
 
