@@ -30,13 +30,13 @@ export interface Layout {
 const VOLUME = { width: 212, height: 116 }
 
 /** The size of a part: its symbol, and its words below it, or to the right of it beside a line that goes down. */
-const PART = { LR: { width: 76, height: 96 }, TB: { width: 136, height: 50 } }
+const PART = { LR: { width: 76, height: 96 }, TB: { width: 142, height: 50 } }
 
 /** How far the symbol of a part is beside the centre of its box. */
-const SYMBOL_X = { LR: 0, TB: -47 }
+const SYMBOL_X = { LR: 0, TB: -50 }
 
 /** The room between volumes and parts, along the direction and across it. */
-const ROOM = { LR: { ranksep: 14, nodesep: 22 }, TB: { ranksep: 20, nodesep: 14 } }
+const ROOM = { LR: { ranksep: 14, nodesep: 22 }, TB: { ranksep: 20, nodesep: 6 } }
 
 /** The name of a zone needs this height above its volumes. */
 const ZONE_NAME = 20
@@ -49,7 +49,7 @@ const zoneNode = (name: string): string => `zone ${name}`
 export function laidOut(plant: PlantPicture, direction: Direction): Layout {
   const graph = new Graph({ compound: true, multigraph: true })
   const marginy = zonesOf(plant).length > 0 ? ZONE_NAME : 8
-  graph.setGraph({ rankdir: direction, ...ROOM[direction], marginx: 4, marginy })
+  graph.setGraph({ rankdir: direction, ...ROOM[direction], marginx: 2, marginy })
   for (const name of zonesOf(plant)) graph.setNode(zoneNode(name), {})
   for (const { name, zone } of plant.volumes) {
     graph.setNode(volumeNode(name), { ...VOLUME })
