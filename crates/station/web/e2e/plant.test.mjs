@@ -325,6 +325,10 @@ test('without a connection valves and pumps are not reported, in the picture and
     await mortal.stop()
     for (const opened of [...phones, { page }]) await opened.page.locator('.connection.lost').waitFor()
     for (const { page } of phones) {
+      const [lost, menu] = await Promise.all(
+        ['.connection.lost', '.menu'].map((part) => page.locator(`header ${part}`).boundingBox()),
+      )
+      assert.ok(lost.x + lost.width <= menu.x, `${lost.x + lost.width}: the lost connection is beside the menu`)
       const { room, cut } = await page.locator('.plant-picture').evaluate((picture) => {
         const { right } = picture.getBoundingClientRect()
         const isCut = (text) => text.getBoundingClientRect().right > right

@@ -55,7 +55,7 @@ export function AlarmSummaryText({ summary }: { summary: AlarmSummary }): JSX.El
   return (
     <>
       <AlarmCounts counts={active} />
-      {active.length > 0 && unacknowledged > 0 && ', '}
+      {active.length > 0 && unacknowledged > 0 && <span class="lower">, </span>}
       {unacknowledged > 0 && (
         <span class="not-acknowledged">
           {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>

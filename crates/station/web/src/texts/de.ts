@@ -73,8 +73,8 @@ export const de: Texts = {
   header: {
     menu: 'Bedienhoheit, Einheit, Sprache und Farbschema',
     live: 'aktuell',
-    lostFor: (age) => `Verbindung seit ${age} unterbrochen`,
-    lost: 'Verbindung unterbrochen',
+    lostFor: (age) => `keine Verbindung seit ${age}`,
+    lost: 'keine Verbindung',
     connecting: 'verbindet',
     unit: 'Druckeinheit',
     theme: (name) => `Farbschema: ${name}`,
