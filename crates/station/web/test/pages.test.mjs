@@ -107,12 +107,12 @@ test('a number that cannot be told from zero is its upper bound', () => {
 
 test('alarms that have cleared have the priority of the most urgent one', () => {
   const none = { active: 0, unacknowledged: 0 }
-  const { active, unacknowledgedPriority } = summary({
+  const { active, unacknowledgedCounts } = summary({
     high: none,
     medium: { ...none, unacknowledged: 2 },
     low: none,
   })
-  assert.deepEqual([active, unacknowledgedPriority], [[], 'medium'])
+  assert.deepEqual([active, unacknowledgedCounts[0].priority], [[], 'medium'])
 })
 
 const rise = {

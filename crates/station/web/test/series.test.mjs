@@ -3,6 +3,7 @@ import { test } from 'node:test'
 import {
   bits,
   decades,
+  FAULT,
   GAP,
   indexAt,
   join,
@@ -72,6 +73,17 @@ test('a stretch outside the range reaches from its first to its last sample', ()
 test('no line is drawn outside the range', () => {
   const { curves } = join([trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER])], 1000)
   assert.deepEqual([...curves[0].mean], [1, null, 5])
+})
+
+test('a stretch ends where a gap begins in its pixel', () => {
+  const ended = trend([0, null, FAULT], [1, null, FAULT | GAP], [30, null, FAULT], [31, 1])
+  assert.deepEqual(
+    stretches(ended, 1000).map(({ from, to }) => [from, to]),
+    [
+      [0, 2000],
+      [30_000, 31_000],
+    ],
+  )
 })
 
 test('a stretch does not reach over a long time without samples', () => {

@@ -58,14 +58,10 @@ test('an alarm stands on the tile of its reading, one of the whole gauge once, a
     alarm('over', 'img', 'img.3', 'returned'),
   ])
   assert.deepEqual(
-    tiles.map(({ reading, alarms }) => [reading.series, ...names(alarms)]),
-    [['img.1', 'fault'], ['img.2', 'above'], ['img.3']],
+    tiles.map(({ reading, alarms }) => [reading?.series ?? 'whole', ...names(alarms)]),
+    [['whole', 'fault'], ['img.1'], ['img.2', 'above'], ['img.3']],
   )
-  // The whole gauge is in front, in the order of its readings.
-  assert.deepEqual(
-    tiles.map(({ concerning }) => names(concerning)),
-    [['fault'], ['fault', 'above'], ['fault']],
-  )
+  assert.equal(tilesOf(readings, [alarm('above', 'img', 'img.2')]).length, 3)
   assert.deepEqual(
     tilesOf([{ series: 'ion' }], [alarm('above', 'ion', 'ion'), alarm('stale', 'ion')]).map(({ alarms }) =>
       names(alarms),

@@ -3,7 +3,15 @@
 import './alarm-marks.css'
 import type { JSX } from 'preact'
 import type { Alarm, AlarmState, Priority, Snapshot } from '../api/types.ts'
-import { type AlarmSummary, countsText, isActive, NUMBERS, type PriorityCount, summary } from '../lib/alarms.ts'
+import {
+  type AlarmSummary,
+  countsText,
+  isActive,
+  lowerText,
+  NUMBERS,
+  type PriorityCount,
+  summary,
+} from '../lib/alarms.ts'
 import { Link } from '../router.tsx'
 import { t } from '../texts/texts.ts'
 import { Unbroken } from './unbroken.tsx'
@@ -44,7 +52,12 @@ export function AlarmCounts({ counts }: { counts: PriorityCount[] }): JSX.Elemen
       <span class={`priority ${highest.priority}`}>
         <PriorityShape priority={highest.priority} /> {countsText([highest])}
       </span>
-      {lower.length > 0 && <span class="lower">, {countsText(lower)}</span>}
+      {lower.length > 0 && (
+        <span class="lower">
+          , <span class="long">{countsText(lower)}</span>
+          <span class="short">{lowerText(lower)}</span>
+        </span>
+      )}
     </>
   )
 }
@@ -94,14 +107,19 @@ export function AlarmBadge({ snapshot, current }: { snapshot: Snapshot; current:
       </Link>
     )
   }
-  const { active, unacknowledgedPriority, unacknowledged } = counts
+  const { active, unacknowledgedCounts, unacknowledged } = counts
   const [highest] = active
   if (!highest) {
     return (
       <Link to="/alarms" class="badge cleared" title={t.alarms.badge.onlyCleared(unacknowledged)}>
         <span class="visually-hidden">{t.alarms.badge.prefix}</span>
-        {unacknowledgedPriority && <PriorityMark priority={unacknowledgedPriority} active={false} />}{' '}
-        {t.alarms.badge.cleared(unacknowledged)}, <span class="long">{t.alarms.badge.notAcknowledged}</span>
+        {unacknowledgedCounts[0] && (
+          <span class="priority inactive">
+            <PriorityShape priority={unacknowledgedCounts[0].priority} />
+          </span>
+        )}{' '}
+        {t.alarms.badge.cleared(countsText(unacknowledgedCounts))},{' '}
+        <span class="long">{t.alarms.badge.notAcknowledged}</span>
         <span class="short">{t.alarms.badge.short}</span>
       </Link>
     )

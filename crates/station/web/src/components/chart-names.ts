@@ -160,7 +160,8 @@ function drawStretchName(chart: uPlot, layout: Layout, { name, colour }: Line, s
     : rowsOf(stretch, top, bottom).flatMap((row) =>
         [...inside, ...beside].map((at) => ({ left: at, top: row, ...size })),
       )
-  layout.draw(text, places, false)
+  // Without a name nothing but the colour says whose bar it is.
+  layout.draw(text, places, isBar(stretch))
 }
 
 /** The rows in which the name of a band may stand: at the end of the range first, then further outside, then inside. */

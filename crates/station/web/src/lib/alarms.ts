@@ -50,8 +50,8 @@ export const lowerText = (lower: PriorityCount[]): string =>
 export interface AlarmSummary {
   /** The active alarms by priority; empty if all alarms have cleared and wait for an acknowledgement. */
   active: PriorityCount[]
-  /** The highest priority that has an unacknowledged alarm. */
-  unacknowledgedPriority: Priority | null
+  /** The alarms that are not acknowledged, by priority. */
+  unacknowledgedCounts: PriorityCount[]
   unacknowledged: number
 }
 
@@ -60,8 +60,8 @@ export function summary(alarms: ActiveAlarms): AlarmSummary | null {
   const active = countsBy((priority) => alarms[priority].active)
   const unacknowledged = PRIORITIES.reduce((sum, priority) => sum + alarms[priority].unacknowledged, 0)
   if (active.length === 0 && unacknowledged === 0) return null
-  const unacknowledgedPriority = PRIORITIES.find((priority) => alarms[priority].unacknowledged > 0) ?? null
-  return { active, unacknowledgedPriority, unacknowledged }
+  const unacknowledgedCounts = countsBy((priority) => alarms[priority].unacknowledged)
+  return { active, unacknowledgedCounts, unacknowledged }
 }
 
 /** An alarm with a pressure limit, which a trend shows as a line. */

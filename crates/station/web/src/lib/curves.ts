@@ -5,7 +5,7 @@
  * alarm.
  */
 export const CURVE_COLOURS = {
-  light: ['#0b63b6', '#0f7a52', '#4b5b76', '#0aa0b8', '#5c7a00', '#16202e', '#7d5f4c', '#0b4a3f'],
+  light: ['#0b63b6', '#0f7a52', '#4b5b76', '#9c5a86', '#5c7a00', '#16202e', '#7d5f4c', '#0b4a3f'],
   dark: ['#5aa9f5', '#4cc38a', '#9aabc8', '#3fc1d8', '#b5d334', '#ffffff', '#c9a893', '#a9f0dc'],
 }
 

@@ -126,7 +126,7 @@ const STRETCHES: [number, Stretch['kind']][] = [
   [ASSUMED, 'assumed'],
 ]
 
-/** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one. */
+/** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one, or until a gap begins. */
 export function stretches(trend: Trend, binMs: number): Stretch[] {
   const made: Stretch[] = []
   for (const [bit, kind] of STRETCHES) {
@@ -137,7 +137,8 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
         return
       }
       const next = trend.start_ms[index + 1] ?? start + binMs
-      const to = next - start > Math.max(LONGEST_MS, 2.5 * binMs) ? start + binMs : next
+      const hasEnded = (trend.qualities[index]! & GAP) !== 0 && next - start > 1.5 * binMs
+      const to = hasEnded || next - start > Math.max(LONGEST_MS, 2.5 * binMs) ? start + binMs : next
       const limit = kind === 'over' ? trend.high[index]! : kind === 'under' ? trend.low[index]! : null
       if (open && start <= open.to) {
         open.to = to

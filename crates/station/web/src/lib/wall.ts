@@ -34,10 +34,13 @@ export function gridOf(count: number, width: number, height: number): Grid {
   return grid(most)
 }
 
+/** How many of the problems stay on every page. */
+export const stayingOf = (problems: number, perPage: number): number => Math.min(problems, Math.floor(perPage / 2))
+
 /** The pages: problems that fill at most half of a page stay on every page, all other tiles turn. */
 export function pagesOf<T>(problems: readonly T[], others: readonly T[], perPage: number): T[][] {
   if (problems.length + others.length <= perPage) return [[...problems, ...others]]
-  const staying = problems.slice(0, Math.floor(perPage / 2))
+  const staying = problems.slice(0, stayingOf(problems.length, perPage))
   const turning = [...problems.slice(staying.length), ...others]
   const size = perPage - staying.length
   const pages: T[][] = []
@@ -52,26 +55,28 @@ export const pageAt = (now: number, pages: number): number => Math.floor(now / T
 
 /** What stands on a tile. */
 export interface Tile<R> {
-  /** `null` for a gauge without readings. */
+  /** `null` for a whole gauge. */
   reading: R | null
-  /** The alarms that the tile shows. */
+  /** The active alarms that the tile shows. */
   alarms: Alarm[]
-  /** The alarms about the reading or its whole gauge, which the place of the tile depends on. */
-  concerning: Alarm[]
 }
 
 /**
- * The tiles of a gauge, one for each reading, with its active alarms. An alarm about a reading stands on the tile of the reading, an
- * alarm about the whole gauge on the first one.
+ * The tiles of a gauge, one for each reading, with its active alarms. An alarm about a reading stands on the tile of the reading; an
+ * alarm about a whole gauge with several readings has a tile of its own, as nothing says which of them it concerns.
  */
 export function tilesOf<R extends { series: string }>(readings: readonly R[], alarms: Alarm[]): Tile<R>[] {
   const active = alarms.filter(isActive)
   const isWhole = ({ series }: Alarm): boolean => !readings.some((reading) => reading.series === series)
-  if (readings.length === 0) return [{ reading: null, alarms: active, concerning: active }]
-  return readings.map((reading, index) => {
-    const concerning = active.filter((alarm) => alarm.series === reading.series || isWhole(alarm))
-    return { reading, alarms: index === 0 ? concerning : concerning.filter((alarm) => !isWhole(alarm)), concerning }
-  })
+  const [only, ...more] = readings
+  if (!only) return [{ reading: null, alarms: active }]
+  if (more.length === 0) return [{ reading: only, alarms: active }]
+  const whole = active.filter(isWhole)
+  const tiles = readings.map((reading) => ({
+    reading,
+    alarms: active.filter(({ series }) => series === reading.series),
+  }))
+  return whole.length > 0 ? [{ reading: null, alarms: whole }, ...tiles] : tiles
 }
 
 /** The display has this many lines for alarms without a tile. free choice: on a phone they leave two thirds for the tiles. */

@@ -7,6 +7,7 @@ import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.t
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { GaugeStatus } from '../components/bus-status.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import { OtherAlarms } from '../components/other-alarms.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
@@ -68,6 +69,7 @@ export function Overview(): JSX.Element {
           {t.overview.labelsFailed(error)}
         </p>
       )}
+      {!isFiltered && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
       {!isFiltered && plant && hasPicture(plant) && (
         <section class="overview-plant" aria-label={t.pages['/plant']}>
           <Story now={now} />

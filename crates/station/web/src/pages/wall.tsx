@@ -3,16 +3,17 @@
 import './wall.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import type { Alarm, Gauge, Quality, Reading } from '../api/types.ts'
+import type { Gauge, Quality, Reading } from '../api/types.ts'
 import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import { OtherAlarms } from '../components/other-alarms.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
-import { conditionText, summary } from '../lib/alarms.ts'
+import { summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
-import { gridOf, otherAlarms, pageAt, pagesOf, type Tile, tilesOf } from '../lib/wall.ts'
+import { gridOf, pageAt, pagesOf, stayingOf, type Tile, tilesOf } from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { go } from '../router.tsx'
 import { applyTheme, useUnit } from '../settings.ts'
@@ -45,12 +46,16 @@ export function Wall(): JSX.Element {
   const tiles = shown.flatMap(({ gauge, alarms }) =>
     tilesOf(gauge.readings, alarms).map((tile): TileProps => ({ ...tile, gauge, live, unit })),
   )
-  const urgencyOf = ({ gauge, concerning }: TileProps): number => urgency({ gauge, alarms: concerning })
+  const urgencyOf = ({ gauge, alarms }: TileProps): number => urgency({ gauge, alarms })
   const problems = tiles.filter((tile) => urgencyOf(tile) > 0).sort((one, other) => urgencyOf(other) - urgencyOf(one))
   const grid = gridOf(tiles.length, width, height)
   const quiet = tiles.filter((tile) => urgencyOf(tile) === 0)
   const pages = pagesOf(problems, quiet, grid.columns * grid.rows)
   const page = pageAt(live.now, pages.length)
+  // Problems that are not on every page.
+  const turning = problems.slice(
+    pages.length > 1 ? stayingOf(problems.length, grid.columns * grid.rows) : problems.length,
+  )
   return (
     <div class="wall">
       <h1 class="visually-hidden">{t.wall.title}</h1>
@@ -64,7 +69,13 @@ export function Wall(): JSX.Element {
         </time>
       </p>
       <WallProblem live={live} />
-      <OtherAlarms alarms={alarms.alarms} gauges={gauges} unit={unit} />
+      <OtherAlarms alarms={alarms.alarms} gauges={gauges} />
+      {turning.length > 0 && (
+        <p class="wall-turning">
+          {t.wall.turning(turning.length, turning.slice(0, MOST_NAMES).map(nameOf).join(', '))}
+          {turning.length > MOST_NAMES && ' …'}
+        </p>
+      )}
       {isWaiting && <p>{t.overview.waiting}</p>}
       {!isWaiting && shown.length === 0 && <p>{t.wall.noneFiltered}</p>}
       <div
@@ -81,6 +92,11 @@ export function Wall(): JSX.Element {
   )
 }
 
+/** A line names this many problems; on a phone they have two lines. */
+const MOST_NAMES = 6
+
+const nameOf = ({ gauge, reading }: TileProps): string => reading?.series ?? gauge.name
+
 function WallTile({ gauge, reading, alarms, live, unit }: TileProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   const [first, ...more] = alarms
@@ -93,7 +109,7 @@ function WallTile({ gauge, reading, alarms, live, unit }: TileProps): JSX.Elemen
         {reading && quality ? (
           <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
         ) : (
-          <span class="no-pressure stale">{t.common.noData}</span>
+          <span class="no-pressure stale">{gauge.readings.length > 0 ? t.wall.whole : t.common.noData}</span>
         )}
       </p>
       {first && words && <p class="wall-quality">{words}</p>}
@@ -115,23 +131,6 @@ const beyondWords = (quality: Quality | null): string =>
   quality === 'underrange' || quality === 'overrange' ? t.qualities[quality] : ''
 
 const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[state].label
-
-/** The alarms that have no tile: of a segment, of the station. */
-function OtherAlarms(props: { alarms: Alarm[]; gauges: Gauge[]; unit: Unit }): JSX.Element | null {
-  const { lines, more } = otherAlarms(props.alarms, props.gauges)
-  if (lines.length === 0) return null
-  return (
-    <ul class="wall-others" aria-label={t.wall.others}>
-      {lines.map((alarm) => (
-        <li key={alarm.name}>
-          <PriorityMark priority={alarm.priority} active={true} /> <strong>{alarm.name}</strong>{' '}
-          {conditionText(alarm, props.unit)}
-        </li>
-      ))}
-      {more > 0 && <li>{t.wall.more(more).trim()}</li>}
-    </ul>
-  )
-}
 
 /** The number of alarms, as text. */
 function WallAlarms(): JSX.Element {

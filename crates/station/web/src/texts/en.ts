@@ -210,7 +210,7 @@ export const en = {
       prefix: 'Alarms: ',
       notMonitored: 'alarms not monitored',
       none: 'no alarms',
-      cleared: (count: number) => `${count} cleared`,
+      cleared: (counts: string) => `${counts} cleared`,
       lastKnown: 'last known:',
       onlyCleared: (count: number) => `none active, ${count} cleared and not acknowledged`,
       title: (active: string, unacknowledged: number) => `active: ${active}; ${unacknowledged} not acknowledged`,
@@ -253,6 +253,8 @@ export const en = {
     nowAt: (raised: string, value: string) => `${raised}, now ${value}`,
     lastAt: (raised: string, value: string) => `${raised}, last known ${value}`,
     raised: (time: string, age: string) => `raised ${time}, ${age} ago`,
+    cleared: (time: string) => `cleared ${time}`,
+    textWhenRaised: (text: string) => `when raised: ${text}`,
     acknowledgedBy: (user: string, time: string) => `acknowledged by ${user} ${time}`,
     all: 'All alarms',
     allOf: (count: number) => `All ${count || ''} alarms`,
@@ -653,6 +655,9 @@ export const en = {
     noAlarms: 'no active alarms',
     noneActive: (unacknowledged: number) => `no active alarms, ${unacknowledged} not acknowledged`,
     others: 'Alarms without a gauge',
+    whole: 'whole gauge',
+    turning: (count: number, names: string) =>
+      `${counted(count, 'problem is', 'problems are')} not on every page: ${names}`,
     noConnection: (age: string) => `No connection to the station for ${age}. The values are not current.`,
   },
 

@@ -114,13 +114,13 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
 function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
   const { connected } = useLive()
-  const { raised_value, value, limit, unit, text } = alarm
-  if (raised_value === null || limit === null)
-    return (
-      <p lang={text ? 'en' : undefined}>
-        <Unbroken text={text ? readable(text) : conditionText(alarm, shown)} />
-      </p>
-    )
+  const { raised_value, value, limit, unit, text, state } = alarm
+  if (raised_value === null || limit === null) {
+    const words = text ? readable(text) : conditionText(alarm, shown)
+    // The words say what is: of a cleared alarm, what was.
+    if (state !== 'returned') return <ValueText words={words} isEnglish={text !== null} />
+    return <ValueText words={t.alarms.textWhenRaised(words)} isEnglish={false} />
+  }
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
   const at = connected ? t.alarms.nowAt : t.alarms.lastAt
   return (
@@ -130,14 +130,23 @@ function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   )
 }
 
+function ValueText({ words, isEnglish }: { words: string; isEnglish: boolean }): JSX.Element {
+  return (
+    <p lang={isEnglish ? 'en' : undefined}>
+      <Unbroken text={words} />
+    </p>
+  )
+}
+
 function Times({ alarm }: { alarm: Alarm }): JSX.Element {
   const { now } = useLive()
-  const { raised_ms, acknowledged_by, acknowledged_ms, gauge } = alarm
+  const { raised_ms, acknowledged_by, acknowledged_ms, gauge, state, since_ms } = alarm
   const times = [
     raised_ms !== null && t.alarms.raised(shortTime(raised_ms, now), age(Math.max(0, now - raised_ms))),
     acknowledged_by &&
       acknowledged_ms !== null &&
       t.alarms.acknowledgedBy(acknowledged_by, shortTime(acknowledged_ms, now)),
+    state === 'returned' && since_ms !== null && t.alarms.cleared(shortTime(since_ms, now)),
   ]
   return (
     <p class="muted">
