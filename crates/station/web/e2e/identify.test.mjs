@@ -55,7 +55,7 @@ test('a plant is identified, with intervals, residuals, a prediction with its ba
     // The truth of the station's plant: 20 L/s, 2e-6 and 2e-5 mbar L/s.
     for (const [name, truth] of [
       [/^leak/, 2e-6],
-      [/^outgassing after 1 h/, 2e-5],
+      [/^outgassing after 1\sh/, 2e-5],
       [/^exponent of outgassing/, 1],
     ]) {
       const row = page.locator('tbody tr', { has: page.locator('th', { hasText: name }) })

@@ -18,7 +18,7 @@ export function OtherAlarms(props: { alarms: Alarm[]; gauges: Gauge[] }): JSX.El
       {lines.map((alarm) => (
         <li key={alarm.name}>
           <PriorityMark priority={alarm.priority} active={true} /> <strong>{alarm.name}</strong>{' '}
-          {conditionText(alarm, unit)}
+          <span class="condition">{conditionText(alarm, unit)}</span>
         </li>
       ))}
       {more > 0 && <li>{t.wall.more(more).trim()}</li>}

@@ -408,6 +408,7 @@ function ShadeSample({ dark, isBound }: { dark: number; isBound: boolean }): JSX
   return (
     <svg viewBox="0 0 28 16" width="28" height="16" aria-hidden="true">
       {isBound && <Hatching />}
+      <rect class="volume-ground" width="28" height="16" rx="3" />
       <rect class={shadeClass(isBound)} width="28" height="16" rx="3" fill-opacity={shadeOpacity(dark)} />
       <rect class="volume-edge valid" x="0.5" y="0.5" width="27" height="15" rx="3" />
     </svg>

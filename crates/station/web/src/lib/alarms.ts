@@ -25,13 +25,13 @@ export function byUrgency(one: Alarm, other: Alarm): number {
   )
 }
 
-/** How many active alarms a priority has. */
+/** How many alarms a priority has. */
 export interface PriorityCount {
   priority: Priority
   count: number
 }
 
-/** The priorities that have active alarms, the highest first. */
+/** The priorities that have such alarms, the highest first. */
 const countsBy = (countOf: (priority: Priority) => number): PriorityCount[] =>
   PRIORITIES.map((priority) => ({ priority, count: countOf(priority) })).filter(({ count }) => count > 0)
 

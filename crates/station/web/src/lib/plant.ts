@@ -2,12 +2,12 @@
 
 import type { Bounds, Plant, TargetTime } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
-import { age, number, ratio } from './format.ts'
+import { age, number, ratio, unbroken } from './format.ts'
 import { type Axes, place } from './pump-downs.ts'
 
 /** `1.2 (1.0 to 1.5)` as its two parts, each number divided by a unit. */
 export function boundsText(bounds: Bounds, unit: number): { value: string; interval: string } {
-  return textsOf(bounds, (value) => number(value / unit))
+  return textsOf(bounds, (value) => unbroken(number(value / unit)))
 }
 
 /** The same for a number without a unit: `0.988 to 1.01`. */

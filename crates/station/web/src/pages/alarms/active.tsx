@@ -4,6 +4,7 @@ import type { JSX } from 'preact'
 import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { Unbroken } from '../../components/unbroken.tsx'
+import { useLanguage } from '../../language.ts'
 import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
@@ -114,13 +115,8 @@ function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { al
 function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   const shown = useUnit()
   const { connected } = useLive()
-  const { raised_value, value, limit, unit, text, state } = alarm
-  if (raised_value === null || limit === null) {
-    const words = text ? readable(text) : conditionText(alarm, shown)
-    // The words say what is: of a cleared alarm, what was.
-    if (state !== 'returned') return <ValueText words={words} isEnglish={text !== null} />
-    return <ValueText words={t.alarms.textWhenRaised(words)} isEnglish={false} />
-  }
+  const { raised_value, value, limit, unit } = alarm
+  if (raised_value === null || limit === null) return <Cause alarm={alarm} />
   const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
   const at = connected ? t.alarms.nowAt : t.alarms.lastAt
   return (
@@ -130,10 +126,23 @@ function Values({ alarm }: { alarm: Alarm }): JSX.Element {
   )
 }
 
-function ValueText({ words, isEnglish }: { words: string; isEnglish: boolean }): JSX.Element {
+/** The condition in the language of the user, and the words of the station, which are English: an English reader needs only these. */
+function Cause({ alarm }: { alarm: Alarm }): JSX.Element {
+  const shown = useUnit()
+  const isEnglish = useLanguage() === 'en'
+  const { text, state } = alarm
+  const words = text && <Unbroken text={readable(text)} />
   return (
-    <p lang={isEnglish ? 'en' : undefined}>
-      <Unbroken text={words} />
+    <p>
+      {/* The words say what is: of a cleared alarm, what was. */}
+      {state === 'returned' && `${t.alarms.whenItWasRaised} `}
+      {(!words || !isEnglish) && <Unbroken text={conditionText(alarm, shown)} />}
+      {words && (
+        <span lang="en" class={isEnglish ? undefined : 'muted'}>
+          {!isEnglish && ' · '}
+          {words}
+        </span>
+      )}
     </p>
   )
 }
