@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startPlant } from './setup.mjs'
+import { openContext, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -64,6 +64,25 @@ test('the bus map of 480 gauges is short, and its problems are at the top', asyn
     const height = await page.evaluate(() => document.documentElement.scrollHeight)
     assert.ok(height < 2_700, `${height} pixels`)
   })
+})
+
+test('the alarm of a segment stands above the problems, and the wall names the problems that are not on every page', async () => {
+  await visit('/', async (page) => {
+    const others = page.getByRole('list', { name: 'Alarms without a gauge' }).getByRole('listitem')
+    await others.first().waitFor()
+    assert.match(await others.first().innerText(), /^1\s+high segment bench: down segment bench is not running$/)
+    assert.equal(await others.count(), 1)
+  })
+  const { page, complaints, close } = await openContext(browser)
+  try {
+    await page.goto(`${plant.url}/wall`)
+    await page
+      .locator('.wall-turning', { hasText: '4 problems are not on every page: spare, oven, s05-35, s11-31' })
+      .waitFor()
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
 })
 
 test('a search finds a gauge among 480 by its name, segment or device', async () => {
