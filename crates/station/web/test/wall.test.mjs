@@ -52,23 +52,24 @@ const names = (alarms) => alarms.map(({ name }) => name)
 
 test('an alarm stands on the tile of its reading, one of the whole gauge once, and one that has cleared nowhere', () => {
   const readings = [{ series: 'img.1' }, { series: 'img.2' }, { series: 'img.3' }]
-  const tiles = tilesOf(readings, [
-    alarm('fault', 'img'),
-    alarm('above', 'img', 'img.2'),
-    alarm('over', 'img', 'img.3', 'returned'),
-  ])
+  const tiles = tilesOf(
+    readings,
+    [alarm('fault', 'img'), alarm('above', 'img', 'img.2'), alarm('over', 'img', 'img.3', 'returned')],
+    true,
+  )
   assert.deepEqual(
     tiles.map(({ reading, alarms }) => [reading?.series ?? 'whole', ...names(alarms)]),
     [['whole', 'fault'], ['img.1'], ['img.2', 'above'], ['img.3']],
   )
-  assert.equal(tilesOf(readings, [alarm('above', 'img', 'img.2')]).length, 3)
+  assert.equal(tilesOf(readings, [alarm('above', 'img', 'img.2')], false).length, 3)
+  assert.deepEqual(tilesOf(readings, [], true)[0], { reading: null, alarms: [] })
   assert.deepEqual(
-    tilesOf([{ series: 'ion' }], [alarm('above', 'ion', 'ion'), alarm('stale', 'ion')]).map(({ alarms }) =>
+    tilesOf([{ series: 'ion' }], [alarm('above', 'ion', 'ion'), alarm('stale', 'ion')], true).map(({ alarms }) =>
       names(alarms),
     ),
     [['above', 'stale']],
   )
-  const [silent] = tilesOf([], [alarm('stale', 'lost')])
+  const [silent] = tilesOf([], [alarm('stale', 'lost')], false)
   assert.deepEqual([silent.reading, names(silent.alarms)], [null, ['stale']])
 })
 

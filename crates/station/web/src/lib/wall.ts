@@ -63,9 +63,14 @@ export interface Tile<R> {
 
 /**
  * The tiles of a gauge, one for each reading, with its active alarms. An alarm about a reading stands on the tile of the reading; an
- * alarm about a whole gauge with several readings has a tile of its own, as nothing says which of them it concerns.
+ * alarm about a whole gauge with several readings has a tile of its own, as nothing says which of them it concerns. So has a fault of the
+ * gauge, `hasFault`.
  */
-export function tilesOf<R extends { series: string }>(readings: readonly R[], alarms: Alarm[]): Tile<R>[] {
+export function tilesOf<R extends { series: string }>(
+  readings: readonly R[],
+  alarms: Alarm[],
+  hasFault: boolean,
+): Tile<R>[] {
   const active = alarms.filter(isActive)
   const isWhole = ({ series }: Alarm): boolean => !readings.some((reading) => reading.series === series)
   const [only, ...more] = readings
@@ -76,7 +81,7 @@ export function tilesOf<R extends { series: string }>(readings: readonly R[], al
     reading,
     alarms: active.filter(({ series }) => series === reading.series),
   }))
-  return whole.length > 0 ? [{ reading: null, alarms: whole }, ...tiles] : tiles
+  return whole.length > 0 || hasFault ? [{ reading: null, alarms: whole }, ...tiles] : tiles
 }
 
 /** The display has this many lines for alarms without a tile. free choice: on a phone they leave two thirds for the tiles. */

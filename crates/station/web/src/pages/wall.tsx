@@ -44,9 +44,9 @@ export function Wall(): JSX.Element {
     })
     .filter(({ gauge, labels, alarms }) => passesNow(filter, gauge, labels, alarms, live))
   const tiles = shown.flatMap(({ gauge, alarms }) =>
-    tilesOf(gauge.readings, alarms).map((tile): TileProps => ({ ...tile, gauge, live, unit })),
+    tilesOf(gauge.readings, alarms, gauge.state === 'fault').map((tile): TileProps => ({ ...tile, gauge, live, unit })),
   )
-  const urgencyOf = ({ gauge, alarms }: TileProps): number => urgency({ gauge, alarms })
+  const urgencyOf = (tile: TileProps): number => urgency({ gauge: ofTile(tile), alarms: tile.alarms })
   const problems = tiles.filter((tile) => urgencyOf(tile) > 0).sort((one, other) => urgencyOf(other) - urgencyOf(one))
   const grid = gridOf(tiles.length, width, height)
   const quiet = tiles.filter((tile) => urgencyOf(tile) === 0)
@@ -95,9 +95,15 @@ export function Wall(): JSX.Element {
 /** A line names this many problems; on a phone they have two lines. */
 const MOST_NAMES = 6
 
+/** The gauge as its tile shows it: the fault of a controller is not that of each channel. */
+const ofTile = ({ gauge, reading }: TileProps): Gauge =>
+  gauge.state === 'fault' && reading && gauge.readings.length > 1 ? { ...gauge, state: 'data-exchange' } : gauge
+
 const nameOf = ({ gauge, reading }: TileProps): string => reading?.series ?? gauge.name
 
-function WallTile({ gauge, reading, alarms, live, unit }: TileProps): JSX.Element {
+function WallTile(tile: TileProps): JSX.Element {
+  const { reading, alarms, live, unit } = tile
+  const gauge = ofTile(tile)
   const stale = isStale(gauge, live.since)
   const [first, ...more] = alarms
   const quality = reading && currentQuality(gauge, reading, live.since)
