@@ -147,6 +147,7 @@ ${scenes.map(section).join('\n')}`
 
 await mkdir(folder, { recursive: true })
 const only = process.argv[3]
+if (![undefined, 'acts', 'plants'].includes(only)) throw new Error(`expected acts or plants, found ${only}`)
 const browser = await startBrowser()
 if (only !== 'acts') await plantScenes(browser)
 if (only !== 'plants') await demoScenes(browser)

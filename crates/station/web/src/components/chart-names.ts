@@ -42,6 +42,9 @@ const MARKS = 6
 /** The height of the names of `count` marks, in pixels. */
 export const marksHeight = (count: number): number => (count === 0 ? 0 : MARKS + MARK_ROW * count)
 
+/** Where a name stands that has no free place: nowhere, over a curve, or over anything. */
+type Otherwise = 'nowhere' | 'over-curves' | 'anywhere'
+
 /** Places names one after the other, each where none of the former is and no curve passes. */
 class Layout {
   readonly plot: Size
@@ -65,12 +68,13 @@ class Layout {
     return { width: ctx.measureText(text).width / devicePixelRatio, height: HEIGHT }
   }
 
-  /** Draws a name at the first free place. `isOverCurves`: rather over a curve than not at all. */
-  draw(name: Name, places: Rect[], isOverCurves: boolean): void {
+  /** Draws a name at the first free place; without one, at the first that `otherwise` permits. */
+  draw(name: Name, places: Rect[], otherwise: Otherwise): void {
     const { rects, curves, plot } = this
     const place =
       firstFree(places, { rects, curves }, plot) ??
-      (isOverCurves ? firstFree(places, { rects, curves: [] }, plot) : null)
+      (otherwise === 'nowhere' ? null : firstFree(places, { rects, curves: [] }, plot)) ??
+      (otherwise === 'anywhere' ? firstFree(places, { rects: [], curves: [] }, plot) : null)
     if (!place) return
     this.rects.push(place)
     write(this.chart, name, place)
@@ -116,7 +120,7 @@ function drawMarkName(chart: uPlot, layout: Layout, { at, name }: TimeMark, row:
   layout.draw(
     text,
     lefts.map((left) => ({ left, top, ...size })),
-    true,
+    'anywhere',
   )
 }
 
@@ -124,19 +128,22 @@ function drawLevelName(chart: uPlot, layout: Layout, { name, colour, value }: Le
   const y = chart.valToPos(value, 'y')
   if (y < 0 || y > layout.plot.height) return
   const text = { text: name, colour }
-  layout.draw(text, placesAtLine(y, layout.size(text), layout.plot), true)
+  layout.draw(text, placesAtLine(y, layout.size(text), layout.plot), 'over-curves')
 }
 
 function drawCurveName(layout: Layout, { name, colour }: Line, profile: Profile): void {
   const text = { text: name, colour, isBold: true }
-  layout.draw(text, placesAtCurve(profile, layout.size(text), layout.plot), true)
+  layout.draw(text, placesAtCurve(profile, layout.size(text), layout.plot), 'over-curves')
 }
 
-/** The longest stretch of each kind has its name: many of one kind would repeat it all over the chart. */
+/** The longest visible stretch of each kind has its name: many of one kind would repeat it all over the chart. */
 function drawStretchNames(chart: uPlot, layout: Layout, line: Line, lane: number): void {
   const kinds = new Set(line.stretches.map(({ kind }) => kind))
   for (const kind of kinds) {
-    const length = ({ from, to }: Stretch): number => to - from
+    const length = (stretch: Stretch): number => {
+      const [left, right] = sides(chart, layout, stretch)
+      return right - left
+    }
     const [longest] = line.stretches
       .filter((one) => one.kind === kind)
       .sort((one, other) => length(other) - length(one))
@@ -161,7 +168,7 @@ function drawStretchName(chart: uPlot, layout: Layout, { name, colour }: Line, s
         [...inside, ...beside].map((at) => ({ left: at, top: row, ...size })),
       )
   // Without a name nothing but the colour says whose bar it is.
-  layout.draw(text, places, isBar(stretch))
+  layout.draw(text, places, isBar(stretch) ? 'over-curves' : 'nowhere')
 }
 
 /** The rows in which the name of a band may stand: at the end of the range first, then further outside, then inside. */

@@ -92,7 +92,7 @@ export function Wall(): JSX.Element {
   )
 }
 
-/** A line names this many problems; on a phone they have two lines. */
+/** The line about the problems that turn names this many. */
 const MOST_NAMES = 6
 
 /** The gauge as its tile shows it: the fault of a controller is not that of each channel. */
