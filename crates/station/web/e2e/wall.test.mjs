@@ -121,15 +121,16 @@ test('an alarm about a channel stands on its tile alone, beside the word for the
 test('alarms without a gauge have lines of their own, at most three, and the head counts each priority', async () => {
   const { page, complaints, close } = await openWall(`${hall.url}/wall`)
   try {
+    // The segment of the gauge can have an alarm until it runs, which is then one more to acknowledge.
+    // The text of the whole element has the short words too, which are hidden here.
+    await page.waitForFunction(() =>
+      /4 high, 1 medium, [56] not acknowledged/.test(document.querySelector('.wall-head').innerText),
+    )
     const lines = page.getByRole('list', { name: 'Alarms without a gauge' }).getByRole('listitem')
     await lines.nth(3).waitFor()
     const texts = await lines.allInnerTexts()
     for (const text of texts.slice(0, 3)) assert.match(text, /^1\s+high segment \w+: down segment \w+ is not running$/)
     assert.equal(texts[3], 'and 1 more')
-    // The text of the whole element has the short words too, which are hidden here.
-    await page.waitForFunction(() =>
-      /4 high, 1 medium, 5 not acknowledged/.test(document.querySelector('.wall-head').innerText),
-    )
     assert.deepEqual(complaints, [])
   } finally {
     await close()
