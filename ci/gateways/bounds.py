@@ -10,8 +10,8 @@ import urllib.error
 import urllib.request
 
 MIB = 1 << 20
-# What a flight recorder keeps of each telegram besides its octets (profivac-listen), and its limits: docs/listening.md.
-PIECE_OCTETS, RECORDER_MIB, CAPTURES_MIB, CAPTURES = 12, 32, 256, 20
+# The limits of a flight recorder (profivac-listen): docs/listening.md.
+RECORDER_MIB, CAPTURES_MIB, CAPTURES = 32, 256, 20
 # What the limits leave for caches, for the allocator, and for clients of which one comes before the other has gone.
 FILES, THREADS, MEMORY_MIB, MEMORY_EACH_MIB = 10, 5, 24, 1
 # The rows of a gauge in an hour, with events, alarms and a moment of each second around them; the part of the database without gauges.
@@ -20,19 +20,14 @@ DATABASE_HOURLY_MIB, DATABASE_MIB = 1, 8
 LOG_MIB = 32
 
 
-class Observed:
-    """The octets that the flight recorders have taken: what the line has carried since the beginning. A line that is opened again starts at 0."""
+class Recorders:
+    """The memory that the flight recorders of all segments have taken, as the station reports it."""
 
     def __init__(self, url, segments):
-        self.url, self.last, self.sums = url, {name: 0 for name in segments}, {name: 0 for name in segments}
+        self.url, self.segments = url, segments
 
     def mib(self):
-        for name, last in self.last.items():
-            report = fetched(f"{self.url}/api/segments/{name}/bus")
-            now = (report["telegrams"] + report["damaged"]) * PIECE_OCTETS + report["octets"]
-            self.sums[name] += now - last if now >= last else now
-            self.last[name] = now
-        return sum(min(octets, RECORDER_MIB * MIB) for octets in self.sums.values()) / MIB
+        return sum(fetched(f"{self.url}/api/segments/{name}/bus")["recorder_octets"] for name in self.segments) / MIB
 
 
 def fetched(url):
@@ -50,13 +45,13 @@ def fetched(url):
 class Row:
     """What the station holds at one moment."""
 
-    def __init__(self, pid, folder, prometheus, observed):
+    def __init__(self, pid, folder, prometheus, recorders):
         with open(f"/proc/{pid}/status") as file:
             status = dict(line.split(":", 1) for line in file)
         self.at = time.monotonic()
         self.memory = int(status["VmRSS"].split()[0]) / 1024
         self.heap = int(status["RssAnon"].split()[0]) / 1024
-        self.recorders = observed.mib()
+        self.recorders = recorders.mib()
         self.threads = int(status["Threads"])
         links = list(open_files(pid))
         self.files = len(links)
@@ -73,7 +68,7 @@ class Row:
         self.processor = processor_seconds(pid)
 
     def text(self, seconds):
-        return (f"{seconds:5.0f} s  {self.memory:6.1f} MiB, heap {self.heap:6.1f}, recorders took {self.recorders:6.1f}  {self.files:3} files  "
+        return (f"{seconds:5.0f} s  {self.memory:6.1f} MiB, heap {self.heap:6.1f}, recorders {self.recorders:6.1f}  {self.files:3} files  "
                 f"{self.threads:2} threads  disk {self.disk:5.1f} MiB, log {self.log:4.1f}, captures {self.captures:6.1f}  "
                 f"{self.cycles:.0f} cycles, {self.lost:.0f} lost")
 
@@ -127,6 +122,7 @@ def grown(rows, segments, gauges):
         if measured > allowed:
             found.append(f"{what}: expected at most {allowed:.1f} {unit}, found {measured:.1f}")
 
+    limit("memory of the flight recorders", last.recorders, RECORDER_MIB * segments)
     recorders = last.recorders - warm.recorders
     limit("growth of the heap since the warm-up", last.heap - warm.heap, recorders + MEMORY_MIB + MEMORY_EACH_MIB * segments)
     limit("growth of the disk since the warm-up", last.disk - warm.disk, DATABASE_MIB + DATABASE_HOURLY_MIB * gauges * hours)

@@ -29,14 +29,16 @@ import urllib.error
 import urllib.request
 
 import load
-from bounds import FILES, THREADS, Observed, Row, grown
+from bounds import FILES, THREADS, Recorders, Row, grown
 from plant import free_port, wait_for
 
 DEVICES = {5: "bcg450", 6: "psg550", 7: "tpg300", 8: "img400"}
 FAULT = "eeprom"
 USER, PASSWORD = "olga", "tin whisker plateau"
 TOKEN = "a-token-of-the-archive"
-# One line of so many belongs to another station.
+# As contrib/debian/profivac.service starts a station.
+ENVIRONMENT = {"MALLOC_MMAP_THRESHOLD_": "131072"}
+# One line of this many belongs to another station.
 LISTENED = 8
 
 
@@ -303,13 +305,14 @@ def main():
     plant, plc_plant = write_plants(folder, plc_folder, ports, lines, sink.server_port, mail.port)
     subprocess.run([program, "user", "add", USER, "--role", "operator", plant, "--password-stdin"], input=PASSWORD + "\n", text=True, check=True)
     plc = subprocess.Popen([program, "run", plc_plant, "--listen", "127.0.0.1:0"], stdout=subprocess.DEVNULL)
-    station = subprocess.Popen([program, "run", plant, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+    station = subprocess.Popen(
+        [program, "run", plant, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True, env={**os.environ, **ENVIRONMENT})
     found = ["it did not come to its end"]
     try:
         url = station.stdout.readline().split()[1]
         user, source = Session(url), random.Random(25)
         urllib.request.install_opener(user.opener)
-        observed = Observed(url, [f"s{number}" for number in range(count)])
+        recorders = Recorders(url, [f"s{number}" for number in range(count)])
 
         def exchanging():
             states = {gauge["name"]: gauge["state"] for gauge in json.loads(user.get("/api/gauges"))}
@@ -318,7 +321,7 @@ def main():
             return True
 
         def row():
-            return Row(station.pid, folder, ports[1], observed)
+            return Row(station.pid, folder, ports[1], recorders)
 
         def reload():
             """The station reads its file again."""

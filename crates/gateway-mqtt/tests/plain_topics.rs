@@ -252,6 +252,7 @@ fn line(number: u64) -> BusReport {
         damaged: number,
         damaged_last_minute: number,
         damaged_unattributed: 0,
+        recorder_octets: 0,
         ring: Vec::new(),
         cycle: times.clone(),
         rotation: times,

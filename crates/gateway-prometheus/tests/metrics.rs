@@ -151,6 +151,7 @@ fn bus(buckets: Vec<Bucket>) -> BusReport {
         damaged: 0,
         damaged_last_minute: 0,
         damaged_unattributed: 0,
+        recorder_octets: 0,
         ring: Vec::new(),
         cycle: Distribution { count, sum_us, buckets, ..Distribution::default() },
         rotation: Distribution::default(),

@@ -215,8 +215,9 @@ impl FlightRecorder {
 
     /// A copy of the traffic between two times. The starts of the pieces rise.
     fn capture(&self, reason: String, from: BitTime, to: BitTime) -> Capture {
-        let mut memory = Vec::new();
-        for block in self.blocks.iter().skip_while(|block| block.last < from) {
+        let blocks = self.blocks.iter().skip_while(|block| block.last < from);
+        let mut memory = Vec::with_capacity(blocks.clone().map(|block| block.memory.len()).sum());
+        for block in blocks {
             let within =
                 Stored::all(&block.memory).skip_while(|piece| piece.start < from).take_while(|it| it.start <= to);
             within.for_each(|piece| piece.write(&mut memory));

@@ -32,6 +32,8 @@ pub struct BusReport {
     pub damaged_last_minute: u64,
     /// Damaged pieces that belong to no station that is known.
     pub damaged_unattributed: u64,
+    /// The memory that the flight recorder of the line has taken, in octets; 0 without one.
+    pub recorder_octets: u64,
     /// The masters in the order of the token.
     pub ring: Vec<u8>,
     /// The duration of the cycles of all masters.
@@ -202,6 +204,7 @@ impl BusReport {
             damaged: totals.damaged,
             damaged_last_minute: observer.damaged_last_minute(),
             damaged_unattributed: totals.unattributed,
+            recorder_octets: 0,
             ring: observer.ring().to_vec(),
             cycle: Distribution::of(observer.cycle(), baud),
             rotation: Distribution::of(observer.rotation(), baud),

@@ -139,7 +139,9 @@ impl LineObserver {
         }
         if Instant::now() >= self.report_at {
             self.report_at = Instant::now() + REPORT_INTERVAL;
-            services.snapshots.buses().publish(&self.segment, BusReport::of(&self.observer), &self.captures);
+            let recorder_octets = self.flight.memory_octets() as u64;
+            let report = BusReport { recorder_octets, ..BusReport::of(&self.observer) };
+            services.snapshots.buses().publish(&self.segment, report, &self.captures);
         }
     }
 

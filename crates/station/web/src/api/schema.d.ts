@@ -1515,6 +1515,11 @@ export interface components {
             octets: number;
             /** @description The parameters that passed. */
             parameters: components["schemas"]["ParameterReport"][];
+            /**
+             * Format: int64
+             * @description The memory that the flight recorder of the line has taken, in octets; 0 without one.
+             */
+            recorder_octets: number;
             /** @description The masters in the order of the token. */
             ring: number[];
             /** @description The time between two tokens to the same master. */
