@@ -1,14 +1,14 @@
-//! The alarms of the demonstration: the default alarms and two limits for its chamber.
+//! The alarms of the demonstration: the default alarms, two limits for its chamber, and the plant state in which it begins.
 
 use crate::failure::Failure;
-use profivac_station::alarm::Rule;
+use profivac_station::alarm::{PlantStateRule, Rule};
 use profivac_station::config::{Config, MEMORY_PORT};
 use profivac_virtual::scenario::Scenario;
 use std::fmt::Write;
 use std::path::Path;
 
 /// The name of the gauge of the chamber in the default scenario.
-const CHAMBER: &str = "bcg450 5";
+pub const CHAMBER: &str = "bcg450 5";
 
 /// The limits, as in a station's file.
 const LIMITS: &str = r#"
@@ -26,6 +26,17 @@ rise = 2.0
 window = "5 s"
 "#;
 
+/// The plant state in which the demonstration begins: a chamber full of air is no alarm.
+pub const PUMP_DOWN: &str = "Pump-down";
+
+/// The same, as in a station's file.
+const PUMP_DOWN_STATE: &str = r#"
+[[plant-state]]
+name = "Pump-down"
+description = "The chamber is evacuated."
+alarms = ["chamber above 1e-3 mbar"]
+"#;
+
 /// Short delays for a short demonstration.
 const DELAYS: &str = "
 [alarms]
@@ -33,8 +44,12 @@ stale = { delay = \"3 s\" }
 fault = { delay = \"1 s\" }
 ";
 
-/// The alarms of `scenario`, whose gauges are shown on one segment under these names.
-pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, String)) -> Result<Vec<Rule>, Failure> {
+/// The alarms and plant states of `scenario`, whose gauges are shown on one segment under these names.
+pub fn rules(
+    scenario: &Scenario,
+    segment: &str,
+    names: impl Fn(u8) -> (String, String),
+) -> Result<(Vec<Rule>, Vec<PlantStateRule>), Failure> {
     let master = free_address(scenario);
     let mut text = format!("[[segment]]\nname = {segment:?}\nport = {MEMORY_PORT:?}\nmaster = {master}\n");
     let mut has_chamber = false;
@@ -44,9 +59,9 @@ pub fn rules(scenario: &Scenario, segment: &str, names: impl Fn(u8) -> (String, 
         // Writing to a string never fails.
         write!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {}\ndevice = {device:?}\n", spec.address).ok();
     }
-    let limits = if has_chamber { LIMITS } else { "" };
-    let config = Config::parse(&format!("{text}{limits}{DELAYS}"), Path::new("demo"));
-    config.map(|config| config.alarms).map_err(|error| Failure::usage(error.to_string()))
+    let (limits, states) = if has_chamber { (LIMITS, PUMP_DOWN_STATE) } else { ("", "") };
+    let config = Config::parse(&format!("{text}{limits}{states}{DELAYS}"), Path::new("demo"));
+    config.map(|config| (config.alarms, config.plant_states)).map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// An address that no gauge has, for the master.
@@ -87,7 +102,7 @@ mod tests {
                 (format!("{device} {address}"), device)
             };
             let mut registry = AlarmRegistry::default();
-            registry.reconfigure(rules(&scenario, "demo", named).unwrap(), Vec::new(), AlarmTime::default());
+            registry.reconfigure(rules(&scenario, "demo", named).unwrap().0, Vec::new(), AlarmTime::default());
             // A slow line makes the test fast; every gauge still exchanges data several times a second.
             let segment = scenario.memory_segment(MASTER, Baud::B45450).unwrap();
             Self { run: scenario.start(MasterPresence::Present), segment, registry, names, step: 0 }

@@ -4,9 +4,9 @@ use super::{alarms, plant};
 use crate::failure::Failure;
 use crate::output::notice;
 use profivac_recorder::{Recorder, Settings};
-use profivac_station::alarm::AlarmThread;
+use profivac_station::alarm::{AlarmService, AlarmThread, PlantStateRule, Rule};
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::auth::{Access, Role};
+use profivac_station::auth::{Access, Actor, Role, User};
 use profivac_station::segment::DemoSegment;
 use profivac_station::server::{Limits, Server, ServerError, Setup};
 use profivac_station::services::Services;
@@ -28,10 +28,21 @@ const ANY_FREE_PORT: &str = "127.0.0.1:0";
 /// The name of its segment.
 const SEGMENT: &str = "demo";
 
+/// The user of the demonstration, an engineer.
+const USER: &str = "demo";
+
+/// Far longer than the pump-down lasts, also when the demonstration runs slowly.
+const LONGEST_PUMP_DOWN: Duration = Duration::from_secs(3600);
+
+/// A tenth of the limit of the chamber's alarm, in Pa.
+const EVACUATED_PA: f64 = 0.01;
+
 /// Records the demonstration and serves the dashboard.
 pub struct Dashboard {
     shown: DemoSegment,
     services: Arc<Services>,
+    /// Until the chamber is evacuated.
+    pump_down: Option<PumpDown>,
     server: Option<Server>,
     _watcher: AlarmThread,
     /// Contains the database unless --record names a file; deleted at the end.
@@ -75,8 +86,8 @@ impl Dashboard {
             let device = spec.map(|spec| spec.device.clone()).unwrap_or_default();
             (format!("{device} {address}"), device)
         };
-        let rules = alarms::rules(scenario, SEGMENT, names)?;
-        services.alarms().start(rules, Vec::new()).map_err(StationError::from)?;
+        let (rules, plant_states) = alarms::rules(scenario, SEGMENT, names)?;
+        let pump_down = PumpDown::declare(services.alarms(), rules, plant_states)?;
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
         let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
         services.plant().set(plant::view(scenario.schematic(), |address| names(address).0));
@@ -87,7 +98,7 @@ impl Dashboard {
             Some(address) => Some(serve(&services, address)?),
             None => Some(serve_at_default(&services)?),
         };
-        Ok(Self { shown, services, server, _watcher, _folder: folder })
+        Ok(Self { shown, services, pump_down, server, _watcher, _folder: folder })
     }
 
     /// The address of the dashboard, if it is served.
@@ -101,7 +112,44 @@ impl Dashboard {
         plant.report(plant::states(run));
         run.message().into_iter().for_each(|message| plant.tell(message));
         self.shown.run_once(segment);
+        if let Some(pump_down) = self.pump_down.take_if(|_| is_evacuated(&self.services)) {
+            pump_down.end(self.services.alarms());
+        }
     }
+}
+
+/// The declared plant state in which the demonstration begins.
+struct PumpDown {
+    declared_by: Actor,
+}
+
+impl PumpDown {
+    /// Starts the alarms, and declares the plant state; `None` if the plant has none.
+    fn declare(
+        alarms: &AlarmService,
+        rules: Vec<Rule>,
+        plant_states: Vec<PlantStateRule>,
+    ) -> Result<Option<Self>, Failure> {
+        let has_state = !plant_states.is_empty();
+        alarms.start(rules, Vec::new()).map_err(StationError::from)?;
+        alarms.start_plant_states(plant_states).map_err(StationError::from)?;
+        let declared_by = Actor { user: User { name: Arc::from(USER), role: Role::Engineer }, peer: None };
+        let declared =
+            has_state.then(|| alarms.declare(alarms::PUMP_DOWN, &declared_by, "the chamber was vented", LONGEST_PUMP_DOWN));
+        Ok(declared.transpose().map_err(|error| Failure::usage(error.to_string()))?.map(|_| Self { declared_by }))
+    }
+
+    fn end(self, alarms: &AlarmService) {
+        // A user may have ended it before.
+        alarms.end_plant_state(alarms::PUMP_DOWN, &self.declared_by, "high vacuum").ok();
+    }
+}
+
+/// Whether the chamber of the default scenario is evacuated.
+fn is_evacuated(services: &Services) -> bool {
+    let gauge = services.snapshots().gauge(alarms::CHAMBER);
+    let pa = gauge.and_then(|gauge| gauge.readings.first()?.pa);
+    pa.is_some_and(|pa| pa < EVACUATED_PA)
 }
 
 /// Serves the dashboard; every local user has the engineer role, because no gauge is real.
@@ -109,7 +157,7 @@ fn serve(services: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerE
     // No rate limit for commands: the audit trail is deleted at the end.
     let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
     let limits = Limits { rate_limits, ..Limits::default() };
-    let setup = Setup { limits, ..Setup::new(listen, Access::anonymous("demo", Role::Engineer)) };
+    let setup = Setup { limits, ..Setup::new(listen, Access::anonymous(USER, Role::Engineer)) };
     Server::start(Arc::clone(services), setup)
 }
 
