@@ -45,6 +45,13 @@ test('480 gauges are listed by segment, and the problems come first', async () =
       }),
     )
     assert.equal(new Set(ends.map(Math.round)).size, 1, `pressures end at ${ends} pixels from the end of their rows`)
+    assert.match(
+      await problems.locator('[data-gauge="cryostat"]').innerText(),
+      /ionisation part: electronics or sensor/,
+    )
+    const beamLine = page.getByRole('region', { name: 'Segment beam line' })
+    const closed = await beamLine.locator('summary').innerText()
+    assert.match(closed, /6 gauges, 2 of them under Problems\s*2\.\d+ × 10⁻⁹ mbar to 101 mbar$/)
     const segment = page.getByRole('region', { name: 'Segment segment 04' })
     assert.equal(await segment.locator('.row').count(), 0)
     await segment.locator('summary').click()
@@ -66,6 +73,20 @@ test('the bus map of 480 gauges is short, and its problems are at the top', asyn
   })
 })
 
+test('notifications that are not delivered are named above the problems, with the way to the alarms', async () => {
+  const webhook = { kind: 'email', problem: 'refused', failing_since_ms: 1, at: 'smtp://x', waiting: 3 }
+  const { page, complaints, close } = await openContext(browser)
+  try {
+    await page.route('**/api/webhooks', (route) => route.fulfill({ json: [{ name: 'shift', ...webhook }] }))
+    await page.goto(plant.url)
+    await page.getByRole('link', { name: 'Notifications of alarms are not delivered: shift', exact: true }).click()
+    await page.waitForURL('**/alarms')
+    assert.deepEqual(complaints, [])
+  } finally {
+    await close()
+  }
+})
+
 test('the alarm of a segment stands above the problems, and the wall names the problems that are not on every page', async () => {
   await visit('/', async (page) => {
     const others = page.getByRole('list', { name: 'Alarms without a gauge' }).getByRole('listitem')
@@ -73,7 +94,7 @@ test('the alarm of a segment stands above the problems, and the wall names the p
     assert.match(await others.first().innerText(), /^1\s+high segment bench: down segment bench is not running$/)
     assert.equal(await others.count(), 1)
   })
-  const { page, complaints, close } = await openContext(browser)
+  const { page, complaints, close } = await openContext(browser, { viewport: { width: 1100, height: 640 } })
   try {
     await page.goto(`${plant.url}/wall`)
     await page

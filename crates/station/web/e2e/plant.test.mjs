@@ -250,7 +250,13 @@ test('a volume has its source, the readings without a pressure and its alarms by
       await chamber.getAttribute('aria-label'),
       /^chamber: .* mbar, from tpg.3 and 3 more, 1 of 4 without a pressure, alarms: 1 high, 1 low$/,
     )
-    assert.match(await page.locator('[data-list-volume="chamber"]').innerText(), /1\s+1 high, 1 low/)
+    const listed = page.locator('[data-list-volume="chamber"]')
+    assert.match(await listed.innerText(), /1\s+1 high, 1 low/)
+    const alarmed = listed.locator('li', { has: page.locator('.reading-alarm') })
+    assert.deepEqual(
+      (await alarmed.allInnerTexts()).map((text) => text.replace(/\s+/g, ' ').trim()),
+      ['tpg.3 1.00 × 10⁻⁵ mbar 1 high evacuated', 'tpg.4 1.00 × 10⁻⁵ mbar 3 low evacuated too'],
+    )
   })
 })
 

@@ -63,39 +63,67 @@ async function openWall(url, options = {}) {
 
 const series = (page) => page.locator('.wall-tile').evaluateAll((tiles) => tiles.map(({ dataset }) => dataset.series))
 
-test('480 gauges turn in pages, the problems stay, and nothing is a control or is cut off', async () => {
-  const { page, complaints, close } = await openWall(`${large.url}/wall`)
+/** What the wall display cuts off: a part of the page, tiles, values, marks of alarms. */
+const cutOff = (page) =>
+  page.evaluate(() => {
+    const { scrollHeight, clientHeight } = document.documentElement
+    const display = document.querySelector('.wall-tiles').getBoundingClientRect()
+    const isCut = (tile) => tile.getBoundingClientRect().bottom > display.bottom + 1
+    const isShortened = (value) => value.scrollWidth > value.clientWidth
+    const isCutMark = (mark) => {
+      const [own, around] = [mark, mark.closest('.wall-state')].map((one) => one.getBoundingClientRect())
+      return own.left < around.left || own.top < around.top || own.bottom > around.bottom
+    }
+    return [
+      scrollHeight > clientHeight,
+      [...document.querySelectorAll('.wall-tile')].filter(isCut).length,
+      [...document.querySelectorAll('.wall-value')].filter(isShortened).length,
+      [...document.querySelectorAll('.wall-tile .shape')].filter(isCutMark).length,
+    ]
+  })
+
+test('480 gauges fit on one page: the problems, and the quiet gauges of each segment on one tile; nothing is a control or is cut off', async () => {
+  for (const locale of ['en-GB', 'de-DE']) {
+    const { page, complaints, close } = await openWall(`${large.url}/wall`, { locale })
+    try {
+      const beamLine = page.locator('[data-segment="beam line"]')
+      await beamLine.getByText(/^\d+ (gauges without a problem|Messgeräte ohne Problem)$/).waitFor()
+      assert.equal(await beamLine.locator('.pressure').count(), 2, 'the lowest and the highest pressure')
+      assert.equal(await page.locator('.wall-page').count(), 0)
+      assert.equal((await series(page))[0], 'gate 2')
+      const quiet = await page
+        .locator('[data-segment] .wall-state')
+        .evaluateAll((states) => states.map(({ innerText }) => Number.parseInt(innerText, 10)))
+      const problems = new Set(await series(page).then((names) => names.filter((name) => name !== undefined)))
+      assert.equal(quiet.reduce((one, other) => one + other) + problems.size, 480)
+      assert.equal(await page.locator('a, button, input, select, summary, [tabindex="0"]').count(), 0)
+      assert.deepEqual(await cutOff(page), [false, 0, 0, 0])
+      assert.deepEqual(complaints, [])
+    } finally {
+      await close()
+    }
+  }
+})
+
+test('what does not fit turns in pages, and the problems stay', async () => {
+  const { page, complaints, close } = await openWall(`${large.url}/wall`, { viewport: { width: 1024, height: 600 } })
   try {
     await page
       .locator('.wall-page')
       .getByText(/^page \d+ of \d+$/)
       .waitFor()
-    const first = await series(page)
-    assert.equal(first[0], 'gate 2')
-    assert.equal(await page.locator('a, button, input, select, summary, [tabindex="0"]').count(), 0)
-    const cut = await page.evaluate(() => {
-      const { scrollHeight, clientHeight } = document.documentElement
-      const display = document.querySelector('.wall-tiles').getBoundingClientRect()
-      const isCut = (tile) => tile.getBoundingClientRect().bottom > display.bottom + 1
-      const isShortened = (value) => value.scrollWidth > value.clientWidth
-      const isCutMark = (mark) => {
-        const [own, around] = [mark, mark.closest('.wall-state')].map((one) => one.getBoundingClientRect())
-        return own.left < around.left || own.top < around.top || own.bottom > around.bottom
-      }
-      return [
-        scrollHeight > clientHeight,
-        [...document.querySelectorAll('.wall-tile')].filter(isCut).length,
-        [...document.querySelectorAll('.wall-value')].filter(isShortened).length,
-        [...document.querySelectorAll('.wall-tile .shape')].filter(isCutMark).length,
-      ]
-    })
-    assert.deepEqual(cut, [false, 0, 0, 0])
+    const key = ({ dataset }) => dataset.segment ?? dataset.series
+    const last = page.locator('.wall-tile').last()
+    const before = await last.evaluate(key)
     await page.waitForFunction(
-      (last) => ![...document.querySelectorAll('.wall-tile')].some(({ dataset }) => dataset.series === last),
-      first.at(-1),
+      (before) =>
+        ![...document.querySelectorAll('.wall-tile')].some(
+          ({ dataset }) => (dataset.segment ?? dataset.series) === before,
+        ),
+      before,
     )
-    const second = await series(page)
-    assert.equal(second[0], 'gate 2')
+    assert.equal((await series(page))[0], 'gate 2')
+    assert.deepEqual(await cutOff(page), [false, 0, 0, 0])
     assert.deepEqual(complaints, [])
   } finally {
     await close()

@@ -11,6 +11,7 @@ import {
   qualityOf,
   sampleAt,
   stretches,
+  UNDER,
   withRecent,
 } from '../dist/test/lib/series.js'
 
@@ -78,16 +79,21 @@ test('no line is drawn outside the range', () => {
 test('a stretch ends where a gap begins in its pixel', () => {
   const ended = trend([0, null, FAULT], [1, null, FAULT | GAP], [30, null, FAULT], [31, 1])
   assert.deepEqual(
-    stretches(ended, 1000).map(({ from, to }) => [from, to]),
+    stretches(ended, 1000).map(({ from, to, kind }) => [from, to, kind]),
     [
-      [0, 2000],
-      [30_000, 31_000],
+      [0, 2000, 'fault'],
+      [30_000, 31_000, 'fault'],
+      [2000, 30_000, 'none'],
     ],
   )
 })
 
-test('a stretch does not reach over a long time without samples', () => {
-  assert.deepEqual(stretches(trend([0, 1, 4], [1000, 1]), 1000), [{ from: 0, to: 1000, kind: 'under', limit: 0.5 }])
+test('a long time without samples is a stretch of its own, and no other reaches over it', () => {
+  assert.deepEqual(stretches(trend([0, 1, UNDER], [1000, 1]), 1000), [
+    { from: 0, to: 1000, kind: 'under', limit: 0.5 },
+    { from: 1000, to: 1_000_000, kind: 'none', limit: null },
+  ])
+  assert.deepEqual(stretches(trend([0, 1], [100, 1]), 1000), [], 'a pressure without changes is recorded once a minute')
 })
 
 test('recent samples are added, and none twice', () => {

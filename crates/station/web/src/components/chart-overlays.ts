@@ -42,6 +42,7 @@ export const QUALITIES: Record<Stretch['kind'], Quality> = {
   off: 'off',
   missing: 'missing',
   assumed: 'assumed',
+  none: 'stale',
 }
 
 /** Whether a stretch is a bar at the bottom and not a band at the end of the range. */
@@ -63,7 +64,7 @@ export function drawAllStretches(chart: uPlot, lines: Line[]): void {
 
 /**
  * Draws a stretch without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
- * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off.
+ * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off, a dashed line while nothing was recorded.
  */
 function drawStretch(chart: uPlot, colour: string, stretch: Stretch, lane: number): void {
   const { ctx, bbox } = chart
@@ -75,7 +76,12 @@ function drawStretch(chart: uPlot, colour: string, stretch: Stretch, lane: numbe
   ctx.fillStyle = ctx.strokeStyle = colour
   ctx.lineWidth = dpr
   if (!isBar(stretch)) ctx.fillStyle = faded(ctx, colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
-  if (isBar(stretch) && stretch.kind !== 'fault') ctx.strokeRect(left, top + dpr / 2, right - left, bottom - top - dpr)
+  if (stretch.kind === 'none') {
+    ctx.setLineDash([4 * dpr, 3 * dpr])
+    stroke(ctx, left, (top + bottom) / 2, right, (top + bottom) / 2)
+    ctx.setLineDash([])
+  } else if (isBar(stretch) && stretch.kind !== 'fault')
+    ctx.strokeRect(left, top + dpr / 2, right - left, bottom - top - dpr)
   else ctx.fillRect(left, top, Math.max(dpr, right - left), bottom - top)
 }
 

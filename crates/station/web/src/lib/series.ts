@@ -35,11 +35,11 @@ export interface Joined {
   curves: Curve[]
 }
 
-/** A time in which a gauge was outside its range, off, or reported a fault. */
+/** A time in which a gauge was outside its range, off, reported a fault, or was not recorded. */
 export interface Stretch {
   from: number
   to: number
-  kind: 'over' | 'under' | 'fault' | 'off' | 'missing' | 'assumed'
+  kind: 'over' | 'under' | 'fault' | 'off' | 'missing' | 'assumed' | 'none'
   /** The end of the range. */
   limit: number | null
 }
@@ -49,16 +49,26 @@ export function isOutside(bits: number): boolean {
   return (bits & (OVER | UNDER)) !== 0 && (bits & VALID) === 0
 }
 
+/** The times between distant samples, and after samples that end: the line breaks there. */
+function gaps({ start_ms, qualities }: Trend, binMs: number): { after: number; from: number; to: number }[] {
+  const longest = Math.max(LONGEST_MS, 2.5 * binMs)
+  return start_ms.flatMap((start, index) => {
+    const before = start_ms[index - 1]
+    if (before === undefined) return []
+    const ended = ((qualities[index - 1] ?? 0) & GAP) !== 0
+    if (start - before <= longest && !(ended && start - before > 1.5 * binMs)) return []
+    return [{ after: index - 1, from: before + Math.min(binMs, (start - before) / 2), to: start }]
+  })
+}
+
 /** A trend with a gap wherever the line must break: between distant samples, and outside the range. */
 function withGaps(trend: Trend, binMs: number): Trend {
   const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], qualities: [] }
-  const longest = Math.max(LONGEST_MS, 2.5 * binMs)
+  const drawn = gaps(trend, binMs).filter(({ after }) => trend.mean[after] !== null)
+  const breaks = new Map(drawn.map(({ after, from }) => [after + 1, from]))
   trend.start_ms.forEach((start, index) => {
-    const before = trend.start_ms[index - 1]
-    const ended = ((trend.qualities[index - 1] ?? 0) & GAP) !== 0 && trend.mean[index - 1] !== null
-    if (before !== undefined && (start - before > longest || (ended && start - before > 1.5 * binMs))) {
-      push(made, before + Math.min(binMs, (start - before) / 2), null, null, null, GAP)
-    }
+    const from = breaks.get(index)
+    if (from !== undefined) push(made, from, null, null, null, GAP)
     const bits = trend.qualities[index]!
     if (isOutside(bits)) push(made, start, null, null, null, bits)
     else push(made, start, trend.low[index]!, trend.high[index]!, trend.mean[index]!, bits)
@@ -126,7 +136,10 @@ const STRETCHES: [number, Stretch['kind']][] = [
   [ASSUMED, 'assumed'],
 ]
 
-/** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one, or until a gap begins. */
+/**
+ * The times in which a gauge was outside its range, off, reported a fault, or was not recorded. A sample holds until the next one, or
+ * until a gap begins.
+ */
 export function stretches(trend: Trend, binMs: number): Stretch[] {
   const made: Stretch[] = []
   for (const [bit, kind] of STRETCHES) {
@@ -149,7 +162,7 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
       }
     })
   }
-  return made
+  return [...made, ...gaps(trend, binMs).map(({ from, to }): Stretch => ({ from, to, kind: 'none', limit: null }))]
 }
 
 /** Of two ends of a range the outer one: measured values lie within the range. */

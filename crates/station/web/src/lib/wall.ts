@@ -50,6 +50,9 @@ export function pagesOf<T>(problems: readonly T[], others: readonly T[], perPage
   return pages
 }
 
+/** More pages than these take longer than a minute: the quiet gauges of a segment then share a tile. */
+export const MOST_PAGES = 5
+
 /** The number of the page at a time, from 0. */
 export const pageAt = (now: number, pages: number): number => Math.floor(now / TURN_MS) % Math.max(1, pages)
 

@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { GaugeStatus } from '../components/bus-status.tsx'
+import { FailingNotifications } from '../components/failing-notifications.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
@@ -15,6 +16,7 @@ import { Sparkline } from '../components/sparkline.tsx'
 import { Views } from '../components/views.tsx'
 import { isActive, PRIORITIES } from '../lib/alarms.ts'
 import { isFiltered as hasFilter, needsLabels } from '../lib/filter.ts'
+import { spanOf } from '../lib/span.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
@@ -70,6 +72,7 @@ export function Overview(): JSX.Element {
         </p>
       )}
       {!isFiltered && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
+      <FailingNotifications />
       {!isFiltered && plant && hasPicture(plant) && (
         <section class="overview-plant" aria-label={t.pages['/plant']}>
           <Story now={now} />
@@ -144,10 +147,28 @@ function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: numbe
             {t.overview.gauges(total)}
             {total > rows.length && t.overview.withProblems(total - rows.length)}
           </span>
+          <RowsSpan rows={rows} />
         </summary>
         {open && <RowList rows={rows} />}
       </details>
     </section>
+  )
+}
+
+/** The lowest and the highest pressure of a closed segment. */
+function RowsSpan({ rows }: { rows: GaugeProps[] }): JSX.Element | null {
+  const live = useLive()
+  const unit = useUnit()
+  const span = spanOf(
+    rows.map(({ gauge }) => gauge),
+    live.since,
+  )
+  return (
+    span && (
+      <span class="rows-span">
+        <ReadingText {...span.lowest} unit={unit} /> {t.overview.to} <ReadingText {...span.highest} unit={unit} />
+      </span>
+    )
   )
 }
 
@@ -194,6 +215,7 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       <GaugeStatus gauge={gauge} stale={stale} />
       <Overdue labels={labels} />
       <CardAlarms alarms={alarms} />
+      {urgency({ gauge, alarms }) > 0 && <Faults gauge={gauge} />}
     </li>
   )
 }

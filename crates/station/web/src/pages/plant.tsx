@@ -2,11 +2,11 @@
 
 import type { JSX } from 'preact'
 import type { PlantPicture } from '../api/types.ts'
-import { AlarmCounts } from '../components/alarm-marks.tsx'
+import { AlarmCounts, PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { activeCounts } from '../lib/alarms.ts'
-import { stateWords } from '../lib/picture.ts'
+import { type PlacedReading, stateWords, type VolumeState } from '../lib/picture.ts'
 import { usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
@@ -33,6 +33,24 @@ export function PlantPage(): JSX.Element {
         </>
       )}
       {plant && !hasPicture(plant) && <p class="waiting">{t.plant.none}</p>}
+    </>
+  )
+}
+
+/** The active alarms of a reading; those of the whole gauge stand at its first reading. */
+function ReadingAlarms({ placed, state }: { placed: PlacedReading; state: VolumeState }): JSX.Element {
+  const { gauge, reading } = placed
+  const isFirst = state.readings.find((other) => other.gauge.name === gauge.name) === placed
+  const own = state.alarms.filter(
+    (alarm) => alarm.gauge === gauge.name && (alarm.series ? alarm.series === reading.series : isFirst),
+  )
+  return (
+    <>
+      {own.map(({ name, priority }) => (
+        <span class="reading-alarm" key={name}>
+          <PriorityMark priority={priority} active={true} /> {name}
+        </span>
+      ))}
     </>
   )
 }
@@ -75,6 +93,7 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                         <li key={placed.reading.series}>
                           <Link to={gaugePath(placed.gauge.name)}>{placed.reading.series}</Link>{' '}
                           <ReadingText pa={boundOf(placed.reading)} quality={placed.quality} unit={unit} />
+                          <ReadingAlarms placed={placed} state={state} />
                         </li>
                       ))}
                       {state.silent.map((name) => (

@@ -3,7 +3,7 @@
 import './wall.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import type { Gauge, Quality, Reading } from '../api/types.ts'
+import type { Gauge, Quality, Reading, Segment } from '../api/types.ts'
 import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
@@ -11,9 +11,10 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
+import { spanOf } from '../lib/span.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
-import { gridOf, pageAt, pagesOf, stayingOf, type Tile, tilesOf } from '../lib/wall.ts'
+import { type Grid, gridOf, MOST_PAGES, pageAt, pagesOf, stayingOf, type Tile, tilesOf } from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { go } from '../router.tsx'
 import { applyTheme, useUnit } from '../settings.ts'
@@ -29,7 +30,7 @@ interface TileProps extends Tile<Reading> {
 export function Wall(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
-  const { gauges, alarms, station } = useSnapshot()
+  const { segments, gauges, alarms, station } = useSnapshot()
   const [filter] = useFilter()
   const { directory, error } = useDirectory()
   const [box, width, height] = useSize()
@@ -48,9 +49,8 @@ export function Wall(): JSX.Element {
   )
   const urgencyOf = (tile: TileProps): number => urgency({ gauge: ofTile(tile), alarms: tile.alarms })
   const problems = tiles.filter((tile) => urgencyOf(tile) > 0).sort((one, other) => urgencyOf(other) - urgencyOf(one))
-  const grid = gridOf(tiles.length, width, height)
   const quiet = tiles.filter((tile) => urgencyOf(tile) === 0)
-  const pages = pagesOf(problems, quiet, grid.columns * grid.rows)
+  const { grid, pages } = arranged(problems, quiet, segments, width, height)
   const page = pageAt(live.now, pages.length)
   // Problems that are not on every page.
   const turning = problems.slice(
@@ -84,12 +84,44 @@ export function Wall(): JSX.Element {
         style={{ '--columns': String(grid.columns), '--tile': `${grid.width}px` }}
         data-pages={pages.length}
       >
-        {(pages[page] ?? []).map((tile) => (
-          <WallTile {...tile} key={tile.reading?.series ?? tile.gauge.name} />
-        ))}
+        {(pages[page] ?? []).map((shown) =>
+          'segment' in shown ? (
+            <SegmentTile {...shown} live={live} unit={unit} key={`segment ${shown.segment}`} />
+          ) : (
+            <WallTile {...shown} key={nameOf(shown)} />
+          ),
+        )}
       </div>
     </div>
   )
+}
+
+/** The quiet gauges of a segment, on one tile. */
+interface QuietSegment {
+  segment: string
+  gauges: Gauge[]
+}
+
+/** The pages, and their grid: a tile for each reading, or when those are too many pages one for the quiet gauges of each segment. */
+function arranged(
+  problems: TileProps[],
+  quiet: TileProps[],
+  segments: readonly Segment[],
+  width: number,
+  height: number,
+): { grid: Grid; pages: (TileProps | QuietSegment)[][] } {
+  const paged = (others: (TileProps | QuietSegment)[]) => {
+    const grid = gridOf(problems.length + others.length, width, height)
+    return { grid, pages: pagesOf<TileProps | QuietSegment>(problems, others, grid.columns * grid.rows) }
+  }
+  const single = paged(quiet)
+  if (single.pages.length <= MOST_PAGES) return single
+  const quietGauges = new Set(quiet.map(({ gauge }) => gauge))
+  const shared = segments.map(({ name }) => ({
+    segment: name,
+    gauges: [...quietGauges].filter(({ segment }) => segment === name),
+  }))
+  return paged(shared.filter(({ gauges }) => gauges.length > 0))
 }
 
 /** The line about the problems that turn names this many. */
@@ -128,6 +160,28 @@ function WallTile(tile: TileProps): JSX.Element {
         )}
         {!first && [words, gauge.state === 'data-exchange' ? '' : stateText(gauge)].filter(Boolean).join(' · ')}
       </p>
+    </article>
+  )
+}
+
+/** How many gauges of a segment have no problem, with their lowest and highest pressure. */
+function SegmentTile({ segment, gauges, live, unit }: QuietSegment & { live: Live; unit: Unit }): JSX.Element {
+  const span = spanOf(gauges, live.since)
+  const isLost = gauges.every((gauge) => isStale(gauge, live.since))
+  return (
+    <article class={`wall-tile ${isLost ? 'stale' : ''}`} data-segment={segment}>
+      <h2>{segment}</h2>
+      {span ? (
+        <p class="wall-value wall-span">
+          <span class="wall-word">{t.wall.lowest}</span> <ReadingText {...span.lowest} unit={unit} />
+          <span class="wall-word">{t.wall.highest}</span> <ReadingText {...span.highest} unit={unit} />
+        </p>
+      ) : (
+        <p class="wall-value">
+          <span class="no-pressure stale">{t.common.noData}</span>
+        </p>
+      )}
+      <p class="wall-state">{t.wall.quiet(gauges.length)}</p>
     </article>
   )
 }

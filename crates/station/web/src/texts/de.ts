@@ -388,6 +388,7 @@ export const de: Texts = {
     last: (time) => `letzte Zustellung ${time}`,
     first: 'erste Zustellung läuft',
     nothing: 'noch nichts zugestellt',
+    failingLong: (names) => `Benachrichtigungen über Alarme werden nicht zugestellt: ${names}`,
   },
 
   help: {
@@ -582,6 +583,7 @@ export const de: Texts = {
     segment: (name) => `Segment ${name}`,
     problems: 'Probleme',
     gauges: (total) => counted(total, 'Messgerät', 'Messgeräte'),
+    to: 'bis',
     withProblems: (count) => `, davon ${count} unter Probleme`,
   },
 
@@ -635,6 +637,9 @@ export const de: Texts = {
     noneActive: (unacknowledged) => `keine anstehenden Alarme, ${unacknowledged} nicht quittiert`,
     others: 'Alarme ohne Messgerät',
     whole: 'ganzes Gerät',
+    lowest: 'min.',
+    highest: 'max.',
+    quiet: (count) => `${counted(count, 'Messgerät', 'Messgeräte')} ohne Problem`,
     turning: (count, names) => `${counted(count, 'Problem steht', 'Probleme stehen')} nicht auf jeder Seite: ${names}`,
     noConnection: (age) => `Seit ${age} keine Verbindung zur Station. Die Werte sind nicht aktuell.`,
   },

@@ -415,6 +415,7 @@ export const en = {
     last: (time: string) => `last delivery ${time}`,
     first: 'first delivery under way',
     nothing: 'nothing delivered yet',
+    failingLong: (names: string) => `Notifications of alarms are not delivered: ${names}`,
   },
 
   help: {
@@ -603,6 +604,8 @@ export const en = {
     segment: (name: string) => `Segment ${name}`,
     problems: 'Problems',
     gauges: (total: number) => counted(total, 'gauge', 'gauges'),
+    /** Between the lowest and the highest pressure of a segment. */
+    to: 'to',
     withProblems: (count: number) => `, ${count} of them under Problems`,
   },
 
@@ -656,6 +659,9 @@ export const en = {
     noneActive: (unacknowledged: number) => `no active alarms, ${unacknowledged} not acknowledged`,
     others: 'Alarms without a gauge',
     whole: 'whole gauge',
+    lowest: 'lowest',
+    highest: 'highest',
+    quiet: (count: number) => `${counted(count, 'gauge', 'gauges')} without a problem`,
     turning: (count: number, names: string) =>
       `${counted(count, 'problem is', 'problems are')} not on every page: ${names}`,
     noConnection: (age: string) => `No connection to the station for ${age}. The values are not current.`,

@@ -1,0 +1,27 @@
+// The lowest and the highest pressure of many gauges.
+
+import type { Gauge, Quality, Reading } from '../api/types.ts'
+import { currentQuality } from './stale.ts'
+
+/** A pressure, or the end of the range that it is beyond. */
+export interface Extreme {
+  pa: number
+  quality: Quality
+}
+
+/** The lowest and the highest of all readings; `null` if none is a pressure or the end of a range. */
+export function spanOf(gauges: readonly Gauge[], sinceMs: number): { lowest: Extreme; highest: Extreme } | null {
+  const all = gauges
+    .flatMap((gauge) => gauge.readings.map((reading) => extremeOf(gauge, reading, sinceMs)))
+    .filter((extreme) => extreme !== null)
+    .sort((one, other) => one.pa - other.pa)
+  const [lowest, highest] = [all[0], all.at(-1)]
+  return lowest && highest ? { lowest, highest } : null
+}
+
+function extremeOf(gauge: Gauge, reading: Reading, sinceMs: number): Extreme | null {
+  const quality = currentQuality(gauge, reading, sinceMs)
+  const pa = reading.pa ?? reading.limit_pa
+  const isPressure = quality === 'valid' || quality === 'underrange' || quality === 'overrange'
+  return isPressure && pa !== null ? { pa, quality } : null
+}
