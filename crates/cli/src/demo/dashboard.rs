@@ -134,8 +134,8 @@ impl PumpDown {
         alarms.start(rules, Vec::new()).map_err(StationError::from)?;
         alarms.start_plant_states(plant_states).map_err(StationError::from)?;
         let declared_by = Actor { user: User { name: Arc::from(USER), role: Role::Engineer }, peer: None };
-        let declared =
-            has_state.then(|| alarms.declare(alarms::PUMP_DOWN, &declared_by, "the chamber was vented", LONGEST_PUMP_DOWN));
+        let declared = has_state
+            .then(|| alarms.declare(alarms::PUMP_DOWN, &declared_by, "the chamber was vented", LONGEST_PUMP_DOWN));
         Ok(declared.transpose().map_err(|error| Failure::usage(error.to_string()))?.map(|_| Self { declared_by }))
     }
 
