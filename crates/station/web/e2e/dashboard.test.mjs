@@ -147,8 +147,11 @@ async function wheel(page, box, by) {
   await page.mouse.wheel(0, by)
 }
 
-/** The columns of a chart that have the colour of its first curve: [time, whether] for each pixel. */
-const COLUMNS = () => {
+/** The height of the lanes at the bottom of a chart with two curves, in which times without data and their names are. */
+const LANES_PX = 60
+
+/** The columns of a chart that have the colour of its first curve: [time, whether above the lanes, whether in them] for each pixel. */
+const COLUMNS = (lanes) => {
   const canvas = document.querySelector('.chart canvas')
   const box = canvas.getBoundingClientRect()
   const over = document.querySelector('.chart .u-over').getBoundingClientRect()
@@ -162,22 +165,27 @@ const COLUMNS = () => {
   const isColour = (at) => Math.abs(data[at] - r) + Math.abs(data[at + 1] - g) + Math.abs(data[at + 2] - b) < 40
   return Array.from({ length: width }, (_, x) => {
     const column = Array.from({ length: height }, (_, y) => isColour(4 * (y * width + x)))
-    return [Number(from) + ((Number(to) - Number(from)) * (x + 0.5)) / width, column.some(Boolean)]
+    const bottom = height - Math.round(lanes * scale)
+    const time = Number(from) + ((Number(to) - Number(from)) * (x + 0.5)) / width
+    return [time, column.slice(0, bottom).some(Boolean), column.slice(bottom).some(Boolean)]
   })
 }
 
-test('a gap is drawn as a gap', async () => {
+test('a gap is drawn as a gap, with a dashed line below', async () => {
   const { started_ms } = await plant.json('/api/station')
   await visit(`/trends?s=gate+1&s=detector&from=${started_ms - 900_000}&to=${started_ms}`, async (page) => {
     await drawn(page)
-    const columns = (await page.evaluate(COLUMNS)).map(([time, has]) => [(time - started_ms) / 1000, has])
-    const part = (from, to) => {
-      const inside = columns.filter(([second]) => second > from && second < to)
-      return inside.filter(([, has]) => has).length / inside.length
+    const columns = await page.evaluate(COLUMNS, LANES_PX)
+    const part = (from, to, place) => {
+      const inside = columns.filter(([time]) => time - started_ms > 1000 * from && time - started_ms < 1000 * to)
+      return inside.filter((column) => column[place]).length / inside.length
     }
-    assert.ok(part(-890, -545) > 0.95, `before: ${part(-890, -545)}`)
-    assert.ok(part(-320, -10) > 0.95, `after: ${part(-320, -10)}`)
-    assert.equal(part(-535, -335), 0)
+    const [above, lane] = [1, 2]
+    assert.ok(part(-890, -545, above) > 0.95, `before: ${part(-890, -545, above)}`)
+    assert.ok(part(-320, -10, above) > 0.95, `after: ${part(-320, -10, above)}`)
+    assert.equal(part(-535, -335, above), 0)
+    const dashes = part(-535, -335, lane)
+    assert.ok(dashes > 0.4 && dashes < 1, `${dashes} of the line`)
   })
 })
 
