@@ -165,6 +165,15 @@ async def check_subscription(plant, station):
     await subscription.delete()
 
 
+async def check_lifetime(station):
+    """The values of a client that has gone without a word stay in memory for a bounded number of intervals."""
+    wanted = ua.CreateSubscriptionParameters()
+    wanted.RequestedPublishingInterval, wanted.RequestedLifetimeCount, wanted.RequestedMaxKeepAliveCount = 100, 1_000_000, 100_000
+    revised = await station.client.uaclient.create_subscription(wanted, lambda *_: None)
+    assert (revised.RevisedLifetimeCount, revised.RevisedMaxKeepAliveCount) == (600, 200), revised
+    await station.client.uaclient.delete_subscriptions([revised.SubscriptionId])
+
+
 async def check_alarm(plant, station):
     plant.tell("pressure 1 mbar")
     alarm = "alarm/Chamber high"
@@ -572,6 +581,7 @@ async def main(program):
             ("values", lambda: check_value(station)),
             ("types", lambda: check_types(station)),
             ("subscription", lambda: check_subscription(plant, station)),
+            ("lifetime of subscriptions", lambda: check_lifetime(station)),
             ("alarm", lambda: check_alarm(plant, station)),
             ("unplugged gauge", lambda: check_unplugged(plant, station)),
             ("history", lambda: check_history(station)),

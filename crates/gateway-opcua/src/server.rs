@@ -40,6 +40,10 @@ const PRUNE_PERIOD: Duration = Duration::from_secs(10);
 /// The longest queue of events: more alarms than stand at once in a large plant. Values have a queue of four.
 const EVENT_QUEUE: usize = 2_000;
 
+/// The intervals without a request of its client after which a subscription ends. It outlives its session, so of a client that has gone
+/// without a word its values stay in memory until then: one minute at the shortest interval, ten minutes at a second.
+const LIFETIME_COUNT: u32 = 600;
+
 /// The pause before the next look whether the library listens.
 const START_PAUSE: Duration = Duration::from_millis(10);
 
@@ -69,6 +73,9 @@ pub fn limits() -> Limits {
             max_monitored_item_queue_size: EVENT_QUEUE,
             min_sampling_interval_ms: MIN_INTERVAL_MS,
             min_publishing_interval_ms: MIN_INTERVAL_MS,
+            max_lifetime_count: LIFETIME_COUNT,
+            // Part 4, 5.14.2: at most a third of the lifetime.
+            max_keep_alive_count: LIFETIME_COUNT / 3,
             ..SubscriptionLimits::default()
         },
         operational: OperationalLimits {
