@@ -1,10 +1,11 @@
 //! The dashboard of the demonstration: that of the station, with the services in memory.
 
+use super::pump_down::{PumpDown, is_evacuated};
 use super::{alarms, plant};
 use crate::failure::Failure;
 use crate::output::notice;
 use profivac_recorder::{Recorder, Settings};
-use profivac_station::alarm::{AlarmService, AlarmThread, PlantStateRule, Rule};
+use profivac_station::alarm::AlarmThread;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::auth::{Access, Actor, Role, User};
 use profivac_station::segment::DemoSegment;
@@ -31,12 +32,6 @@ const SEGMENT: &str = "demo";
 /// The user of the demonstration, an engineer.
 const USER: &str = "demo";
 
-/// Far longer than the pump-down lasts, also when the demonstration runs slowly.
-const LONGEST_PUMP_DOWN: Duration = Duration::from_secs(3600);
-
-/// A tenth of the limit of the chamber's alarm, in Pa.
-const EVACUATED_PA: f64 = 0.01;
-
 /// Records the demonstration and serves the dashboard.
 pub struct Dashboard {
     shown: DemoSegment,
@@ -57,6 +52,8 @@ pub struct DashboardOptions<'a> {
     pub listen: Option<SocketAddr>,
     /// The file of the database, if it is kept.
     pub record: Option<&'a Path>,
+    /// Whether the chamber is full of air at first, as in the default scenario.
+    pub begins_vented: bool,
 }
 
 impl Dashboard {
@@ -87,7 +84,10 @@ impl Dashboard {
             (format!("{device} {address}"), device)
         };
         let (rules, plant_states) = alarms::rules(scenario, SEGMENT, names)?;
-        let pump_down = PumpDown::declare(services.alarms(), rules, plant_states)?;
+        services.alarms().start(rules, Vec::new()).map_err(StationError::from)?;
+        services.alarms().start_plant_states(plant_states).map_err(StationError::from)?;
+        let user = Actor { user: User { name: Arc::from(USER), role: Role::Engineer }, peer: None };
+        let pump_down = options.begins_vented.then(|| PumpDown::declare(services.alarms(), user)).transpose()?;
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
         let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
         services.plant().set(plant::view(scenario.schematic(), |address| names(address).0));
@@ -112,44 +112,13 @@ impl Dashboard {
         plant.report(plant::states(run));
         run.message().into_iter().for_each(|message| plant.tell(message));
         self.shown.run_once(segment);
-        if let Some(pump_down) = self.pump_down.take_if(|_| is_evacuated(&self.services)) {
+        let chamber = self.services.snapshots().gauge(alarms::CHAMBER);
+        if chamber.is_some_and(|gauge| is_evacuated(&gauge))
+            && let Some(pump_down) = self.pump_down.take()
+        {
             pump_down.end(self.services.alarms());
         }
     }
-}
-
-/// The declared plant state in which the demonstration begins.
-struct PumpDown {
-    declared_by: Actor,
-}
-
-impl PumpDown {
-    /// Starts the alarms, and declares the plant state; `None` if the plant has none.
-    fn declare(
-        alarms: &AlarmService,
-        rules: Vec<Rule>,
-        plant_states: Vec<PlantStateRule>,
-    ) -> Result<Option<Self>, Failure> {
-        let has_state = !plant_states.is_empty();
-        alarms.start(rules, Vec::new()).map_err(StationError::from)?;
-        alarms.start_plant_states(plant_states).map_err(StationError::from)?;
-        let declared_by = Actor { user: User { name: Arc::from(USER), role: Role::Engineer }, peer: None };
-        let declared = has_state
-            .then(|| alarms.declare(alarms::PUMP_DOWN, &declared_by, "the chamber was vented", LONGEST_PUMP_DOWN));
-        Ok(declared.transpose().map_err(|error| Failure::usage(error.to_string()))?.map(|_| Self { declared_by }))
-    }
-
-    fn end(self, alarms: &AlarmService) {
-        // A user may have ended it before.
-        alarms.end_plant_state(alarms::PUMP_DOWN, &self.declared_by, "high vacuum").ok();
-    }
-}
-
-/// Whether the chamber of the default scenario is evacuated.
-fn is_evacuated(services: &Services) -> bool {
-    let gauge = services.snapshots().gauge(alarms::CHAMBER);
-    let pa = gauge.and_then(|gauge| gauge.readings.first()?.pa);
-    pa.is_some_and(|pa| pa < EVACUATED_PA)
 }
 
 /// Serves the dashboard; every local user has the engineer role, because no gauge is real.

@@ -4,6 +4,7 @@ mod alarms;
 mod dashboard;
 mod picture;
 mod plant;
+mod pump_down;
 mod trend;
 
 use crate::console::Signals;
@@ -163,7 +164,8 @@ impl Demo {
         let run = scenario.start(MasterPresence::Present);
         let Arguments { listen, headless, .. } = *arguments;
         let record = arguments.record.as_deref();
-        let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record };
+        let begins_vented = arguments.scenario.is_none();
+        let options = DashboardOptions { is_served: !headless || listen.is_some(), listen, record, begins_vented };
         let is_wanted = options.is_served || record.is_some();
         let dashboard = is_wanted.then(|| Dashboard::open(&scenario, &mut segment, MASTER, &options)).transpose()?;
         let started = Instant::now();
