@@ -12,6 +12,7 @@ import {
   sampleAt,
   stretches,
   UNDER,
+  withoutData,
   withRecent,
 } from '../dist/test/lib/series.js'
 
@@ -79,7 +80,7 @@ test('no line is drawn outside the range', () => {
 test('a stretch ends where a gap begins in its pixel', () => {
   const ended = trend([0, null, FAULT], [1, null, FAULT | GAP], [30, null, FAULT], [31, 1])
   assert.deepEqual(
-    stretches(ended, 1000).map(({ from, to, kind }) => [from, to, kind]),
+    [...stretches(ended, 1000), ...withoutData(ended, 1000, [0, 31_000])].map(({ from, to, kind }) => [from, to, kind]),
     [
       [0, 2000, 'fault'],
       [30_000, 31_000, 'fault'],
@@ -88,12 +89,23 @@ test('a stretch ends where a gap begins in its pixel', () => {
   )
 })
 
-test('a long time without samples is a stretch of its own, and no other reaches over it', () => {
-  assert.deepEqual(stretches(trend([0, 1, UNDER], [1000, 1]), 1000), [
-    { from: 0, to: 1000, kind: 'under', limit: 0.5 },
-    { from: 1000, to: 1_000_000, kind: 'none', limit: null },
-  ])
-  assert.deepEqual(stretches(trend([0, 1], [100, 1]), 1000), [], 'a pressure without changes is recorded once a minute')
+test('a stretch does not reach over a long time without samples', () => {
+  const distant = trend([0, 1, UNDER], [1000, 1])
+  assert.deepEqual(stretches(distant, 1000), [{ from: 0, to: 1000, kind: 'under', limit: 0.5 }])
+  const none = { from: 1000, to: 1_000_000, kind: 'none', limit: null }
+  assert.deepEqual(withoutData(distant, 1000, [0, 1_000_000]), [none])
+})
+
+test('times without data are one stretch each, before the first sample and behind the last one too', () => {
+  const none = (trend, window) => withoutData(trend, 600, window).map(({ from, to }) => [from, to])
+  // The gauge was lost at 10 s: since then the live stream says so every second.
+  const lost = Array.from({ length: 300 }, (_, second) => ({ at: 10_000 + 1000 * second, pa: null, bits: GAP }))
+  assert.deepEqual(none(withRecent(trend([0, 1], [9, 1]), lost), [0, 310_000]), [[10_000, 310_000]])
+  assert.deepEqual(none(trend([0, 1], [1, 1, VALID | GAP]), [0, 60_000]), [[1600, 60_000]])
+  assert.deepEqual(none(trend([0, 1]), [0, 400_000]), [[600, 400_000]])
+  assert.deepEqual(none(trend([400, 1]), [0, 400_000]), [[0, 400_000]])
+  assert.deepEqual(none(trend(), [0, 400_000]), [[0, 400_000]])
+  assert.deepEqual(none(trend([60, 1], [100, 1]), [0, 160_000]), [], 'a sample is at most a minute later')
 })
 
 test('recent samples are added, and none twice', () => {

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { gridOf, otherAlarms, pageAt, pagesOf, TURN_MS, tilesOf } from '../dist/test/lib/wall.js'
+import { gridOf, isShared, otherAlarms, pageAt, pagesOf, sharedTiles, TURN_MS, tilesOf } from '../dist/test/lib/wall.js'
 
 test('few tiles are large, and many are not narrower than can be read', () => {
   assert.deepEqual(gridOf(1, 1920, 1000), { columns: 1, rows: 1, width: 1920 })
@@ -34,6 +34,31 @@ test('every tile has a page, problems stay on all pages, and a page is never lon
   const pages = pagesOf(['p0', 'p1'], names('o', 10), 6)
   assert.equal(pages.length, 3)
   assert.ok(pages.every((page) => page[0] === 'p0' && page[1] === 'p1'))
+})
+
+test('the gauges of a segment share a tile when there would be more than five pages', () => {
+  // 25 tiles fit into the window.
+  assert.deepEqual(
+    [1, 125, 126, 480].map((readings) => isShared(readings, 1920, 1000)),
+    [false, false, true, true],
+  )
+})
+
+test('a controller with a problem is not among the gauges without one, and its quiet channels keep their tiles', () => {
+  const gauge = (name, segment) => ({ name, segment })
+  const [tpg, one, two] = [gauge('tpg', 'a'), gauge('one', 'a'), gauge('two', 'b')]
+  const tile = (gauge, channel) => ({ gauge, channel })
+  const others = sharedTiles(
+    [tile(tpg, 2)],
+    [tile(tpg, 1), tile(one, 1), tile(two, 1), tile(two, 2), tile(tpg, 3)],
+    ['a', 'b', 'c'],
+  )
+  assert.deepEqual(others, [
+    tile(tpg, 1),
+    tile(tpg, 3),
+    { segment: 'a', gauges: [one] },
+    { segment: 'b', gauges: [two] },
+  ])
 })
 
 test('pages turn with the clock of the station', () => {

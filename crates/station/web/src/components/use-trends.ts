@@ -12,6 +12,7 @@ import {
   sampleAt,
   stretches,
   type Value,
+  withoutData,
   withRecent,
 } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
@@ -31,6 +32,8 @@ export interface FetchedTrends {
   events: StationEvent[]
   /** The length of a pixel. */
   binMs: number
+  /** The time that was fetched, in milliseconds. */
+  window: [number, number]
 }
 
 /** The value, after it has not changed for a while. */
@@ -65,13 +68,13 @@ export function useTrends(
   const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
   return useQuery(JSON.stringify(settled), period, async (signal) => {
     const { names, range, pixels } = settled
-    if (pixels === 0) return { trends: [], events: [], binMs: 1 }
+    if (pixels === 0) return { trends: [], events: [], binMs: 1, window: [0, 0] }
     const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
     const [events, ...trends] = await Promise.all([
       fetchEvents(from, to, MOST_EVENTS, signal),
       ...names.map((name) => trendOf(name, from, to, count, signal)),
     ])
-    return { trends, events, binMs }
+    return { trends, events, binMs, window: [from, to] }
   })
 }
 
@@ -88,7 +91,9 @@ export interface ChartData {
 
 /** The fetched trends; in a live range with the samples that were received since. */
 export function useChartData(fetched: FetchedTrends | null, range: Range, unit: Unit, now: number): ChartData {
-  const second = isLive(range) ? Math.floor(now / 1000) : 0
+  const [from, to] = fetched?.window ?? [0, 0]
+  const isMoving = isLive(range) || to > now
+  const second = isMoving ? Math.floor(now / 1000) : 0
   return useMemo(() => {
     const trends = (fetched?.trends ?? []).map((trend) =>
       isLive(range) ? withRecent(trend, recentSamples(trend.series)) : trend,
@@ -100,9 +105,12 @@ export function useChartData(fetched: FetchedTrends | null, range: Range, unit: 
       binMs,
       times,
       curves: curves.map((curve) => curveIn(curve, unit)),
-      stretches: trends.map((trend) => stretches(trend, binMs).map((stretch) => stretchIn(stretch, unit))),
+      stretches: trends.map((trend) => {
+        const all = [...stretches(trend, binMs), ...withoutData(trend, binMs, [from, isMoving ? now : to])]
+        return all.map((stretch) => stretchIn(stretch, unit))
+      }),
     }
-  }, [fetched, unit, second, isLive(range)])
+  }, [fetched, unit, second, isMoving])
 }
 
 function curveIn({ low, high, mean }: Curve, unit: Unit): Curve {

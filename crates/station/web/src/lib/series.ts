@@ -49,26 +49,22 @@ export function isOutside(bits: number): boolean {
   return (bits & (OVER | UNDER)) !== 0 && (bits & VALID) === 0
 }
 
-/** The times between distant samples, and after samples that end: the line breaks there. */
-function gaps({ start_ms, qualities }: Trend, binMs: number): { after: number; from: number; to: number }[] {
-  const longest = Math.max(LONGEST_MS, 2.5 * binMs)
-  return start_ms.flatMap((start, index) => {
-    const before = start_ms[index - 1]
-    if (before === undefined) return []
-    const ended = ((qualities[index - 1] ?? 0) & GAP) !== 0
-    if (start - before <= longest && !(ended && start - before > 1.5 * binMs)) return []
-    return [{ after: index - 1, from: before + Math.min(binMs, (start - before) / 2), to: start }]
-  })
+/** Whether there are no data between a sample and the next one: it is distant, or the data ended in the pixel of the sample. */
+function isGap({ start_ms, qualities }: Trend, index: number, next: number, binMs: number): boolean {
+  const time = next - (start_ms[index] ?? next)
+  const hasEnded = ((qualities[index] ?? 0) & GAP) !== 0 && time > 1.5 * binMs
+  return hasEnded || time > Math.max(LONGEST_MS, 2.5 * binMs)
 }
 
 /** A trend with a gap wherever the line must break: between distant samples, and outside the range. */
 function withGaps(trend: Trend, binMs: number): Trend {
   const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], qualities: [] }
-  const drawn = gaps(trend, binMs).filter(({ after }) => trend.mean[after] !== null)
-  const breaks = new Map(drawn.map(({ after, from }) => [after + 1, from]))
   trend.start_ms.forEach((start, index) => {
-    const from = breaks.get(index)
-    if (from !== undefined) push(made, from, null, null, null, GAP)
+    const before = trend.start_ms[index - 1]
+    const isDrawn = before !== undefined && (trend.mean[index - 1] ?? null) !== null
+    if (isDrawn && isGap(trend, index - 1, start, binMs)) {
+      push(made, before + Math.min(binMs, (start - before) / 2), null, null, null, GAP)
+    }
     const bits = trend.qualities[index]!
     if (isOutside(bits)) push(made, start, null, null, null, bits)
     else push(made, start, trend.low[index]!, trend.high[index]!, trend.mean[index]!, bits)
@@ -136,10 +132,7 @@ const STRETCHES: [number, Stretch['kind']][] = [
   [ASSUMED, 'assumed'],
 ]
 
-/**
- * The times in which a gauge was outside its range, off, reported a fault, or was not recorded. A sample holds until the next one, or
- * until a gap begins.
- */
+/** The times in which a gauge was outside its range, off, or reported a fault. A sample holds until the next one, or until a gap begins. */
 export function stretches(trend: Trend, binMs: number): Stretch[] {
   const made: Stretch[] = []
   for (const [bit, kind] of STRETCHES) {
@@ -150,8 +143,7 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
         return
       }
       const next = trend.start_ms[index + 1] ?? start + binMs
-      const hasEnded = (trend.qualities[index]! & GAP) !== 0 && next - start > 1.5 * binMs
-      const to = hasEnded || next - start > Math.max(LONGEST_MS, 2.5 * binMs) ? start + binMs : next
+      const to = isGap(trend, index, next, binMs) ? start + binMs : next
       const limit = kind === 'over' ? trend.high[index]! : kind === 'under' ? trend.low[index]! : null
       if (open && start <= open.to) {
         open.to = to
@@ -162,7 +154,31 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
       }
     })
   }
-  return [...made, ...gaps(trend, binMs).map(({ from, to }): Stretch => ({ from, to, kind: 'none', limit: null }))]
+  return made
+}
+
+/** The times of a window without data: before the first sample, between samples, and after the last one. */
+export function withoutData(trend: Trend, binMs: number, [from, until]: [number, number]): Stretch[] {
+  const made: Stretch[] = []
+  const { start_ms, qualities } = trend
+  const first = start_ms[0] ?? until
+  let open = first - from > Math.max(LONGEST_MS, 2.5 * binMs) ? from : null
+  const close = (to: number): void => {
+    if (open !== null && to > open) made.push({ from: open, to, kind: 'none', limit: null })
+    open = null
+  }
+  start_ms.forEach((start, index) => {
+    // A mark that there are no data, and not the last data of a pixel.
+    if (qualities[index] === GAP) {
+      open ??= start
+      return
+    }
+    close(start)
+    const next = start_ms[index + 1] ?? until
+    if (isGap(trend, index, next, binMs)) open = start + Math.min(binMs, (next - start) / 2)
+  })
+  close(until)
+  return made
 }
 
 /** Of two ends of a range the outer one: measured values lie within the range. */

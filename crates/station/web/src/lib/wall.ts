@@ -50,8 +50,36 @@ export function pagesOf<T>(problems: readonly T[], others: readonly T[], perPage
   return pages
 }
 
-/** More pages than these take longer than a minute: the quiet gauges of a segment then share a tile. */
-export const MOST_PAGES = 5
+/** More pages than these take longer than a minute. */
+const MOST_PAGES = 5
+
+/**
+ * Whether the gauges of a segment share a tile: a tile for each reading would make too many pages. It depends on the plant and the
+ * window alone. With the room beside the lines about problems, or with the number of problems, the arrangement would change with
+ * every alarm, and again with the line that this adds.
+ */
+export function isShared(readings: number, width: number, height: number): boolean {
+  const { columns, rows } = gridOf(readings, width, height)
+  return readings > MOST_PAGES * columns * rows
+}
+
+/** The gauges of a segment of which none has a problem. */
+export interface QuietSegment<G> {
+  segment: string
+  gauges: G[]
+}
+
+/** One tile for the gauges of each segment that have no problem; the quiet channels of a controller with one keep their tiles. */
+export function sharedTiles<T extends { gauge: { segment: string } }>(
+  problems: readonly T[],
+  quiet: readonly T[],
+  segments: readonly string[],
+): (T | QuietSegment<T['gauge']>)[] {
+  const troubled = new Set<T['gauge']>(problems.map(({ gauge }) => gauge))
+  const gauges = [...new Set<T['gauge']>(quiet.map(({ gauge }) => gauge))].filter((gauge) => !troubled.has(gauge))
+  const shared = segments.map((segment) => ({ segment, gauges: gauges.filter((gauge) => gauge.segment === segment) }))
+  return [...quiet.filter(({ gauge }) => troubled.has(gauge)), ...shared.filter(({ gauges }) => gauges.length > 0)]
+}
 
 /** The number of the page at a time, from 0. */
 export const pageAt = (now: number, pages: number): number => Math.floor(now / TURN_MS) % Math.max(1, pages)

@@ -16,7 +16,7 @@ import { Sparkline } from '../components/sparkline.tsx'
 import { Views } from '../components/views.tsx'
 import { isActive, PRIORITIES } from '../lib/alarms.ts'
 import { isFiltered as hasFilter, needsLabels } from '../lib/filter.ts'
-import { spanOf } from '../lib/span.ts'
+import { pressureRange } from '../lib/pressure-range.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
@@ -128,14 +128,14 @@ function Rows(props: { segments: Segment[]; shown: GaugeProps[]; isFiltered: boo
         const all = shown.filter(({ gauge }) => gauge.segment === segment.name)
         const quiet = all.filter((one) => urgency(one) === 0)
         if (isFiltered && quiet.length === 0) return null
-        return <SegmentRows segment={segment} rows={quiet} total={all.length} isOpen={isFiltered} key={segment.name} />
+        return <SegmentRows segment={segment} rows={quiet} all={all} isOpen={isFiltered} key={segment.name} />
       })}
     </>
   )
 }
 
-function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: number; isOpen: boolean }): JSX.Element {
-  const { segment, rows, total, isOpen } = props
+function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; all: GaugeProps[]; isOpen: boolean }): JSX.Element {
+  const { segment, rows, all, isOpen } = props
   const [opened, setOpened] = useState(false)
   const open = isOpen || opened
   return (
@@ -144,10 +144,10 @@ function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: numbe
         <summary>
           <SegmentHeading segment={segment} />{' '}
           <span class="muted">
-            {t.overview.gauges(total)}
-            {total > rows.length && t.overview.withProblems(total - rows.length)}
-          </span>
-          <RowsSpan rows={rows} />
+            {t.overview.gauges(all.length)}
+            {all.length > rows.length && t.overview.withProblems(all.length - rows.length)}
+          </span>{' '}
+          <SegmentRange gauges={all.map(({ gauge }) => gauge)} />
         </summary>
         {open && <RowList rows={rows} />}
       </details>
@@ -155,18 +155,15 @@ function SegmentRows(props: { segment: Segment; rows: GaugeProps[]; total: numbe
   )
 }
 
-/** The lowest and the highest pressure of a closed segment. */
-function RowsSpan({ rows }: { rows: GaugeProps[] }): JSX.Element | null {
+/** The lowest and the highest pressure of a segment. */
+function SegmentRange({ gauges }: { gauges: Gauge[] }): JSX.Element | null {
   const live = useLive()
   const unit = useUnit()
-  const span = spanOf(
-    rows.map(({ gauge }) => gauge),
-    live.since,
-  )
+  const range = pressureRange(gauges, live.since)
   return (
-    span && (
-      <span class="rows-span">
-        <ReadingText {...span.lowest} unit={unit} /> {t.overview.to} <ReadingText {...span.highest} unit={unit} />
+    range && (
+      <span class="segment-range">
+        <ReadingText {...range.lowest} unit={unit} /> {t.overview.to} <ReadingText {...range.highest} unit={unit} />
       </span>
     )
   )

@@ -1,7 +1,7 @@
 // The plant as a picture, and the same as a list.
 
 import type { JSX } from 'preact'
-import type { PlantPicture } from '../api/types.ts'
+import type { Alarm, PlantPicture } from '../api/types.ts'
 import { AlarmCounts, PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
@@ -44,9 +44,13 @@ function ReadingAlarms({ placed, state }: { placed: PlacedReading; state: Volume
   const own = state.alarms.filter(
     (alarm) => alarm.gauge === gauge.name && (alarm.series ? alarm.series === reading.series : isFirst),
   )
+  return <NamedAlarms alarms={own} />
+}
+
+function NamedAlarms({ alarms }: { alarms: Alarm[] }): JSX.Element {
   return (
     <>
-      {own.map(({ name, priority }) => (
+      {alarms.map(({ name, priority }) => (
         <span class="reading-alarm" key={name}>
           <PriorityMark priority={priority} active={true} /> {name}
         </span>
@@ -98,7 +102,8 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                       ))}
                       {state.silent.map((name) => (
                         <li key={name}>
-                          {name} <span class="no-pressure">{t.common.noData}</span>
+                          {name} <span class="no-pressure stale">{t.common.noData}</span>
+                          <NamedAlarms alarms={state.alarms.filter(({ gauge }) => gauge === name)} />
                         </li>
                       ))}
                     </ul>

@@ -11,10 +11,20 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
-import { spanOf } from '../lib/span.ts'
+import { pressureRange } from '../lib/pressure-range.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
-import { type Grid, gridOf, MOST_PAGES, pageAt, pagesOf, stayingOf, type Tile, tilesOf } from '../lib/wall.ts'
+import {
+  gridOf,
+  isShared,
+  pageAt,
+  pagesOf,
+  type QuietSegment,
+  sharedTiles,
+  stayingOf,
+  type Tile,
+  tilesOf,
+} from '../lib/wall.ts'
 import { type Live, useLive, useSnapshot } from '../live.ts'
 import { go } from '../router.tsx'
 import { applyTheme, useUnit } from '../settings.ts'
@@ -50,7 +60,10 @@ export function Wall(): JSX.Element {
   const urgencyOf = (tile: TileProps): number => urgency({ gauge: ofTile(tile), alarms: tile.alarms })
   const problems = tiles.filter((tile) => urgencyOf(tile) > 0).sort((one, other) => urgencyOf(other) - urgencyOf(one))
   const quiet = tiles.filter((tile) => urgencyOf(tile) === 0)
-  const { grid, pages } = arranged(problems, quiet, segments, width, height)
+  const readings = shown.reduce((sum, { gauge }) => sum + Math.max(1, gauge.readings.length), 0)
+  const others = isShared(readings, innerWidth, innerHeight) ? sharedTiles(problems, quiet, names(segments)) : quiet
+  const grid = gridOf(problems.length + others.length, width, height)
+  const pages = pagesOf<TileProps | QuietSegment<Gauge>>(problems, others, grid.columns * grid.rows)
   const page = pageAt(live.now, pages.length)
   // Problems that are not on every page.
   const turning = problems.slice(
@@ -96,40 +109,14 @@ export function Wall(): JSX.Element {
   )
 }
 
-/** The quiet gauges of a segment, on one tile. */
-interface QuietSegment {
-  segment: string
-  gauges: Gauge[]
-}
-
-/** The pages, and their grid: a tile for each reading, or when those are too many pages one for the quiet gauges of each segment. */
-function arranged(
-  problems: TileProps[],
-  quiet: TileProps[],
-  segments: readonly Segment[],
-  width: number,
-  height: number,
-): { grid: Grid; pages: (TileProps | QuietSegment)[][] } {
-  const paged = (others: (TileProps | QuietSegment)[]) => {
-    const grid = gridOf(problems.length + others.length, width, height)
-    return { grid, pages: pagesOf<TileProps | QuietSegment>(problems, others, grid.columns * grid.rows) }
-  }
-  const single = paged(quiet)
-  if (single.pages.length <= MOST_PAGES) return single
-  const quietGauges = new Set(quiet.map(({ gauge }) => gauge))
-  const shared = segments.map(({ name }) => ({
-    segment: name,
-    gauges: [...quietGauges].filter(({ segment }) => segment === name),
-  }))
-  return paged(shared.filter(({ gauges }) => gauges.length > 0))
-}
-
 /** The line about the problems that turn names this many. */
 const MOST_NAMES = 6
 
 /** The gauge as its tile shows it: the fault of a controller is not that of each channel. */
 const ofTile = ({ gauge, reading }: TileProps): Gauge =>
   gauge.state === 'fault' && reading && gauge.readings.length > 1 ? { ...gauge, state: 'data-exchange' } : gauge
+
+const names = (segments: readonly Segment[]): string[] => segments.map(({ name }) => name)
 
 const nameOf = ({ gauge, reading }: TileProps): string => reading?.series ?? gauge.name
 
@@ -147,7 +134,9 @@ function WallTile(tile: TileProps): JSX.Element {
         {reading && quality ? (
           <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
         ) : (
-          <span class="no-pressure stale">{gauge.readings.length > 0 ? t.wall.whole : t.common.noData}</span>
+          <span class={`no-pressure ${gauge.readings.length > 0 ? '' : 'stale'}`}>
+            {gauge.readings.length > 0 ? t.wall.whole : t.common.noData}
+          </span>
         )}
       </p>
       {first && words && <p class="wall-quality">{words}</p>}
@@ -165,20 +154,20 @@ function WallTile(tile: TileProps): JSX.Element {
 }
 
 /** How many gauges of a segment have no problem, with their lowest and highest pressure. */
-function SegmentTile({ segment, gauges, live, unit }: QuietSegment & { live: Live; unit: Unit }): JSX.Element {
-  const span = spanOf(gauges, live.since)
+function SegmentTile({ segment, gauges, live, unit }: QuietSegment<Gauge> & { live: Live; unit: Unit }): JSX.Element {
+  const range = pressureRange(gauges, live.since)
   const isLost = gauges.every((gauge) => isStale(gauge, live.since))
   return (
     <article class={`wall-tile ${isLost ? 'stale' : ''}`} data-segment={segment}>
       <h2>{segment}</h2>
-      {span ? (
-        <p class="wall-value wall-span">
-          <span class="wall-word">{t.wall.lowest}</span> <ReadingText {...span.lowest} unit={unit} />
-          <span class="wall-word">{t.wall.highest}</span> <ReadingText {...span.highest} unit={unit} />
+      {range ? (
+        <p class="wall-value wall-range">
+          <span class="wall-word">{t.wall.lowest}</span> <ReadingText {...range.lowest} unit={unit} />
+          <span class="wall-word">{t.wall.highest}</span> <ReadingText {...range.highest} unit={unit} />
         </p>
       ) : (
         <p class="wall-value">
-          <span class="no-pressure stale">{t.common.noData}</span>
+          <span class={`no-pressure ${isLost ? 'stale' : ''}`}>{isLost ? t.common.noData : t.wall.noPressure}</span>
         </p>
       )}
       <p class="wall-state">{t.wall.quiet(gauges.length)}</p>

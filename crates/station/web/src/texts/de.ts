@@ -388,7 +388,7 @@ export const de: Texts = {
     last: (time) => `letzte Zustellung ${time}`,
     first: 'erste Zustellung läuft',
     nothing: 'noch nichts zugestellt',
-    failingLong: (names) => `Benachrichtigungen über Alarme werden nicht zugestellt: ${names}`,
+    failingLong: (names) => `Alarmbenachrichtigungen werden nicht zugestellt: ${names}`,
   },
 
   help: {
@@ -639,6 +639,7 @@ export const de: Texts = {
     whole: 'ganzes Gerät',
     lowest: 'min.',
     highest: 'max.',
+    noPressure: 'kein Druck',
     quiet: (count) => `${counted(count, 'Messgerät', 'Messgeräte')} ohne Problem`,
     turning: (count, names) => `${counted(count, 'Problem steht', 'Probleme stehen')} nicht auf jeder Seite: ${names}`,
     noConnection: (age) => `Seit ${age} keine Verbindung zur Station. Die Werte sind nicht aktuell.`,

@@ -661,6 +661,7 @@ export const en = {
     whole: 'whole gauge',
     lowest: 'lowest',
     highest: 'highest',
+    noPressure: 'no pressure',
     quiet: (count: number) => `${counted(count, 'gauge', 'gauges')} without a problem`,
     turning: (count: number, names: string) =>
       `${counted(count, 'problem is', 'problems are')} not on every page: ${names}`,

@@ -6,7 +6,6 @@ import { useState } from 'preact/hooks'
 import { fetchAlarms } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
-import { useSnapshot } from '../../live.ts'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
 import { DefaultAlarms } from './default-alarms.tsx'
@@ -35,9 +34,7 @@ export function Alarms(): JSX.Element {
       .catch((error: unknown) => setError(errorText(error)))
       .finally(() => setActions((count) => count + 1))
   }
-  const { alarms: live } = useSnapshot().alarms
-  // An alarm that is raised now is not suppressed any more, whatever was fetched before.
-  const alarms = (query.value ?? []).map((alarm) => live.find(({ name }) => name === alarm.name) ?? alarm)
+  const alarms = query.value ?? []
   return (
     <>
       <Actions>

@@ -4,7 +4,7 @@ import type { JSX } from 'preact'
 import { returnToService, unshelve } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { Unbroken } from '../../components/unbroken.tsx'
-import { useLive } from '../../live.ts'
+import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
 import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
@@ -79,7 +79,11 @@ export function OutOfServiceList({ alarms, run }: Props): JSX.Element | null {
 }
 
 export function SuppressedList({ alarms }: Pick<Props, 'alarms'>): JSX.Element | null {
-  const suppressed = alarms.filter(({ state }) => state === 'suppressed')
+  const { alarms: active } = useSnapshot().alarms
+  // The list was fetched some time ago: an alarm that has been raised since then is not suppressed any more.
+  const suppressed = alarms.filter(
+    ({ state, name }) => state === 'suppressed' && !active.some((alarm) => alarm.name === name),
+  )
   if (suppressed.length === 0) return null
   return (
     <section class="panel" aria-label={t.plantStates.suppressed}>

@@ -10,7 +10,7 @@ export interface Extreme {
 }
 
 /** The lowest and the highest of all readings; `null` if none is a pressure or the end of a range. */
-export function spanOf(gauges: readonly Gauge[], sinceMs: number): { lowest: Extreme; highest: Extreme } | null {
+export function pressureRange(gauges: readonly Gauge[], sinceMs: number): { lowest: Extreme; highest: Extreme } | null {
   const all = gauges
     .flatMap((gauge) => gauge.readings.map((reading) => extremeOf(gauge, reading, sinceMs)))
     .filter((extreme) => extreme !== null)
