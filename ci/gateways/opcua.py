@@ -166,7 +166,7 @@ async def check_subscription(plant, station):
 
 
 async def check_lifetime(station):
-    """The values of a client that has gone without a word stay in memory for a bounded number of intervals."""
+    """The values of a client that disconnects without closing its session stay in memory for a bounded number of intervals."""
     wanted = ua.CreateSubscriptionParameters()
     wanted.RequestedPublishingInterval, wanted.RequestedLifetimeCount, wanted.RequestedMaxKeepAliveCount = 100, 1_000_000, 100_000
     revised = await station.client.uaclient.create_subscription(wanted, lambda *_: None)

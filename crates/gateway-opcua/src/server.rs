@@ -40,8 +40,9 @@ const PRUNE_PERIOD: Duration = Duration::from_secs(10);
 /// The longest queue of events: more alarms than stand at once in a large plant. Values have a queue of four.
 const EVENT_QUEUE: usize = 2_000;
 
-/// The intervals without a request of its client after which a subscription ends. It outlives its session, so of a client that has gone
-/// without a word its values stay in memory until then: one minute at the shortest interval, ten minutes at a second.
+/// The intervals without a request of its client after which a subscription ends. A subscription outlives its session, so its values stay
+/// in memory for this time when a client disconnects without closing the session: one minute at the shortest interval, ten minutes at a
+/// second.
 const LIFETIME_COUNT: u32 = 600;
 
 /// The pause before the next look whether the library listens.

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let first = next_step(&path)?;
     for number in first..first.saturating_add(steps) {
         record(&recorder, &path, number)?;
-        // The time at which it was, not that at which a reader of the line gets to run.
+        // The time of the acknowledgement: a reader may read this line much later.
         println!("acknowledged {number} at {}", Micros::now().0);
     }
     Ok(())
