@@ -697,6 +697,25 @@ test('the page of a controller without DP-V1 has its channels, parameters and co
   })
 })
 
+test('the active alarms of a small plant stand above its picture and its gauges, the most urgent first', async () => {
+  await visit('/', async (page) => {
+    const lines = page.getByRole('list', { name: 'Active alarms' }).getByRole('listitem')
+    await lines.nth(3).waitFor()
+    const priorities = await lines.locator('.priority').allInnerTexts()
+    assert.deepEqual(priorities.slice(0, 2), ['1 high', '1 high'])
+    const gate = lines.filter({ hasText: 'gate 2 not evacuated' })
+    assert.match(await text(gate), /gate 2 above 1\.00\s×\s10⁻³\smbar/)
+    const [line, card] = [await gate.boundingBox(), await page.locator('.card').first().boundingBox()]
+    assert.ok(line.y + line.height <= card.y, `${line.y} and ${card.y}`)
+    await gate.getByRole('link').click()
+    await page.waitForURL('**/gauge/gate%202')
+    await page.goBack()
+    assert.match(await text(lines.nth(3)), /^and [0-9]+ more$/)
+    await lines.nth(3).getByRole('link').click()
+    await page.waitForURL('**/alarms')
+  })
+})
+
 test('the colour of an alarm of each priority is the colour of nothing else', async () => {
   const coloured = ([variable, priority]) => {
     const probe = document.body.appendChild(document.createElement('i'))

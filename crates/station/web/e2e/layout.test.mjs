@@ -250,6 +250,9 @@ test('on a phone a menu has control, unit, language and theme, and the first pre
     async (page) => {
       const pressure = await page.locator('.card .big').first().boundingBox()
       assert.ok(pressure.y < 370, `${pressure.y} pixels above the first pressure`)
+      const lines = page.getByRole('list', { name: 'Active alarms' }).getByRole('listitem')
+      assert.equal(await lines.count(), 2)
+      assert.match(await lines.last().innerText(), /^and [0-9]+ more$/)
       const control = page.locator('header').getByRole('button', { name: 'Request control' })
       const unit = page.getByLabel('Unit of pressure')
       assert.deepEqual([await control.isVisible(), await unit.isVisible()], [false, false])

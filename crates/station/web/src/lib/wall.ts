@@ -115,11 +115,15 @@ export function tilesOf<R extends { series: string }>(
   return whole.length > 0 || hasFault ? [{ reading: null, alarms: whole }, ...tiles] : tiles
 }
 
-/** The display has this many lines for alarms without a tile. free choice: on a phone they leave two thirds for the tiles. */
+/** A page has this many lines for alarms. free choice: on a phone they leave two thirds for the tiles of the display. */
 const MOST_LINES = 3
 
-/** The active alarms of no gauge, such as that of a segment, the most urgent first; and how many have no line. */
-export function otherAlarms(alarms: Alarm[], gauges: readonly { name: string }[]): { lines: Alarm[]; more: number } {
-  const others = alarms.filter((alarm) => isActive(alarm) && !gauges.some(({ name }) => name === alarm.gauge))
-  return { lines: others.sort(byUrgency).slice(0, MOST_LINES), more: Math.max(0, others.length - MOST_LINES) }
+/** Whether the alarm is of none of these gauges: of a segment, of the station. */
+export const hasNoGauge = ({ gauge }: Alarm, gauges: readonly { name: string }[]): boolean =>
+  !gauges.some(({ name }) => name === gauge)
+
+/** The active ones of these alarms, the most urgent first; and how many have no line. */
+export function alarmLines(alarms: Alarm[]): { lines: Alarm[]; more: number } {
+  const active = alarms.filter(isActive).sort(byUrgency)
+  return { lines: active.slice(0, MOST_LINES), more: Math.max(0, active.length - MOST_LINES) }
 }

@@ -1,4 +1,4 @@
-// All gauges, segment by segment: as cards in a small plant, as rows with the problems first in a large one.
+// All gauges, segment by segment: below the active alarms as cards in a small plant, as rows with the problems first in a large one.
 
 import './overview.css'
 import type { JSX } from 'preact'
@@ -8,7 +8,7 @@ import { CardAlarms } from '../components/alarm-marks.tsx'
 import { GaugeStatus } from '../components/bus-status.tsx'
 import { FailingNotifications } from '../components/failing-notifications.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
-import { OtherAlarms } from '../components/other-alarms.tsx'
+import { AlarmLines, OtherAlarms } from '../components/other-alarms.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
@@ -71,7 +71,8 @@ export function Overview(): JSX.Element {
           {t.overview.labelsFailed(error)}
         </p>
       )}
-      {!isFiltered && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
+      {!isFiltered && isLarge && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
+      {!isFiltered && !isLarge && <AlarmLines alarms={alarms.alarms} label={t.alarms.active} />}
       <FailingNotifications />
       {!isFiltered && plant && hasPicture(plant) && (
         <section class="overview-plant" aria-label={t.pages['/plant']}>
