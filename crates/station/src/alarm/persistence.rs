@@ -103,7 +103,8 @@ fn plant_state_event(change: &PlantStateChange) -> Event {
         PlantStateChangeKind::Ended => "ended",
     };
     let by = user.as_ref().map(|user| format!(" by {user}")).unwrap_or_default();
-    let until = after.as_ref().map(|it| format!(" until {}, suppresses {alarms} alarms", rfc3339(it.until)));
+    let plural = if *alarms == 1 { "alarm" } else { "alarms" };
+    let until = after.as_ref().map(|it| format!(" until {}, suppresses {alarms} {plural}", rfc3339(it.until)));
     let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
     let text = format!("plant state {name:?} {what}{by}{}{why}", until.unwrap_or_default());
     Event { at: *at, gauge: None, kind: EventKind::Alarm, text }

@@ -169,6 +169,8 @@ pub struct RegisteredAlarm {
     differs_since: Option<Micros>,
     /// When it is unshelved or returns to service, in monotonic time.
     returns_at: Option<Micros>,
+    /// Whether a user has unshelved it, or returned it to service, since the last evaluation.
+    has_resumed: bool,
     /// The present value.
     value: Option<f64>,
 }
@@ -183,7 +185,7 @@ impl RegisteredAlarm {
         // A clock that was set back since does not suppress it for longer than the user asked for.
         let remaining = |until: Micros| until.0.saturating_sub(now.wall.0).min(until.0.saturating_sub(taken.0));
         let returns_at = until.map(|until| Micros(now.monotonic.0.saturating_add(remaining(until))));
-        Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, value: None }
+        Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, has_resumed: false, value: None }
     }
 
     /// The rule.
@@ -214,11 +216,19 @@ impl RegisteredAlarm {
     }
 
     /// `suppression` is that of a declared plant state.
+    ///
+    /// The off-delay does not keep an alarm that is no longer suppressed, shelved or out of service: a user would get an alarm for a
+    /// pressure that is good again.
     fn evaluate(&mut self, inputs: &Inputs, suppression: Option<&Suppression>, now: AlarmTime) -> Vec<AlarmChange> {
+        let is_due = self.returns_at.is_some_and(|at| at <= now.monotonic);
+        let is_unsuppressed = suppression.is_none() && self.status.state == AlarmState::Suppressed;
+        let resumes = std::mem::take(&mut self.has_resumed) || is_due || is_unsuppressed;
         let evaluation = self.evaluator.evaluate(&self.rule, self.is_active, inputs, now.monotonic);
         self.value = evaluation.value;
+        if resumes && evaluation.holds == Some(false) {
+            self.is_active = false;
+        }
         self.apply_delays(evaluation.holds, now.monotonic);
-        let is_due = self.returns_at.is_some_and(|at| at <= now.monotonic);
         let returned = is_due.then(|| self.end_suppression(None, now).ok()).flatten();
         let suppressed = self.apply_plant_state(suppression, now);
         let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
@@ -343,6 +353,7 @@ impl RegisteredAlarm {
     ) -> Result<AlarmChange, AlarmError> {
         let next = self.status.state.after(input).ok_or_else(|| self.not_applicable())?;
         self.returns_at = None;
+        self.has_resumed = user.is_some();
         self.status.suppression = None;
         let text = if user.is_some() { "" } else { over };
         Ok(self.change(kind, next, user, text.to_owned(), now))

@@ -103,6 +103,29 @@ fn the_condition_is_evaluated_with_its_delay_while_the_alarm_is_suppressed() {
 }
 
 #[test]
+fn a_pressure_that_is_good_again_raises_no_alarm_at_the_end_of_its_suppression() {
+    // The off-delay of a minute has not passed.
+    let mut fixture = Fixture::new(vec![above(0, 60)]);
+    let now = fixture.now();
+    fixture.registry.plant_states_mut().reconfigure(vec![state("Vented", &["it"])], Vec::new(), now);
+    fixture.declare("Vented", HOUR).unwrap();
+    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    let now = fixture.now();
+    fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
+    assert_eq!(fixture.next(0.1), [ChangeKind::Unsuppressed]);
+    let now = fixture.now();
+    fixture.registry.shelve("it", "Ada", "so", HOUR, now).unwrap();
+    fixture.next(2.0);
+    fixture.registry.unshelve("it", "Ada", now).unwrap();
+    assert_eq!(fixture.next(0.1), []);
+    fixture.registry.take_out_of_service("it", "Eve", "repair", Some(HOUR), now).unwrap();
+    fixture.next(2.0);
+    fixture.pass(3_600_000);
+    assert_eq!(fixture.next(0.1), [ChangeKind::ReturnedToService]);
+    assert_eq!(fixture.next(2.0), [ChangeKind::Raised]);
+}
+
+#[test]
 fn an_alarm_of_two_declared_plant_states_is_suppressed_until_the_last_ends() {
     let mut fixture = fixture();
     fixture.declare("Bake-out", 2 * HOUR).unwrap();

@@ -17,6 +17,15 @@ test('a range has the lowest and the highest pressure, which may be the end of a
   })
 })
 
+test('the end below which a gauge cannot measure is the highest pressure only if no gauge measures', () => {
+  const bound = gauge([reading(null, 'underrange', 10)])
+  assert.deepEqual(pressureRange([bound, gauge([reading(1e-5)])], 0), {
+    lowest: { pa: 1e-5, quality: 'valid' },
+    highest: { pa: 1e-5, quality: 'valid' },
+  })
+  assert.deepEqual(pressureRange([bound], 0)?.highest, { pa: 10, quality: 'underrange' })
+})
+
 test('readings that are no pressure now are no part of a range', () => {
   const gauges = [gauge([reading(5, 'fault')]), gauge([reading(1e-9)], 600), gauge([reading(3)], 0)]
   assert.deepEqual(pressureRange(gauges, 500), {

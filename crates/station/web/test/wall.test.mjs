@@ -13,9 +13,9 @@ import {
 } from '../dist/test/lib/wall.js'
 
 test('few tiles are large, and many are not narrower than can be read', () => {
-  assert.deepEqual(gridOf(1, 1920, 1000), { columns: 1, rows: 1, width: 1920 })
-  assert.deepEqual(gridOf(6, 1920, 1000), { columns: 3, rows: 3, width: 640 })
-  assert.deepEqual(gridOf(480, 1920, 1000), { columns: 5, rows: 5, width: 384 })
+  assert.deepEqual(gridOf(1, 1920, 1000), { columns: 1, rows: 1, width: 1920, height: 1000 })
+  assert.deepEqual(gridOf(6, 1920, 1000), { columns: 3, rows: 3, width: 640, height: 333 })
+  assert.deepEqual(gridOf(480, 1920, 1000), { columns: 5, rows: 5, width: 384, height: 200 })
   for (const [count, width, height] of [
     [0, 0, 0],
     [5, 100, 50],

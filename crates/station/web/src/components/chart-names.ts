@@ -13,7 +13,16 @@ import {
 } from '../lib/name-places.ts'
 import type { Stretch, Value } from '../lib/series.ts'
 import { t } from '../texts/texts.ts'
-import { barredLines, edges, isBar, type Level, type Line, QUALITIES, type TimeMark } from './chart-overlays.ts'
+import {
+  barredLines,
+  edges,
+  isBar,
+  type Level,
+  type Line,
+  laneEdges,
+  QUALITIES,
+  type TimeMark,
+} from './chart-overlays.ts'
 import { tokenColour } from './palette.ts'
 
 /** What has a name. */
@@ -35,6 +44,9 @@ interface Name {
 /** The height of a name in pixels, and that of the row in which a mark has its name. */
 const HEIGHT = 12
 const MARK_ROW = 14
+
+/** The height that the bars take at the bottom of a lane. */
+const BAR_ROOM = 6
 
 /** Where the rows of the marks begin below the upper edge. */
 const MARKS = 6
@@ -85,14 +97,14 @@ export function drawNames(chart: uPlot, named: Named): void {
   const profiles = named.means.map((mean) => profileOf(pointsOf(chart, named.times, mean), plotOf(chart).width))
   const layout = new Layout(chart, profiles)
   chart.ctx.save()
-  for (const [lane, line] of barredLines(named.lines).entries()) keepBarsFree(chart, layout, line, lane)
   for (const { value } of named.levels)
     layout.keepFree({ left: 0, top: chart.valToPos(value, 'y'), width: layout.plot.width, height: 1 })
   for (const [row, mark] of named.marks.entries()) drawMarkName(chart, layout, mark, row)
   for (const level of named.levels) drawLevelName(chart, layout, level)
   if (named.lines.length > 1)
     for (const [index, line] of named.lines.entries()) drawCurveName(layout, line, profiles[index] ?? [])
-  for (const line of named.lines) drawStretchNames(chart, layout, line, barredLines(named.lines).indexOf(line))
+  for (const line of named.lines) drawBandNames(chart, layout, line)
+  for (const line of barredLines(named.lines)) drawLaneName(chart, line, laneEdges(chart, named.lines, line))
   chart.ctx.restore()
 }
 
@@ -136,53 +148,44 @@ function drawCurveName(layout: Layout, { name, colour }: Line, profile: Profile)
   layout.draw(text, placesAtCurve(profile, layout.size(text), layout.plot), 'over-curves')
 }
 
-/** The longest visible stretch of each kind has its name: many of one kind would repeat it all over the chart. */
-function drawStretchNames(chart: uPlot, layout: Layout, line: Line, lane: number): void {
-  const kinds = new Set(line.stretches.map(({ kind }) => kind))
-  for (const kind of kinds) {
-    const length = (stretch: Stretch): number => {
-      const [left, right] = sides(chart, layout, stretch)
-      return right - left
-    }
-    const [longest] = line.stretches
-      .filter((one) => one.kind === kind)
-      .sort((one, other) => length(other) - length(one))
-    if (longest) drawStretchName(chart, layout, line, longest, lane)
+/** The longest visible band of each kind has its name: many of one kind would repeat it all over the chart. */
+function drawBandNames(chart: uPlot, layout: Layout, line: Line): void {
+  const length = (stretch: Stretch): number => {
+    const [left, right] = sides(chart, layout, stretch)
+    return right - left
+  }
+  const bands = line.stretches.filter((one) => !isBar(one))
+  for (const kind of new Set(bands.map(({ kind }) => kind))) {
+    const [longest] = bands.filter((one) => one.kind === kind).sort((one, other) => length(other) - length(one))
+    if (longest) drawBandName(chart, layout, line, longest)
   }
 }
 
-function drawStretchName(chart: uPlot, layout: Layout, { name, colour }: Line, stretch: Stretch, lane: number): void {
+function drawBandName(chart: uPlot, layout: Layout, { name, colour }: Line, stretch: Stretch): void {
   const [left, right] = sides(chart, layout, stretch)
   if (right <= left) return
-  const [top, bottom] = edges(chart, stretch, lane)
+  const [top, bottom] = edges(chart, stretch, 0)
   const text = { text: `${name} ${t.qualities[QUALITIES[stretch.kind]]}`, colour }
   const size = layout.size(text)
   const inside = along(left + 4, right - size.width - 4)
   const beside = [right + 4, left - 4 - size.width]
-  const places = isBar(stretch)
-    ? [
-        ...beside.map((at) => ({ left: at, top: (top + bottom - size.height) / 2, ...size })),
-        ...[...inside, left].map((at) => ({ left: at, top: top - size.height - 1, ...size })),
-      ]
-    : rowsOf(stretch, top, bottom).flatMap((row) =>
-        [...inside, ...beside].map((at) => ({ left: at, top: row, ...size })),
-      )
-  // Without a name nothing but the colour says whose bar it is.
-  layout.draw(text, places, isBar(stretch) ? 'over-curves' : 'nowhere')
+  const places = rowsOf(stretch, top, bottom).flatMap((row) =>
+    [...inside, ...beside].map((at) => ({ left: at, top: row, ...size })),
+  )
+  layout.draw(text, places, 'nowhere')
+}
+
+/** The name of a lane and its kinds of bars, above them at the left: `bpg400 6 fault, no data`. A low lane has its name over its bars. */
+function drawLaneName(chart: uPlot, { name, colour, stretches }: Line, [top, bottom]: [number, number]): void {
+  const kinds = new Set(stretches.filter(isBar).map(({ kind }) => t.qualities[QUALITIES[kind]]))
+  const above = Math.max(top, bottom - HEIGHT - BAR_ROOM)
+  write(chart, { text: `${name} ${[...kinds].join(', ')}`, colour }, { left: 4, top: above })
 }
 
 /** The rows in which the name of a band may stand: at the end of the range first, then further outside, then inside. */
 function rowsOf({ kind }: Stretch, top: number, bottom: number): number[] {
   const row = HEIGHT + 1
   return kind === 'over' ? [bottom - row, bottom - 2 * row, bottom + 2] : [top + 2, top + 2 + row, top - row]
-}
-
-function keepBarsFree(chart: uPlot, layout: Layout, { stretches }: Line, lane: number): void {
-  for (const stretch of stretches.filter(isBar)) {
-    const [left, right] = sides(chart, layout, stretch)
-    const [top, bottom] = edges(chart, stretch, lane)
-    if (right > left) layout.keepFree({ left, top, width: right - left, height: bottom - top })
-  }
 }
 
 /** The left and right edge of a stretch within the plot. */
@@ -193,7 +196,11 @@ function sides(chart: uPlot, { plot }: Layout, { from, to }: Stretch): [number, 
 const font = (isBold: boolean): string => `${isBold ? '600 ' : ''}${11 * devicePixelRatio}px system-ui, sans-serif`
 
 /** Writes a name with a pale edge, over what is below it. */
-function write({ ctx, bbox }: uPlot, { text, colour, isBold = false }: Name, { left, top }: Rect): void {
+function write(
+  { ctx, bbox }: uPlot,
+  { text, colour, isBold = false }: Name,
+  { left, top }: Pick<Rect, 'left' | 'top'>,
+): void {
   const dpr = devicePixelRatio
   const [x, y] = [bbox.left + left * dpr, bbox.top + top * dpr]
   ctx.font = font(isBold)

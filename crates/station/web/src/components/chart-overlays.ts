@@ -30,6 +30,9 @@ export interface TimeMark {
 const BAR_PX = 5
 const LANE_PX = 19
 
+/** The part of the chart that all lanes take at most: many of them are lower. */
+const LANES_PART = 1 / 3
+
 /** A band fades out over the first, and is never lower than the second. */
 const BAND_PX = 56
 const LEAST_BAND_PX = 16
@@ -45,34 +48,51 @@ export const QUALITIES: Record<Stretch['kind'], Quality> = {
   none: 'stale',
 }
 
-/** Whether a stretch is a bar at the bottom and not a band at the end of the range. */
+/** Whether a stretch is a bar below the plot and not a band at the end of the range. */
 export const isBar = ({ kind }: Stretch): boolean => kind !== 'over' && kind !== 'under'
 
-/** The lines with a bar; each has a lane at the bottom. */
+/** The lines with a bar; each has a lane between the plot and the times. */
 export const barredLines = (lines: Line[]): Line[] => lines.filter(({ stretches }) => stretches.some(isBar))
 
-/** Draws the stretches of all lines; the bars of several lines lie above each other. */
-export function drawAllStretches(chart: uPlot, lines: Line[]): void {
+const laneHeight = (count: number, height: number): number => Math.min(LANE_PX, (LANES_PART * height) / count)
+
+/** The height of all lanes of a chart of this height, in CSS pixels. */
+export function lanesHeight(lines: Line[], height: number): number {
+  const { length } = barredLines(lines)
+  return length === 0 ? 0 : Math.ceil(length * laneHeight(length, height))
+}
+
+/** The top and bottom of a lane, in CSS pixels below the upper edge of the plot. */
+export function laneEdges(chart: uPlot, lines: Line[], line: Line): [number, number] {
   const barred = barredLines(lines)
+  const height = laneHeight(barred.length, chart.height)
+  const top = chart.over.clientHeight + height * barred.indexOf(line)
+  return [top, top + height]
+}
+
+/** Draws the stretches of all lines; the bars of each line have a lane of their own. */
+export function drawAllStretches(chart: uPlot, lines: Line[]): void {
   chart.ctx.save()
-  clip(chart)
+  clip(chart, lanesHeight(lines, chart.height))
   for (const line of lines) {
-    for (const stretch of line.stretches) drawStretch(chart, line.colour, stretch, barred.indexOf(line))
+    const [, bottom] = laneEdges(chart, lines, line)
+    for (const stretch of line.stretches) drawStretch(chart, line.colour, stretch, bottom)
   }
   chart.ctx.restore()
 }
 
 /**
- * Draws a stretch without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar at the
- * bottom in the colour of the curve: filled for a fault, hollow while the gauge is off, a dashed line while nothing was recorded.
+ * Draws a stretch without a pressure. Outside the range: a shaded band that begins at the end of the range. Otherwise a bar below the
+ * plot in the colour of the curve: filled for a fault, hollow while the gauge is off, a dashed line while nothing was recorded. In the
+ * plot it would be read as a pressure.
  */
-function drawStretch(chart: uPlot, colour: string, stretch: Stretch, lane: number): void {
+function drawStretch(chart: uPlot, colour: string, stretch: Stretch, laneBottom: number): void {
   const { ctx, bbox } = chart
   const dpr = devicePixelRatio
   const left = Math.max(bbox.left, chart.valToPos(stretch.from, 'x', true))
   const right = Math.min(bbox.left + bbox.width, chart.valToPos(stretch.to, 'x', true))
   if (right <= left) return
-  const [top, bottom] = edges(chart, stretch, lane).map((y) => bbox.top + y * dpr) as [number, number]
+  const [top, bottom] = edges(chart, stretch, laneBottom).map((y) => bbox.top + y * dpr) as [number, number]
   ctx.fillStyle = ctx.strokeStyle = colour
   ctx.lineWidth = dpr
   if (!isBar(stretch)) ctx.fillStyle = faded(ctx, colour, stretch.kind === 'over' ? [bottom, top] : [top, bottom])
@@ -94,13 +114,10 @@ function faded(ctx: CanvasRenderingContext2D, colour: string, [from, to]: [numbe
 }
 
 /** The top and bottom of a stretch, in CSS pixels below the upper edge of the plot. */
-export function edges(chart: uPlot, stretch: Stretch, lane: number): [number, number] {
+export function edges(chart: uPlot, stretch: Stretch, laneBottom: number): [number, number] {
   const { kind, limit } = stretch
   const height = chart.over.clientHeight
-  if (isBar(stretch) || limit === null) {
-    const y = height - LANE_PX * lane - 4
-    return [y - BAR_PX, y]
-  }
+  if (isBar(stretch) || limit === null) return [laneBottom - BAR_PX - 1, laneBottom - 1]
   const y = chart.valToPos(limit, 'y')
   if (kind === 'over') {
     const end = Math.max(y, LEAST_BAND_PX)
@@ -151,8 +168,9 @@ function stroke(ctx: CanvasRenderingContext2D, fromX: number, fromY: number, toX
   ctx.stroke()
 }
 
-function clip({ ctx, bbox }: uPlot): void {
+/** Nothing is drawn outside the plot and this many CSS pixels below it. */
+function clip({ ctx, bbox }: uPlot, below = 0): void {
   ctx.beginPath()
-  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height)
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height + below * devicePixelRatio)
   ctx.clip()
 }

@@ -10,7 +10,15 @@ import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
 import type { Curve } from '../lib/series.ts'
 import { drawNames } from './chart-names.ts'
-import { drawAllStretches, drawMarks, drawUnit, type Level, type Line, type TimeMark } from './chart-overlays.ts'
+import {
+  drawAllStretches,
+  drawMarks,
+  drawUnit,
+  type Level,
+  type Line,
+  lanesHeight,
+  type TimeMark,
+} from './chart-overlays.ts'
 import { tokenColour } from './palette.ts'
 
 export interface ChartProps {
@@ -82,6 +90,8 @@ export function Chart(props: ChartProps): JSX.Element {
     }
   }, [structure, props.width === 0])
   useEffect(() => plot.current?.setSize({ width: props.width, height: props.height }), [props.width, props.height])
+  const lanesPx = lanesHeight(props.lines, props.height)
+  useEffect(() => plot.current?.redraw(true, true), [lanesPx])
   useEffect(() => {
     const chart = plot.current
     chart?.batch(() => {
@@ -160,7 +170,7 @@ function options(latest: { current: ChartProps }, language: string): uPlot.Optio
       x: { time: true, range: () => latest.current.window },
       y: { distr: log ? 3 : 1, range: () => latest.current.scale },
     },
-    axes: [timeAxis(), pressureAxis(log)],
+    axes: [lanes(latest), timeAxis(), pressureAxis(log)],
     series: [{}, ...series],
     bands,
     cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
@@ -177,6 +187,15 @@ function dateNames(language: string): uPlot.DateNames {
 
 const FONT = '12px system-ui, sans-serif'
 
+/** The room between the plot and the times for the bars without a pressure. */
+const lanes = (latest: { current: ChartProps }): uPlot.Axis => ({
+  size: () => lanesHeight(latest.current.lines, latest.current.height),
+  splits: () => [],
+  values: () => [],
+  grid: { show: false },
+  ticks: { show: false },
+})
+
 function timeAxis(): uPlot.Axis {
   // Hours from 0 to 24; the date is below where it changes.
   const values: uPlot.Axis.DynamicValues | (string | number | null)[][] = [
@@ -189,6 +208,9 @@ function timeAxis(): uPlot.Axis {
     [1, '{ss}.{fff}', '\n{HH}:{mm}', null, '\n{HH}:{mm}', null, null, null, 1],
   ]
   return {
+    // The library takes each axis but the first for one of values.
+    scale: 'x',
+    side: 2,
     stroke: tokenColour('muted'),
     font: FONT,
     grid: { stroke: tokenColour('grid'), width: 1 },

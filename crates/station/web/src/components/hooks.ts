@@ -62,6 +62,18 @@ export function useWidth(): [(element: HTMLElement | null) => void, number] {
   return [setElement, width]
 }
 
+/** The width of the page, whatever stands beside an element. */
+export function usePageWidth(): number {
+  const [width, setWidth] = useState(innerWidth)
+  useEffect(() => {
+    const resized = (): void => setWidth(document.documentElement.clientWidth)
+    resized()
+    addEventListener('resize', resized)
+    return () => removeEventListener('resize', resized)
+  }, [])
+  return width
+}
+
 /** A dialog that opens over the page as soon as it is drawn. */
 export function useModal(): RefObject<HTMLDialogElement> {
   const dialog = useRef<HTMLDialogElement>(null)

@@ -39,12 +39,15 @@ import { useLive, usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
-import { errorText, useQuery, useWidth } from './hooks.ts'
+import { errorText, usePageWidth, useQuery, useWidth } from './hooks.ts'
 import { OwnDrawing } from './own-drawing.tsx'
 import { readingWords } from './reading-words.ts'
 
 /** A plant that has room is drawn up to this much larger. */
 const LARGEST = 1.5
+
+/** What the page and the panel of a picture leave free at both sides, in pixels. */
+const FRAME = 72
 
 /** The plant of the station's file; fetched again when it changes. */
 export function usePlant(): { plant: PlantPicture | null; error: string | null } {
@@ -81,10 +84,11 @@ export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
 /** The picture from the file, as soon as it is laid out. */
 function LaidOut({ plant }: { plant: PlantPicture }): JSX.Element {
   const [ref, width] = useWidth()
+  const page = usePageWidth()
   const { layouts, error } = useLayouts(plant)
-  const layout = layouts && (layouts.LR.width <= width ? layouts.LR : layouts.TB)
+  const layout = layouts && (layouts.LR.width <= page - FRAME ? layouts.LR : layouts.TB)
   return (
-    <div class="plant-picture" ref={ref}>
+    <div class="plant-picture" ref={ref} data-direction={layout?.direction}>
       {error && <p class="error">{error}</p>}
       {layout && width > 0 && <Drawing plant={plant} layout={layout} width={drawnWidth(layout, width)} />}
     </div>
@@ -213,6 +217,8 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
   const { leading, silent, alarms } = state
   const [left, top] = [box.x - box.width / 2, box.y - box.height / 2]
   const dark = leading && shade(shownPressure(leading))
+  const counts = activeCounts(alarms)
+  const [highest] = counts
   const { shown: series, all, without } = countsOf(state)
   const value = leading ? readingWords(leading, unit) : silent.length > 0 ? t.common.noData : t.qualities.missing
   const from = series + (all > 1 ? t.plant.more(all - 1) : '')
@@ -236,7 +242,7 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
         />
       )}
       <rect
-        class={`volume-edge ${leading?.quality ?? 'stale'}`}
+        class={`volume-edge ${leading?.quality ?? 'stale'} ${highest?.priority ?? ''}`}
         x={left}
         y={top}
         width={box.width}
@@ -256,7 +262,8 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
       <text class="from missing" x={left + 14} y={top + 83}>
         {missing}
       </text>
-      <VolumeAlarms counts={activeCounts(alarms)} x={left + 14} y={top + 99} />
+      <VolumeAlarms counts={counts} x={left + 14} y={top + 99} />
+      {dark !== null && <Decades part={dark} isBound={leading !== null && isBound(leading)} box={box} />}
     </>
   )
   return leading ? (
@@ -265,6 +272,18 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
     </GaugeLink>
   ) : (
     <g data-volume={name}>{shown}</g>
+  )
+}
+
+/** Where the pressure is between the lowest and the highest decade: volumes compare at a glance. The end of a range is hollow. */
+function Decades({ part, isBound, box }: { part: number; isBound: boolean; box: Box }): JSX.Element {
+  const [left, width] = [box.x - box.width / 2 + 14, box.width - 28]
+  const y = box.y + box.height / 2 - 9
+  return (
+    <g class={`decades ${isBound ? 'bound' : ''}`}>
+      <line x1={left} x2={left + width} y1={y} y2={y} />
+      <circle cx={left + part * width} cy={y} r="4" />
+    </g>
   )
 }
 
@@ -376,8 +395,8 @@ function pumpLines(kind: 'roughing-pump' | 'turbo-pump' | 'capture-pump', x: num
   }
 }
 
-/** How dark a shade is drawn, from 0 for the lowest pressure to 1. */
-const shadeOpacity = (dark: number): string => (0.04 + 0.4 * dark).toFixed(2)
+/** How dark a shade is drawn, from 0 for the lowest pressure to 1: texts on the darkest one keep a contrast of 4.5 in light and dark. */
+const shadeOpacity = (dark: number): string => (0.02 + 0.53 * dark).toFixed(2)
 
 /** The end of a range is hatched: the pressure itself may be far from it. */
 const shadeClass = (isBound: boolean): string => `volume-shade ${isBound ? 'bound' : ''}`

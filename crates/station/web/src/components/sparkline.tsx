@@ -22,7 +22,7 @@ const REFRESH_MS = 60_000
 /** The time of a pixel. */
 const BIN_MS = LONGEST_MS / WIDTH
 
-export function Sparkline({ series, stale }: { series: string; stale: boolean }): JSX.Element {
+export function Sparkline({ series }: { series: string }): JSX.Element {
   const unit = useUnit()
   const query = useQuery(series, REFRESH_MS, (signal) => {
     const now = Math.round(live().now)
@@ -33,7 +33,7 @@ export function Sparkline({ series, stale }: { series: string; stale: boolean })
   const scale = trend && scaleOf(trend, unit)
   const span = trend ? spanOf(trend, live().now) : LONGEST_MS
   return (
-    <div class={stale ? 'sparkline stale' : 'sparkline'}>
+    <div class="sparkline">
       <svg
         viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
         preserveAspectRatio="none"

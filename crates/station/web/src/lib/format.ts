@@ -119,9 +119,17 @@ export function fileSize(octets: number): string {
   return unbroken(`${parts(octets / size).mantissa} ${name}`)
 }
 
-/** A text of the station with its long numbers rounded for reading: `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`. Names in quotation marks stay. */
+const RFC_3339 = /\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?Z/
+const NUMBER = /\d+(\.\d+)?e[+-]?\d+/
+const READ = new RegExp(`"[^"]*"|${RFC_3339.source}|${NUMBER.source}`, 'g')
+
+/**
+ * A text of the station for reading: long numbers are rounded, `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`, and times are those of the time
+ * zone of the browser. Names in quotation marks stay.
+ */
 export function readable(text: string): string {
-  return text.replace(/"[^"]*"|\d+(\.\d+)?e[+-]?\d+/g, (found) =>
-    found.startsWith('"') ? found : number(Number(found)),
-  )
+  return text.replace(READ, (found) => {
+    if (found.startsWith('"')) return found
+    return RFC_3339.test(found) ? moment(Date.parse(found)) : number(Number(found))
+  })
 }

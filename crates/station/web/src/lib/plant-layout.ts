@@ -26,8 +26,8 @@ export interface Layout {
   lines: { part: string; points: Point[] }[]
 }
 
-/** The size of a volume: the longest pressure fits in, `< 3.75 × 10⁻² micron`, between the name and three lines of words. */
-const VOLUME = { width: 212, height: 116 }
+/** The size of a volume: the longest pressure fits in, `< 3.75 × 10⁻² micron`, between the name and three lines of words, above the line of the decades. */
+const VOLUME = { width: 212, height: 128 }
 
 /** The size of a part: its symbol, and its words below it, or to the right of it beside a line that goes down. */
 const PART = { LR: { width: 76, height: 96 }, TB: { width: 142, height: 50 } }

@@ -9,13 +9,17 @@ export interface Extreme {
   quality: Quality
 }
 
-/** The lowest and the highest of all readings; `null` if none is a pressure or the end of a range. */
+/**
+ * The lowest and the highest of all readings; `null` if none is a pressure or the end of a range. The end below which a gauge cannot measure is
+ * no highest pressure while another gauge has one.
+ */
 export function pressureRange(gauges: readonly Gauge[], sinceMs: number): { lowest: Extreme; highest: Extreme } | null {
   const all = gauges
     .flatMap((gauge) => gauge.readings.map((reading) => extremeOf(gauge, reading, sinceMs)))
     .filter((extreme) => extreme !== null)
     .sort((one, other) => one.pa - other.pa)
-  const [lowest, highest] = [all[0], all.at(-1)]
+  const isMeasured = ({ quality }: Extreme): boolean => quality !== 'underrange'
+  const [lowest, highest] = [all[0], all.filter(isMeasured).at(-1) ?? all.at(-1)]
   return lowest && highest ? { lowest, highest } : null
 }
 

@@ -6,8 +6,8 @@ import { byUrgency, isActive } from './alarms.ts'
 /** The narrowest tile in pixels. free choice: its digits are 35 pixels high, readable from three metres on a usual screen. */
 const NARROWEST = 340
 
-/** The height of a tile as a part of its width. */
-const HEIGHT = 0.5
+/** The height of a tile as a part of its width: at least that of its texts, with two lines for an alarm. */
+const HEIGHT = { least: 0.46, most: 0.6 }
 
 /** Pages turn after this time. free choice: a page of twenty values is read in it. */
 export const TURN_MS = 12_000
@@ -15,8 +15,9 @@ export const TURN_MS = 12_000
 export interface Grid {
   columns: number
   rows: number
-  /** The width of a tile in pixels. */
+  /** The size of a tile in pixels. */
   width: number
+  height: number
 }
 
 /** The grid with the largest tiles that shows `count` of them; if the narrowest do not fit, the grid of the narrowest. */
@@ -24,12 +25,13 @@ export function gridOf(count: number, width: number, height: number): Grid {
   const most = Math.max(1, Math.floor(width / NARROWEST))
   const grid = (columns: number): Grid => {
     const tile = Math.max(1, Math.floor(width / columns))
-    return { columns, rows: Math.max(1, Math.floor(height / (tile * HEIGHT))), width: tile }
+    const rows = Math.max(1, Math.floor(height / (tile * HEIGHT.least)))
+    return { columns, rows, width: tile, height: Math.floor(Math.min(tile * HEIGHT.most, height / rows)) }
   }
   for (let columns = 1; columns < most; columns += 1) {
     const found = grid(columns)
     // A tile that is higher than the screen is no larger tile.
-    if (found.width * HEIGHT <= height && found.columns * found.rows >= count) return found
+    if (found.width * HEIGHT.least <= height && found.columns * found.rows >= count) return found
   }
   return grid(most)
 }

@@ -74,17 +74,21 @@ export function Overview(): JSX.Element {
       {!isFiltered && isLarge && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
       {!isFiltered && !isLarge && <AlarmLines alarms={alarms.alarms} label={t.alarms.active} />}
       <FailingNotifications />
-      {!isFiltered && plant && hasPicture(plant) && (
-        <section class="overview-plant" aria-label={t.pages['/plant']}>
-          <Story now={now} />
-          <Picture plant={plant} />
-        </section>
-      )}
-      {isLarge ? (
-        <Rows segments={segments} shown={shown} isFiltered={isFiltered} />
-      ) : (
-        <Cards segments={segments} shown={shown} />
-      )}
+      <div class="beside-picture">
+        {!isFiltered && plant && hasPicture(plant) && (
+          <section class="overview-plant" aria-label={t.pages['/plant']}>
+            <Story now={now} />
+            <Picture plant={plant} />
+          </section>
+        )}
+        <div>
+          {isLarge ? (
+            <Rows segments={segments} shown={shown} isFiltered={isFiltered} />
+          ) : (
+            <Cards segments={segments} shown={shown} />
+          )}
+        </div>
+      </div>
       {segments.length === 0 && <p class="waiting">{t.overview.noSegments}</p>}
       {isWaiting && <p class="waiting">{t.overview.waiting}</p>}
       {isFiltered && !isWaiting && shown.length === 0 && (
@@ -246,7 +250,7 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
         <span>{gauge.device}</span>
         <Age gauge={gauge} live={live} />
       </p>
-      {!several && gauge.readings[0] && <Sparkline series={gauge.readings[0].series} stale={stale} />}
+      {!several && gauge.readings[0] && <Sparkline series={gauge.readings[0].series} />}
     </article>
   )
 }

@@ -25,12 +25,12 @@ export function PlantPage(): JSX.Element {
       )}
       <Story now={now} />
       {plant && hasPicture(plant) && (
-        <>
+        <div class="beside-picture">
           <div class="panel">
             <Picture plant={plant} />
           </div>
           <Lists plant={plant} />
-        </>
+        </div>
       )}
       {plant && !hasPicture(plant) && <p class="waiting">{t.plant.none}</p>}
     </>

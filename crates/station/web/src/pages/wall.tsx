@@ -94,7 +94,7 @@ export function Wall(): JSX.Element {
       <div
         class="wall-tiles"
         ref={box}
-        style={{ '--columns': String(grid.columns), '--tile': `${grid.width}px` }}
+        style={{ '--columns': String(grid.columns), '--tile': `${grid.width}px`, '--row': `${grid.height}px` }}
         data-pages={pages.length}
       >
         {(pages[page] ?? []).map((shown) =>
@@ -134,9 +134,7 @@ function WallTile(tile: TileProps): JSX.Element {
         {reading && quality ? (
           <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
         ) : (
-          <span class={`no-pressure ${gauge.readings.length > 0 ? '' : 'stale'}`}>
-            {gauge.readings.length > 0 ? t.wall.whole : t.common.noData}
-          </span>
+          <WholeGauge gauge={gauge} isStale={stale} />
         )}
       </p>
       {first && words && <p class="wall-quality">{words}</p>}
@@ -151,6 +149,13 @@ function WallTile(tile: TileProps): JSX.Element {
       </p>
     </article>
   )
+}
+
+/** The state of a gauge with several channels, in the place of a value. */
+function WholeGauge({ gauge, isStale }: { gauge: Gauge; isStale: boolean }): JSX.Element {
+  if (gauge.readings.length === 0 || isStale) return <span class="no-pressure stale">{t.common.noData}</span>
+  if (gauge.state === 'fault') return <ReadingText pa={null} quality="fault" unit="Pa" />
+  return <span class="no-pressure">{t.wall.whole}</span>
 }
 
 /** How many gauges of a segment have no problem, with their lowest and highest pressure. */

@@ -29,7 +29,7 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
       </div>
       <div class="readings-list">
         {gauge.readings.map((reading) => (
-          <LargeReading gauge={gauge} reading={reading} stale={stale} key={reading.series} />
+          <LargeReading gauge={gauge} reading={reading} key={reading.series} />
         ))}
         {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       </div>
@@ -81,7 +81,7 @@ function Labels({ labels }: { labels: GaugeLabels }): JSX.Element | null {
   )
 }
 
-function LargeReading({ gauge, reading, stale }: { gauge: Gauge; reading: Reading; stale: boolean }): JSX.Element {
+function LargeReading({ gauge, reading }: { gauge: Gauge; reading: Reading }): JSX.Element {
   const unit = useUnit()
   const { since } = useLive()
   const quality = currentQuality(gauge, reading, since)
@@ -91,7 +91,7 @@ function LargeReading({ gauge, reading, stale }: { gauge: Gauge; reading: Readin
         <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
       </p>
       <ReadingDetails gauge={gauge} reading={reading} quality={quality} unit={unit} />
-      <Sparkline series={reading.series} stale={stale} />
+      <Sparkline series={reading.series} />
     </div>
   )
 }
