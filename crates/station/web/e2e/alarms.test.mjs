@@ -1,8 +1,12 @@
 // Alarms in a browser: raised, acknowledged, cleared; and what each role may do.
 
 import assert from 'node:assert/strict'
+import { mkdtemp, rm, writeFile } from 'node:fs/promises'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openContext, startBrowser, startPlant } from './setup.mjs'
+import { violations } from './axe.mjs'
+import { addUser, openContext, startBrowser, startPlant, startStation } from './setup.mjs'
 
 const PASSWORD = 'tin whisker plateau'
 
@@ -19,14 +23,14 @@ after(async () => {
 })
 
 /** Shows a user the alarms page after the login. */
-async function as(name, look, options = {}) {
+async function as(name, look, options = {}, { url } = plant) {
   const { page, complaints, close } = await openContext(browser, options)
   try {
-    await page.goto(`${plant.url}/alarms`)
+    await page.goto(`${url}/alarms`)
     await page.getByLabel('Name').fill(name)
     await page.getByLabel('Password', { exact: true }).fill(PASSWORD)
     await page.getByLabel('Password', { exact: true }).press('Enter')
-    await page.locator('.alarm-item').first().waitFor()
+    await page.locator('.alarm-item, .alarm-group').first().waitFor()
     await look(page)
     // Chromium reports a refused request as an error on the console.
     assert.deepEqual(
@@ -338,6 +342,22 @@ test('a narrow screen shows all alarms without scrolling sideways', async () => 
   )
 })
 
+test('the name of a gauge does not break at the end of a line', async () => {
+  await as('vera', async (page) => {
+    const link = item(page, 'gate 2 not evacuated').getByRole('link', { name: 'gate 2' })
+    // At some width the name is at the end of a line.
+    for (let width = 320; width < 640; width += 8) {
+      await page.setViewportSize({ width, height: 740 })
+      const lines = await link.evaluate((one) => {
+        const range = document.createRange()
+        range.selectNodeContents(one)
+        return new Set([...range.getClientRects()].map(({ top }) => top)).size
+      })
+      assert.equal(lines, 1, `${width} pixels`)
+    }
+  })
+})
+
 test('alarm limits are lines in trends, in the colours of their priorities', async () => {
   await as('vera', async (page) => {
     await page.goto(`${plant.url}/trends?s=transfer&s=gate+2&s=chamber`)
@@ -404,4 +424,114 @@ test('only active alarms have colour, on the page of the alarms and below trends
     await page.locator('.limits li', { hasText: 'vessel vented' }).waitFor()
     assert.deepEqual(await page.evaluate(coloured), [])
   })
+})
+
+/** The file of a station with two volumes and an alarm flood: 62 alarms, more than a snapshot has. */
+function flood() {
+  const gauges = ['ion', 'cold', 'fore']
+  const gauge = (name, index) =>
+    `[[segment.gauge]]\nname = "${name}"\naddress = ${5 + index}\ndevice = "bcg450"\nlocation = "${name === 'fore' ? 'cellar' : 'hall'}"`
+  const raised = (name, gauge, priority, delay = '0 s') =>
+    `[[alarm]]\nname = "${name}"\ngauge = "${gauge}"\nabove = "1e-6 mbar"\npriority = "${priority}"\ndelay = "${delay}"`
+  return [
+    '[[segment]]\nname = "hall"\nport = "sim:line.toml"',
+    ...gauges.map(gauge),
+    '[[volume]]\nname = "chamber"\ngauges = ["ion", "cold"]\n[[volume]]\nname = "fore line"\ngauges = ["fore"]',
+    raised('ion late', 'ion', 'high', '2 s'),
+    raised('cold early', 'cold', 'low'),
+    ...Array.from({ length: 59 }, (_, index) => raised(`ion ${index}`, 'ion', 'medium', '1 s')),
+    raised('fore alone', 'fore', 'low'),
+  ].join('\n')
+}
+
+test('a flood of alarms has groups by volume, what was first, a filter, and a question before all are acknowledged', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'profivac-flood-'))
+  let station
+  try {
+    const file = join(folder, 'plant.toml')
+    const devices = [5, 6, 7].map((address) => `"bcg450@${address}"`)
+    await writeFile(join(folder, 'line.toml'), `devices = [${devices}]\npressure = "2e-4 mbar"\n`)
+    await writeFile(file, flood(), { mode: 0o600 })
+    await addUser(file, 'olga', 'operator', PASSWORD)
+    station = await startStation(file)
+    const look = async (page) => {
+      const active = page.getByRole('region', { name: 'Active alarms' })
+      const group = active.locator('[data-group="volume chamber"]')
+      const said = (pattern) =>
+        page.waitForFunction(
+          (source) =>
+            new RegExp(source).test(document.querySelector('[data-group="volume chamber"] summary')?.innerText),
+          pattern,
+        )
+      // The most urgent alarm was raised last.
+      await said('^chamber\\s+1 1 high, 59 medium, 1 low, 61 not acknowledged · first: cold early$')
+      await active.getByRole('button', { name: 'Acknowledge all 62' }).waitFor()
+      const inList = await active
+        .locator('.alarm-list')
+        .first()
+        .evaluate((list) => [...list.children].map(({ dataset }) => dataset.group ?? dataset.alarm))
+      assert.deepEqual(inList, ['volume chamber', 'fore alone'])
+      // A long list is closed. The user opens and closes groups, with the keyboard too.
+      assert.equal(await item(page, 'cold early').count(), 0)
+      await group.locator('summary').focus()
+      await page.keyboard.press('Enter')
+      await item(page, 'cold early').waitFor()
+      assert.equal(await group.locator('.alarm-item').count(), 61)
+      const first = await group.locator('.alarm-item').first().getAttribute('data-alarm')
+      assert.equal(first, 'ion late')
+      const lefts = await active
+        .getByRole('button', { name: 'Acknowledge', exact: true })
+        .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
+      assert.deepEqual([lefts.length, new Set(lefts).size], [62, 1])
+      assert.deepEqual(await violations(page), [])
+      await page.keyboard.press('Enter')
+      await item(page, 'cold early').waitFor({ state: 'detached' })
+
+      // The filter: text of the location, then a priority. The buttons concern what passes.
+      const search = active.getByLabel('Search active alarms')
+      await search.fill('cellar')
+      await active.getByRole('status').getByText('1 of 62 alarms').waitFor()
+      assert.equal(await group.count(), 0)
+      assert.equal(await active.getByRole('button', { name: /all \d+/ }).count(), 0)
+      await search.fill('')
+      await active.getByLabel('Priority').selectOption('low')
+      await active.getByRole('status').getByText('2 of 62 alarms').waitFor()
+      await active.getByRole('button', { name: 'Shelve all 2 …' }).waitFor()
+      // Two alarms that are both in sight need no question.
+      await active.getByRole('button', { name: 'Acknowledge all 2' }).click()
+      await page.waitForFunction(() => document.querySelectorAll('.alarm-item .alarm-state.acknowledged').length === 2)
+      assert.equal(await page.getByRole('dialog').count(), 0)
+
+      // Alarms in a closed group are named before they are acknowledged.
+      await active.getByLabel('Priority').selectOption('')
+      await search.fill('7')
+      await active.getByRole('status').getByText('6 of 62 alarms').waitFor()
+      const six = active.getByRole('button', { name: 'Acknowledge all 6' })
+      await six.click()
+      const dialog = page.getByRole('dialog')
+      assert.deepEqual(
+        (await dialog.locator('li').allInnerTexts()).map((line) => line.replace(/\s+/g, ' ')).sort(),
+        [17, 27, 37, 47, 57, 7].map((number) => `2 medium ion ${number}`),
+      )
+      assert.ok(await dialog.locator('.names').evaluate((names) => names === document.activeElement))
+      assert.deepEqual(await violations(page), [])
+      await page.keyboard.press('Escape')
+      await dialog.waitFor({ state: 'detached' })
+      await said('6 not acknowledged')
+      await six.click()
+      await dialog.getByRole('button', { name: 'Acknowledge all 6' }).click()
+      await said('6 medium · first: cold early$')
+      await search.fill('')
+      await said('59 medium, 1 low, 54 not acknowledged')
+
+      // So many alarms are named also where their group is open.
+      await group.locator('summary').click()
+      await active.getByRole('button', { name: 'Acknowledge all 54' }).click()
+      assert.equal(await dialog.locator('li').count(), 54)
+    }
+    await as('olga', look, {}, station)
+  } finally {
+    await station?.stop()
+    await rm(folder, { recursive: true, force: true })
+  }
 })

@@ -669,7 +669,7 @@ test('without a connection nothing looks current', async () => {
 
 test('the channels of a controller have their numbers, in range and out of it', async () => {
   await visit('/', async (page) => {
-    const details = await page.locator('[data-gauge="pump stand"] .sensor').allInnerTexts()
+    const details = await page.locator('[data-gauge="pump stand"] .reading-channel').allInnerTexts()
     assert.deepEqual(details, ['channel 1', 'channel 2', 'channel 3', 'channel 4'])
   })
 })
@@ -681,7 +681,7 @@ test('the page of a controller without DP-V1 has its channels, parameters and co
       await page.locator('[data-command]').evaluateAll((all) => all.map(({ dataset }) => dataset.command)),
       ['device.store', 'device.store-and-hotstart'],
     )
-    assert.deepEqual(await page.locator('.readings .sensor').allInnerTexts(), [
+    assert.deepEqual(await page.locator('.readings .reading-channel').allInnerTexts(), [
       'channel 1',
       'channel 2',
       'channel 3',

@@ -59,7 +59,7 @@ test('the page of a TPG has its channels, and its parameters through the paramet
     await filter.waitFor()
     assert.match(await filter.innerText(), /medium/)
     assert.equal(await page.locator('[data-command="device.store"]').count(), 1)
-    const details = await page.locator('.readings .sensor').allInnerTexts()
+    const details = await page.locator('.readings .reading-channel').allInnerTexts()
     assert.deepEqual(
       details.map((text) => text.slice(0, 'channel 1'.length)),
       ['channel 1', 'channel 2', 'channel 3', 'channel 4'],
@@ -84,6 +84,9 @@ test('at first the plant state is Chamber pump-down, which suppresses the alarm 
     const changes = history.map(({ change }) => change).reverse()
     assert.deepEqual(changes.slice(0, 3), ['suppressed', 'unsuppressed', 'raised'], 'the leak alone raises it')
     assert.equal(history.find(({ change }) => change === 'acknowledged').user, 'demo')
+    await page.goto(`${own.url}/wall`)
+    const controller = page.locator('[data-series="img400 16"]')
+    await controller.locator('.wall-value', { hasText: 'fault' }).waitFor()
     assert.deepEqual(complaints, [])
   } finally {
     await close()

@@ -205,7 +205,9 @@ test('in a card of a controller the channel is left of its pressure, in one line
       await card.locator('.card-reading').first().waitFor()
       const lines = await card.locator('.card-reading').evaluateAll((all) =>
         all.map((one) => {
-          const [label, value] = ['.sensor', '.big'].map((name) => one.querySelector(name).getBoundingClientRect())
+          const [label, value] = ['.reading-channel', '.big'].map((name) =>
+            one.querySelector(name).getBoundingClientRect(),
+          )
           return label.right <= value.left && label.top < value.bottom && value.top < label.bottom
         }),
       )

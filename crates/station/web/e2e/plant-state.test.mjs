@@ -60,7 +60,7 @@ test('a declared plant state suppresses its alarms until an operator ends it', a
     assert.deepEqual(await violations(page), [])
     const vented = page.locator('[data-plant-state="Vented"].declared')
     await vented.waitFor()
-    assert.match(await vented.innerText(), /The target is changed\.\s+olga, .*, until /)
+    assert.match(await vented.innerText(), /Reason: The target is changed\.\s+olga, .*, until /)
     const suppressed = page.getByRole('region', { name: 'Suppressed' })
     await suppressed.getByText('Suppressed: 2').click()
     const item = suppressed.locator('[data-alarm="vessel vented"]')

@@ -202,6 +202,32 @@ test('the list has what the picture has', async () => {
   })
 })
 
+test('a picture from top to bottom stands beside the list, and beside the gauges of the overview', async () => {
+  for (const [path, other] of [
+    ['/plant', '.plant-lists'],
+    ['/', '.card'],
+  ]) {
+    await visit(
+      demo.url + path,
+      async (page) => {
+        await page.locator('.plant-picture[data-direction="TB"]').waitFor()
+        const [picture, beside] = await Promise.all(
+          ['.plant-picture', other].map((one) => page.locator(one).first().boundingBox()),
+        )
+        assert.ok(beside.x >= picture.x + picture.width && beside.y < picture.y + picture.height)
+        // A window that becomes wider has the other direction again.
+        await page.setViewportSize({ width: 1600, height: 900 })
+        await page.locator('.plant-picture[data-direction="LR"]').waitFor()
+        const [above, below] = await Promise.all(
+          ['.plant-picture', other].map((one) => page.locator(one).first().boundingBox()),
+        )
+        assert.ok(below.y >= above.y + above.height)
+      },
+      { viewport: { width: 1280, height: 800 } },
+    )
+  }
+})
+
 test('on a wide page the list is open below the picture, and its pressures are aligned by decade', async () => {
   const wide = { viewport: { width: 1440, height: 900 } }
   await visit(
@@ -240,7 +266,7 @@ test('on a wide page the list is open below the picture, and its pressures are a
   )
 })
 
-test('a volume has its source, the readings without a pressure and its alarms by priority', async () => {
+test('a volume has its source, the readings without a pressure, its alarms by priority and an edge in the colour of the highest', async () => {
   await visit(`${bounds.url}/plant`, async (page) => {
     const chamber = volume(page, 'chamber')
     await chamber.getByText('tpg.3 and 3 more', { exact: true }).waitFor()
@@ -250,6 +276,13 @@ test('a volume has its source, the readings without a pressure and its alarms by
       await chamber.getAttribute('aria-label'),
       /^chamber: .* mbar, from tpg.3 and 3 more, 1 of 4 without a pressure, alarms: 1 high, 1 low$/,
     )
+    const stroke = (name) =>
+      volume(page, name)
+        .locator('.volume-edge')
+        .evaluate((edge) => getComputedStyle(edge).stroke)
+    const high = await chamber.locator('.alarm-shape.high').evaluate((shape) => getComputedStyle(shape).fill)
+    assert.equal(await stroke('chamber'), high)
+    assert.notEqual(await stroke('lock'), high)
     const listed = page.locator('[data-list-volume="chamber"]')
     assert.match(await listed.innerText(), /1\s+1 high, 1 low/)
     const alarmed = listed.locator('li', { has: page.locator('.reading-alarm') })
@@ -260,7 +293,7 @@ test('a volume has its source, the readings without a pressure and its alarms by
   })
 })
 
-test('the end of a range is hatched, as the scale says, also on the overview', async () => {
+test('the end of a range is hatched, as the scale says, also on the overview, and is hollow on the line of decades', async () => {
   for (const path of ['/plant', '/']) {
     await visit(bounds.url + path, async (page) => {
       const fill = (name) =>
@@ -270,6 +303,17 @@ test('the end of a range is hatched, as the scale says, also on the overview', a
       await volume(page, 'lock').getByText('< 8.00 × 10⁻⁴').waitFor()
       assert.match(await fill('lock'), /^url\(.*#hatching/)
       assert.match(await fill('chamber'), /^rgb/)
+      const points = await page.locator('.decades circle').evaluateAll((all) =>
+        all.map((point) => {
+          const volume = point.closest('[data-volume]')
+          const edge = volume.querySelector('.volume-edge').getBBox()
+          const part = (Number(point.getAttribute('cx')) - edge.x) / edge.width
+          return [volume.dataset.volume, part, getComputedStyle(point).fill === getComputedStyle(point).stroke]
+        }),
+      )
+      const [lock, chamber] = ['lock', 'chamber'].map((name) => points.find(([other]) => other === name))
+      assert.deepEqual([lock[2], chamber[2]], [false, true])
+      assert.ok(lock[1] > chamber[1], `${lock[1]} and ${chamber[1]}`)
       await page.locator('.shade-scale').getByText('< or >, end of the range').waitFor()
       assert.equal(await page.locator('.shade-scale #hatching').count(), 1)
     })

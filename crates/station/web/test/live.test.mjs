@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { activeCounts, countsText, lowerText, summary } from '../dist/test/lib/alarms.js'
+import { activeCounts, countsText, lowerText, moreUrgent, summary } from '../dist/test/lib/alarms.js'
 import { merged, snapshotOf } from '../dist/test/lib/merge.js'
 
 const reading = (series, instance, pa) => ({ series, instance, pa, quality: 'valid' })
@@ -103,4 +103,7 @@ test('a high alarm that has cleared gives the header no colour', () => {
   assert.deepEqual(summary(alarms).active, [])
   assert.deepEqual(summary({ ...alarms, low: counts(1, 0) }).active, [{ priority: 'low', count: 1 }])
   assert.equal(summary({ ...alarms, high: counts(0, 0) }), null)
+  const waiting = (high) => moreUrgent(summary({ ...alarms, high, medium: counts(2, 2) }))
+  assert.deepEqual(waiting(counts(0, 1)), { priority: 'high', count: 1 }, 'it has cleared')
+  assert.equal(waiting(counts(1, 1)), null, 'an active one says so itself')
 })

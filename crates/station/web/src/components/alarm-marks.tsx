@@ -8,6 +8,7 @@ import {
   countsText,
   isActive,
   lowerText,
+  moreUrgent,
   NUMBERS,
   type PriorityCount,
   summary,
@@ -65,6 +66,7 @@ export function AlarmCounts({ counts }: { counts: PriorityCount[] }): JSX.Elemen
 /** The same, and how many alarms are not acknowledged. */
 export function AlarmSummaryText({ summary }: { summary: AlarmSummary }): JSX.Element {
   const { active, unacknowledged } = summary
+  const waiting = moreUrgent(summary)
   return (
     <>
       <AlarmCounts counts={active} />
@@ -73,6 +75,7 @@ export function AlarmSummaryText({ summary }: { summary: AlarmSummary }): JSX.El
         <span class="not-acknowledged">
           {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>
           <span class="short">{t.alarms.badge.short}</span>
+          {waiting && ` (${countsText([waiting])})`}
         </span>
       )}
     </>

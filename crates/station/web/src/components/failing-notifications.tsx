@@ -16,7 +16,7 @@ export function FailingNotifications(): JSX.Element | null {
   const failing = failingLong(all, now)
   if (failing.length === 0) return null
   return (
-    <p role="status">
+    <p class="error" role="status">
       <Link to="/alarms">{t.notifications.failingLong(failing.map(({ name }) => name).join(', '))}</Link>
     </p>
   )

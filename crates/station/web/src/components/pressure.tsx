@@ -62,9 +62,10 @@ export function ReadingDetails(props: { gauge: Gauge; reading: Reading; quality:
   const channel = gauge.readings.length > 1 ? t.reading.channel(reading.instance) : ''
   const sensor = reading.principle ? t.principles[reading.principle] : ''
   const beyond = quality === 'overrange' || quality === 'underrange' ? t.qualities[quality] : ''
-  const words = [channel, sensor, beyond].filter(Boolean).join(' · ')
+  const words = [sensor, beyond].filter(Boolean).join(' · ')
   return (
     <p class="reading-details">
+      {channel && <span class="reading-channel">{channel}</span>}
       {words && <span class="sensor">{words}</span>}
       {reading.cause && quality !== 'stale' && <span class="cause">{reading.cause}</span>}
       {quality === 'valid' && <CorrectedPressure gauge={gauge} reading={reading} unit={unit} />}

@@ -32,7 +32,7 @@ export interface PriorityCount {
 }
 
 /** The priorities that have such alarms, the highest first. */
-const countsBy = (countOf: (priority: Priority) => number): PriorityCount[] =>
+export const countsBy = (countOf: (priority: Priority) => number): PriorityCount[] =>
   PRIORITIES.map((priority) => ({ priority, count: countOf(priority) })).filter(({ count }) => count > 0)
 
 /** The active ones of these alarms by priority, the highest first. */
@@ -62,6 +62,13 @@ export function summary(alarms: ActiveAlarms): AlarmSummary | null {
   if (active.length === 0 && unacknowledged === 0) return null
   const unacknowledgedCounts = countsBy((priority) => alarms[priority].unacknowledged)
   return { active, unacknowledgedCounts, unacknowledged }
+}
+
+/** The alarms that wait for an acknowledgement with a higher priority than all active ones: they have cleared, and the counts of the active ones hide them. */
+export function moreUrgent({ active, unacknowledgedCounts }: AlarmSummary): PriorityCount | null {
+  const [[highest], [waiting]] = [active, unacknowledgedCounts]
+  if (!highest || !waiting) return null
+  return PRIORITIES.indexOf(waiting.priority) < PRIORITIES.indexOf(highest.priority) ? waiting : null
 }
 
 /** An alarm with a pressure limit, which a trend shows as a line. */

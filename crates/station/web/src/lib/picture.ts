@@ -59,15 +59,30 @@ export function volumeState(
   )
   const leading = readings.find(({ quality }) => quality === 'valid') ?? readings.find(isBound) ?? readings[0] ?? null
   const series = new Set(readings.map(({ reading }) => reading.series))
-  // An alarm of a channel belongs to the volume of the channel, any other alarm of a gauge to the volume that names the gauge.
-  const isHere = (alarm: Alarm): boolean =>
-    alarm.series && alarm.series !== alarm.gauge ? series.has(alarm.series) : volume.gauges.includes(alarm.gauge ?? '')
   return {
     readings,
     leading,
     silent: placed.filter(({ found }) => found.length === 0).map(({ name }) => name),
-    alarms: alarms.filter((alarm) => isActive(alarm) && isHere(alarm)),
+    alarms: alarms.filter((alarm) => isActive(alarm) && isIn(alarm, volume, series)),
   }
+}
+
+/** Whether an alarm is in a volume with these series: one of a channel is where the channel is, any other one of a gauge where the gauge is named. */
+const isIn = (alarm: Alarm, volume: PlantVolume, series: Set<string>): boolean =>
+  alarm.series && alarm.series !== alarm.gauge ? series.has(alarm.series) : volume.gauges.includes(alarm.gauge ?? '')
+
+/** Tells of an alarm in which volume it is. One about several gauges is in a volume if all of them are. */
+export function volumesOfAlarms(plant: PlantPicture, gauges: Gauge[]): (alarm: Alarm) => string | null {
+  const named = namesIn(plant)
+  const volumes = plant.volumes.map((volume) => {
+    const readings = volume.gauges.flatMap((name) => readingsNamed(name, gauges, named))
+    return { volume, series: new Set(readings.map(({ reading }) => reading.series)) }
+  })
+  const hasAll = (several: Alarm['several'], series: Set<string>): boolean =>
+    several?.series.every((name) => series.has(name)) ?? false
+  return (alarm) =>
+    volumes.find(({ volume, series }) => hasAll(alarm.several, series) || isIn(alarm, volume, series))?.volume.name ??
+    null
 }
 
 /** Whether a reading is the end of the range that the pressure is beyond, and not the pressure. */

@@ -8,7 +8,7 @@ import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
-import { summary } from '../lib/alarms.ts'
+import { countsText, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
 import { pressureRange } from '../lib/pressure-range.ts'
@@ -192,7 +192,7 @@ function WallAlarms(): JSX.Element {
   const counts = summary(alarms)
   if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
   if (!counts) return <span>{t.wall.noAlarms}</span>
-  if (counts.active.length === 0) return <span>{t.wall.noneActive(counts.unacknowledged)}</span>
+  if (counts.active.length === 0) return <span>{t.wall.noneActive(countsText(counts.unacknowledgedCounts))}</span>
   return (
     <span>
       <span class="visually-hidden">{t.alarms.badge.prefix}</span>

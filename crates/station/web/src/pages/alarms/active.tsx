@@ -1,35 +1,82 @@
-// Active and unacknowledged alarms, the most urgent first.
+// Active and unacknowledged alarms, the most urgent first, in groups by the volumes of the plant.
 
-import type { JSX } from 'preact'
-import { acknowledge, acknowledgeAll } from '../../api/calls.ts'
+import './groups.css'
+import type { ComponentChildren, JSX } from 'preact'
+import { useMemo, useRef, useState } from 'preact/hooks'
+import { acknowledge } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
+import { AlarmSummaryText } from '../../components/alarm-marks.tsx'
+import { Choice, SearchField } from '../../components/fields.tsx'
+import { labelsOf, useDirectory } from '../../components/gauge-filter.tsx'
+import { usePlant } from '../../components/plant-picture.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { useLanguage } from '../../language.ts'
-import { byUrgency, conditionText, isUnacknowledged, quantity } from '../../lib/alarms.ts'
+import {
+  type AlarmFilter,
+  type AlarmGroup,
+  alarmGroups,
+  FEW_ALARMS,
+  hasHeading,
+  isFiltered,
+  listedAlarms,
+  mustAsk,
+  NO_FILTER,
+  type Opened,
+  openGroups,
+  type Place,
+  passesFilter,
+  passing,
+  placeOf,
+  summaryOf,
+} from '../../lib/alarm-groups.ts'
+import { conditionText, countsText, isUnacknowledged, PRIORITIES, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
+import { volumesOfAlarms } from '../../lib/picture.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
 import { useUnit } from '../../settings.ts'
 import { t } from '../../texts/texts.ts'
-import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
+import { acknowledgeThese } from './acknowledge-dialog.tsx'
+import { AlarmItem, type RunAction, shortTime } from './item.tsx'
 import { SettingsButton } from './settings-dialog.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
+  /** All alarms, as they were fetched last. */
+  all: Alarm[]
   /** Why the last action failed. */
   error: string | null
   run: RunAction
   suppress: (suppress: Suppress) => void
+  /** Asks before it acknowledges. */
+  ask: (alarms: Alarm[]) => void
   edit: (alarm: Alarm) => void
 }
 
-export function ActiveAlarmList({ error, run, suppress, edit }: Props): JSX.Element {
+export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props): JSX.Element {
   const { alarms } = useSnapshot()
-  const list = [...alarms.alarms].sort(byUrgency)
+  const { directory } = useDirectory()
+  const volumeOf = useVolumeOf()
+  const [filter, setFilter] = useState(NO_FILTER)
+  const list = listedAlarms(alarms, all)
+  const groups = alarmGroups(list, (alarm) => placeOf(alarm, volumeOf))
+  const [opened, open] = useOpenGroups(groups, list.length <= FEW_ALARMS)
+  const shown = passing(groups, (alarm, place) =>
+    passesFilter(alarm, filter, place, alarm.gauge && labelsOf(directory, alarm.gauge).location),
+  )
+  const isOpen = (group: AlarmGroup): boolean => !hasHeading(group) || (opened.get(group.key)?.open ?? true)
+  const acknowledgeAll = (unacknowledged: Alarm[]): void =>
+    mustAsk(unacknowledged, shown, isOpen) ? ask(unacknowledged) : run(() => acknowledgeThese(unacknowledged))
+  const passed = shown.flatMap(({ alarms }) => alarms)
+  const notListed = alarms.alarms.length + alarms.not_listed - list.length
   return (
     <section class="panel" aria-label={t.alarms.active}>
-      <Head list={list} run={run} suppress={suppress} />
+      <Head list={passed} acknowledge={acknowledgeAll} suppress={suppress} />
+      {/* A filter that hides alarms stays when the list becomes short. */}
+      {(list.length > FEW_ALARMS || isFiltered(filter)) && (
+        <FilterBar filter={filter} setFilter={setFilter} shown={passed.length} all={list.length} />
+      )}
       {error && (
         <p class="error" role="alert">
           {error}
@@ -41,25 +88,65 @@ export function ActiveAlarmList({ error, run, suppress, edit }: Props): JSX.Elem
         </p>
       )}
       {list.length === 0 && <p class="muted no-alarms">{t.alarms.noneActive}</p>}
+      {list.length > 0 && passed.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
       <ul class="alarm-list">
-        {list.map((alarm) => (
-          <ActiveAlarm alarm={alarm} run={run} suppress={suppress} edit={edit} key={alarm.name} />
-        ))}
+        {shown.flatMap((group) => {
+          const items = group.alarms.map((alarm) => (
+            <ActiveAlarm alarm={alarm} run={run} suppress={suppress} edit={edit} key={alarm.name} />
+          ))
+          return hasHeading(group) ? (
+            <Group group={group} isOpen={isOpen(group)} open={open} key={group.key}>
+              {items}
+            </Group>
+          ) : (
+            items
+          )
+        })}
       </ul>
-      {alarms.not_listed > 0 && <p class="muted">{t.alarms.notListed(alarms.not_listed)}</p>}
+      {notListed > 0 && <p class="muted">{t.alarms.notListed(notListed)}</p>}
     </section>
   )
 }
 
-function Head({ list, run, suppress }: Omit<Props, 'error' | 'edit'> & { list: Alarm[] }): JSX.Element {
+/** Tells in which volume of the plant an alarm is. */
+function useVolumeOf(): (alarm: Alarm) => string | null {
+  const { plant } = usePlant()
+  const { gauges } = useSnapshot()
+  const series = gauges.map(({ name, readings }) => [name, ...readings.map(({ series }) => series)].join()).join()
+  // A snapshot arrives four times a second, and its gauges have the same series as before.
+  return useMemo(() => (plant ? volumesOfAlarms(plant, gauges) : () => null), [plant, series])
+}
+
+/** Which groups are open, and a function by which the user opens and closes one. */
+function useOpenGroups(
+  groups: AlarmGroup[],
+  isShort: boolean,
+): [ReadonlyMap<string, Opened>, (key: string, open: boolean) => void] {
+  const opened = useRef<ReadonlyMap<string, Opened>>(new Map())
+  const [, setChanges] = useState(0)
+  opened.current = openGroups(opened.current, groups, isShort)
+  const open = (key: string, open: boolean): void => {
+    opened.current = new Map(opened.current).set(key, { open, chosen: true })
+    setChanges((count) => count + 1)
+  }
+  return [opened.current, open]
+}
+
+interface HeadProps {
+  /** The alarms that pass the filter. */
+  list: Alarm[]
+  acknowledge: (alarms: Alarm[]) => void
+  suppress: (suppress: Suppress) => void
+}
+
+function Head({ list, acknowledge, suppress }: HeadProps): JSX.Element {
   const mayAcknowledge = hasRole(useSession(), 'operator')
   const unacknowledged = list.filter(isUnacknowledged)
-  const shown = unacknowledged.map(({ name, occurrence }) => ({ name, occurrence }))
   return (
     <div class="bar">
       <h1>{t.pages['/alarms']}</h1>
       {mayAcknowledge && unacknowledged.length > 1 && (
-        <button type="button" onClick={() => run(() => acknowledgeAll(shown).then(refusals))}>
+        <button type="button" onClick={() => acknowledge(unacknowledged)}>
           {t.alarms.acknowledgeAll(unacknowledged.length)}
         </button>
       )}
@@ -73,7 +160,82 @@ function Head({ list, run, suppress }: Omit<Props, 'error' | 'edit'> & { list: A
   )
 }
 
-function ActiveAlarm({ alarm, run, suppress, edit }: Omit<Props, 'error'> & { alarm: Alarm }): JSX.Element {
+interface FilterProps {
+  filter: AlarmFilter
+  setFilter: (filter: AlarmFilter) => void
+  /** How many alarms pass, and how many there are. */
+  shown: number
+  all: number
+}
+
+function FilterBar({ filter, setFilter, shown, all }: FilterProps): JSX.Element {
+  const priorities = [
+    ['', t.alarms.allPriorities] as const,
+    ...PRIORITIES.map((one) => [one, t.priorities[one]] as const),
+  ]
+  return (
+    <div class="bar">
+      <Choice
+        label={t.common.priority}
+        value={filter.priority}
+        options={priorities}
+        onChange={(value) => setFilter({ ...filter, priority: PRIORITIES.find((one) => one === value) ?? '' })}
+      />
+      <SearchField
+        label={t.alarms.searchActive}
+        value={filter.text}
+        onInput={(text) => setFilter({ ...filter, text })}
+      />
+      <span class="muted" role="status">
+        {isFiltered(filter) && t.alarms.shownOf(shown, all)}
+      </span>
+    </div>
+  )
+}
+
+interface GroupProps {
+  group: AlarmGroup
+  isOpen: boolean
+  open: (key: string, open: boolean) => void
+  children: ComponentChildren
+}
+
+/** The alarms of one place below a heading that tells the most important about them. */
+function Group({ group: { key, place, alarms, first }, isOpen, open, children }: GroupProps): JSX.Element {
+  const summary = summaryOf(alarms)
+  return (
+    <li class="alarm-group" data-group={key}>
+      <details
+        open={isOpen}
+        onToggle={({ currentTarget }) => currentTarget.open !== isOpen && open(key, currentTarget.open)}
+      >
+        <summary>
+          <h2>{placeName(place)}</h2>{' '}
+          {summary.active.length === 0 && (
+            <span class="muted">{t.alarms.badge.cleared(countsText(summary.unacknowledgedCounts))}, </span>
+          )}
+          <AlarmSummaryText summary={summary} />
+          {first && (
+            <span class="muted">
+              {' · '}
+              <span class="first">{t.alarms.first(first.name)}</span>
+            </span>
+          )}
+        </summary>
+        {isOpen && <ul class="alarm-list">{children}</ul>}
+      </details>
+    </li>
+  )
+}
+
+function placeName({ kind, name }: Place): string {
+  if (kind === 'station') return t.eventKinds.station
+  return kind === 'segment' ? t.overview.segment(name) : name
+}
+
+type ActiveProps = Pick<Props, 'run' | 'suppress' | 'edit'> & { alarm: Alarm }
+
+function ActiveAlarm({ alarm, run, suppress, edit }: ActiveProps): JSX.Element {
   const session = useSession()
   const { name, occurrence, message } = alarm
   return (
@@ -163,7 +325,9 @@ function Times({ alarm }: { alarm: Alarm }): JSX.Element {
       {gauge && (
         <>
           {' · '}
-          <Link to={gaugePath(gauge)}>{gauge}</Link>
+          <Link to={gaugePath(gauge)} class="gauge">
+            {gauge}
+          </Link>
         </>
       )}
     </p>

@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import { fetchAlarms } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
 import { errorText, useQuery } from '../../components/hooks.ts'
+import { AcknowledgeDialog } from './acknowledge-dialog.tsx'
 import { ActiveAlarmList } from './active.tsx'
 import { AllAlarms } from './all.tsx'
 import { DefaultAlarms } from './default-alarms.tsx'
@@ -26,6 +27,7 @@ export function Alarms(): JSX.Element {
   const query = useQuery(`alarms ${actions}`, REFRESH_MS, (signal) => fetchAlarms(signal))
   const [error, setError] = useState<string | null>(null)
   const [chosen, setChosen] = useState<Suppress | null>(null)
+  const [asked, setAsked] = useState<Alarm[] | null>(null)
   const [edited, setEdited] = useState<Alarm | null>(null)
   /** Runs an action, and fetches the alarms again when it has ended. */
   const run = (action: () => Promise<unknown>): void => {
@@ -38,7 +40,7 @@ export function Alarms(): JSX.Element {
   return (
     <>
       <Actions>
-        <ActiveAlarmList error={error} run={run} suppress={setChosen} edit={setEdited} />
+        <ActiveAlarmList all={alarms} error={error} run={run} suppress={setChosen} ask={setAsked} edit={setEdited} />
       </Actions>
       <PlantStates actions={actions} run={run} />
       <Actions>
@@ -52,6 +54,7 @@ export function Alarms(): JSX.Element {
       <Performance />
       <Webhooks />
       {chosen && <SuppressDialog suppress={chosen} run={run} close={() => setChosen(null)} />}
+      {asked && <AcknowledgeDialog alarms={asked} run={run} close={() => setAsked(null)} />}
       {edited && (
         <SettingsDialog
           alarm={edited}

@@ -74,7 +74,10 @@ function Item({ state, declared, choose }: ItemProps): JSX.Element {
         {description && <p>{description}</p>}
         {declared && (
           <>
-            <p>{declared.reason}</p>
+            {/* Without its label a reason reads like a contradiction to the description. */}
+            <p>
+              {t.common.reason}: {declared.reason}
+            </p>
             <p class="muted">
               {declared.user}, {shortTime(declared.at_ms, now)}, {t.alarms.until(shortTime(declared.until_ms, now))}
             </p>
