@@ -185,7 +185,16 @@ impl RegisteredAlarm {
         // A clock that was set back since does not suppress it for longer than the user asked for.
         let remaining = |until: Micros| until.0.saturating_sub(now.wall.0).min(until.0.saturating_sub(taken.0));
         let returns_at = until.map(|until| Micros(now.monotonic.0.saturating_add(remaining(until))));
-        Self { rule, status, evaluator: Evaluator::default(), is_active, differs_since: None, returns_at, has_resumed: false, value: None }
+        Self {
+            rule,
+            status,
+            evaluator: Evaluator::default(),
+            is_active,
+            differs_since: None,
+            returns_at,
+            has_resumed: false,
+            value: None,
+        }
     }
 
     /// The rule.
