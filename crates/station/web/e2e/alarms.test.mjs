@@ -261,7 +261,7 @@ test('the figures name the most frequent alarms beside the targets', async () =>
     await figures.locator('summary').click()
     await figures.getByRole('table', { name: 'Alarm performance' }).waitFor()
     const table = await text(figures.getByRole('table', { name: 'Alarm performance' }))
-    assert.match(table, /per hour\s+▲ [\d.]+\s+beyond the target\s+about 6, at most 12/)
+    assert.match(table, /per hour\s+–\s+about 6, at most 12/)
     assert.match(table, /most in ten minutes\s+(▲ )?\d+, from \d{4}-/)
     const frequent = await text(figures.getByRole('table', { name: 'Most frequent alarms' }))
     assert.match(frequent, /gate 2 not evacuated\s+\d+\s+\d+ %/)
@@ -271,8 +271,15 @@ test('the figures name the most frequent alarms beside the targets', async () =>
 })
 
 test('a figure beyond its target has a shape and words, and no colour', async () => {
-  const within = { per_hour: 12, worst_ten_minutes: { raised: 10, from_ms: 1e12 }, flood_percent: 0.9, chattering: [] }
+  const within = {
+    recorded_hours: 24,
+    per_hour: 12,
+    worst_ten_minutes: { raised: 10, from_ms: 1e12 },
+    flood_percent: 0.9,
+    chattering: [],
+  }
   const beyond = {
+    recorded_hours: 24,
     per_hour: 12.1,
     worst_ten_minutes: { raised: 11, from_ms: 1e12 },
     flood_percent: 1,

@@ -5,6 +5,7 @@ import { mkdtemp, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
+import { violations } from './axe.mjs'
 import { openContext, openPage, startBrowser, startLastingDemo, startPlant, startStation } from './setup.mjs'
 
 let browser
@@ -69,6 +70,7 @@ gauges = ["tpg.1"]
 
 [[volume]]
 name = "chamber"
+zone = "target"
 gauges = ["far", "tpg"]
 
 [[alarm]]
@@ -151,7 +153,7 @@ test('the overview begins with the picture, which leads to the gauge by key', as
   await visit(demo.url, async (page) => {
     const chamber = volume(page, 'chamber')
     await chamber.waitFor()
-    assert.match(await chamber.getAttribute('aria-label'), /^chamber: .*, from .* and \d+ more/)
+    assert.match(await chamber.getAttribute('aria-label'), /^chamber: .*, .* and \d+ more/)
     await chamber.focus()
     await page.keyboard.press('Enter')
     await page.waitForURL(/\/gauge\//)
@@ -210,7 +212,7 @@ test('a picture from top to bottom stands beside the list, and beside the gauges
     await visit(
       demo.url + path,
       async (page) => {
-        await page.locator('.plant-picture[data-direction="TB"]').waitFor()
+        await page.locator('.plant-picture[data-narrow="true"]').waitFor()
         const [picture, beside] = await Promise.all(
           ['.plant-picture', other].map((one) => page.locator(one).first().boundingBox()),
         )
@@ -274,7 +276,7 @@ test('a volume has its source, the readings without a pressure, its alarms by pr
     await chamber.getByText('1 high, 1 low', { exact: true }).waitFor()
     assert.match(
       await chamber.getAttribute('aria-label'),
-      /^chamber: .* mbar, from tpg.3 and 3 more, 1 of 4 without a pressure, alarms: 1 high, 1 low$/,
+      /^chamber: .* mbar, tpg.3 and 3 more, 1 of 4 without a pressure, 1: 1 high, 1 low$/,
     )
     const stroke = (name) =>
       volume(page, name)
@@ -283,6 +285,14 @@ test('a volume has its source, the readings without a pressure, its alarms by pr
     const high = await chamber.locator('.alarm-shape.high').evaluate((shape) => getComputedStyle(shape).fill)
     assert.equal(await stroke('chamber'), high)
     assert.notEqual(await stroke('lock'), high)
+    const frame = page.locator('[data-zone="target"] rect').first()
+    assert.equal(await frame.evaluate((edge) => getComputedStyle(edge).stroke), high)
+    const zones = page.getByRole('list', { name: 'Zones with active alarms' }).getByRole('listitem')
+    assert.deepEqual(
+      (await zones.allInnerTexts()).map((text) => text.replace(/\s+/g, ' ')),
+      ['target: 1 1 high, 1 low'],
+    )
+    assert.deepEqual(await violations(page), [])
     const listed = page.locator('[data-list-volume="chamber"]')
     assert.match(await listed.innerText(), /1\s+1 high, 1 low/)
     const alarmed = listed.locator('li', { has: page.locator('.reading-alarm') })

@@ -45,7 +45,8 @@ export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: s
     for (const kind of KINDS) for (const element of named(drawn, kind)) freeColours(element)
     for (const element of named(drawn, 'gauge')) makeLink(element)
     drawn.prepend(hatching(drawn))
-    root.replaceChildren(style, drawn)
+    // The styles come last: those of the drawing are as strong.
+    root.replaceChildren(drawn, style)
     setSvg(drawn)
   }, [drawing])
   useLayoutEffect(() => {

@@ -14,7 +14,7 @@ import type {
   PlantVolume,
   Priority,
 } from '../api/types.ts'
-import { activeCounts, countsText, lowerText, NUMBERS, type PriorityCount } from '../lib/alarms.ts'
+import { activeCounts, byUrgency, countsText, lowerText, NUMBERS, type PriorityCount } from '../lib/alarms.ts'
 import { clock, decade, number } from '../lib/format.ts'
 import {
   alarmsText,
@@ -31,6 +31,7 @@ import {
   type VolumeState,
   volumeNode,
   volumeState,
+  zonesOf,
 } from '../lib/picture.ts'
 import type { Box, Direction, Layout, Point } from '../lib/plant-layout.ts'
 import { currentQuality } from '../lib/stale.ts'
@@ -39,12 +40,16 @@ import { useLive, usePartStates, useSnapshot } from '../live.ts'
 import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
+import { AlarmCounts } from './alarm-marks.tsx'
 import { errorText, usePageWidth, useQuery, useWidth } from './hooks.ts'
 import { OwnDrawing } from './own-drawing.tsx'
 import { readingWords } from './reading-words.ts'
 
 /** A plant that has room is drawn up to this much larger. */
 const LARGEST = 1.5
+
+/** A picture up to this wide leaves two thirds of a page to what stands beside it, in pixels. */
+const NARROW = 420
 
 /** What the page and the panel of a picture leave free at both sides, in pixels. */
 const FRAME = 72
@@ -75,9 +80,32 @@ export const hasPicture = ({ volumes, drawing }: PlantPicture): boolean => volum
 export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
   return (
     <>
+      <ZonesWithAlarms plant={plant} />
       {plant.drawing ? <OwnDrawing plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />}
       <ShadeScale />
     </>
+  )
+}
+
+/** The zones with an active alarm, the most urgent first: a large picture may have them outside of the window. */
+function ZonesWithAlarms({ plant }: { plant: PlantPicture }): JSX.Element | null {
+  const volumes = useVolumes(plant)
+  const zones = zonesOf(plant)
+    .map((zone) => {
+      const alarms = volumes.filter(({ volume }) => volume.zone === zone).flatMap(({ state }) => state.alarms)
+      return { zone, alarms: alarms.sort(byUrgency) }
+    })
+    .flatMap(({ zone, alarms }) => alarms.slice(0, 1).map((urgent) => ({ zone, alarms, urgent })))
+    .sort((one, other) => byUrgency(one.urgent, other.urgent))
+  if (zones.length === 0) return null
+  return (
+    <ul class="zones-with-alarms" aria-label={t.plant.zonesWithAlarms}>
+      {zones.map(({ zone, alarms }) => (
+        <li key={zone}>
+          <strong>{zone}</strong>: <AlarmCounts counts={activeCounts(alarms)} />
+        </li>
+      ))}
+    </ul>
   )
 }
 
@@ -88,7 +116,12 @@ function LaidOut({ plant }: { plant: PlantPicture }): JSX.Element {
   const { layouts, error } = useLayouts(plant)
   const layout = layouts && (layouts.LR.width <= page - FRAME ? layouts.LR : layouts.TB)
   return (
-    <div class="plant-picture" ref={ref} data-direction={layout?.direction}>
+    <div
+      class="plant-picture"
+      ref={ref}
+      data-direction={layout?.direction}
+      data-narrow={layout && layout.width <= NARROW}
+    >
       {error && <p class="error">{error}</p>}
       {layout && width > 0 && <Drawing plant={plant} layout={layout} width={drawnWidth(layout, width)} />}
     </div>
@@ -205,7 +238,8 @@ function Zone({ name, box, alarms }: { name: string; box: Box; alarms: Alarm[] }
   return (
     <g class={`zone ${highest?.priority ?? ''}`} data-zone={name}>
       <rect x={left} y={top} width={box.width} height={box.height} rx="10" />
-      <text x={left + 10} y={top + 15}>
+      {highest && <AlarmShape priority={highest.priority} x={left + 20} y={top + 11} />}
+      <text x={left + (highest ? 36 : 10)} y={top + 15}>
         {[name, alarmsText(alarms)].filter(Boolean).join(', ')}
       </text>
     </g>
@@ -224,9 +258,9 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
   const from = series + (all > 1 ? t.plant.more(all - 1) : '')
   // The only reading says so itself.
   const missing = all > 1 && without > 0 ? t.plant.without(without, all) : ''
-  const label = [`${name}: ${value}`, from && t.plant.from(from), missing, alarmsText(alarms)]
-    .filter(Boolean)
-    .join(', ')
+  // The texts in the order in which they are seen (WCAG 2.2, 2.5.3).
+  const urgent = highest && `${NUMBERS[highest.priority]}: ${shortCounts(counts)}`
+  const label = [`${name}: ${value}`, from, missing, urgent].filter(Boolean).join(', ')
   const shown = (
     <>
       <rect class="volume-ground" x={left} y={top} width={box.width} height={box.height} rx="14" />
@@ -249,19 +283,20 @@ function Volume({ name, state, box }: { name: string; state: VolumeState; box: B
         height={box.height}
         rx="14"
       />
+      {/* The spaces part the texts for a screen reader. */}
       <text class="name" x={left + 14} y={top + 21}>
         {name}
-      </text>
+      </text>{' '}
       <text class={`value ${leading?.quality ?? 'stale'}`} x={left + 14} y={top + 46}>
         {value.replace(` ${unit}`, '')}
         {value.endsWith(` ${unit}`) && <tspan class="unit"> {unit}</tspan>}
-      </text>
+      </text>{' '}
       <text class="from" x={left + 14} y={top + 66}>
         {from}
-      </text>
+      </text>{' '}
       <text class="from missing" x={left + 14} y={top + 83}>
         {missing}
-      </text>
+      </text>{' '}
       <VolumeAlarms counts={counts} x={left + 14} y={top + 99} />
       {dark !== null && <Decades part={dark} isBound={leading !== null && isBound(leading)} box={box} />}
     </>
@@ -287,15 +322,19 @@ function Decades({ part, isBound, box }: { part: number; isBound: boolean; box: 
   )
 }
 
+/** `1 high, 3 medium`, or `1 high, 5 more` with all three priorities. */
+const shortCounts = ([highest, ...lower]: PriorityCount[]): string =>
+  highest ? [countsText([highest]), lowerText(lower)].filter(Boolean).join(', ') : ''
+
 /** The shape of the highest priority, and the number of alarms in words. */
 function VolumeAlarms({ counts, x, y }: Point & { counts: PriorityCount[] }): JSX.Element | null {
-  const [highest, ...lower] = counts
+  const [highest] = counts
   if (!highest) return null
   return (
     <>
-      <AlarmShape priority={highest.priority} x={x + 10} y={y} />
+      <AlarmShape priority={highest.priority} x={x + 10} y={y} />{' '}
       <text class="words" x={x + 26} y={y + 5}>
-        {[countsText([highest]), lowerText(lower)].filter(Boolean).join(', ')}
+        {shortCounts(counts)}
       </text>
     </>
   )

@@ -189,6 +189,7 @@ const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[
 /** The number of alarms, as text. */
 function WallAlarms(): JSX.Element {
   const { alarms } = useSnapshot()
+  const { connected } = useLive()
   const counts = summary(alarms)
   if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
   if (!counts) return <span>{t.wall.noAlarms}</span>
@@ -196,6 +197,7 @@ function WallAlarms(): JSX.Element {
   return (
     <span>
       <span class="visually-hidden">{t.alarms.badge.prefix}</span>
+      {!connected && `${t.alarms.badge.lastKnown} `}
       <AlarmSummaryText summary={counts} />
     </span>
   )

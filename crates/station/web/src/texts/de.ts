@@ -262,7 +262,7 @@ export const de: Texts = {
     takeOutTitle: (what) => `Außer Betrieb nehmen: ${what}`,
     alarms: (count) => counted(count, 'Alarm', 'Alarme'),
     silent: (count) =>
-      `${count === 1 ? 'Der Alarm schweigt' : 'Die Alarme schweigen'} bis dahin. Ein Alarm, dessen Bedingung am Ende erfüllt ist, kommt sofort.`,
+      `${count === 1 ? 'Der Alarm schweigt' : 'Die Alarme schweigen'} so lange. Ein Alarm, dessen Bedingung am Ende erfüllt ist, kommt sofort.`,
     duration: 'Dauer',
     minutes: (count) => counted(count, 'Minute', 'Minuten'),
     hours: (count) => counted(count, 'Stunde', 'Stunden'),
@@ -615,7 +615,7 @@ export const de: Texts = {
     stands: 'steht',
     more: (count) => ` und ${count} weitere`,
     without: (count, all) => `${count} von ${all} ohne Druck`,
-    from: (series) => `von ${series}`,
+    zonesWithAlarms: 'Zonen mit anstehenden Alarmen',
     shade: (unit) => `Tönung eines Volumens, in ${unit}:`,
     bound: '< oder >, Ende des Messbereichs',
     story: 'Was geschieht',

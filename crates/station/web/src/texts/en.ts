@@ -290,7 +290,7 @@ export const en = {
     takeOutTitle: (what: string) => `Take out of service: ${what}`,
     alarms: (count: number) => `${count} alarms`,
     silent: (count: number) =>
-      `${count === 1 ? 'The alarm is' : 'The alarms are'} silent until then. An alarm whose condition holds at the end is raised at once.`,
+      `${count === 1 ? 'The alarm is' : 'The alarms are'} silent for this time. An alarm whose condition holds at the end is raised at once.`,
     duration: 'Duration',
     minutes: (count: number) => counted(count, 'minute', 'minutes'),
     hours: (count: number) => counted(count, 'hour', 'hours'),
@@ -638,7 +638,7 @@ export const en = {
     stands: 'stands',
     more: (count: number) => ` and ${count} more`,
     without: (count: number, all: number) => `${count} of ${all} without a pressure`,
-    from: (series: string) => `from ${series}`,
+    zonesWithAlarms: 'Zones with active alarms',
     shade: (unit: string) => `Shade of a volume, in ${unit}:`,
     bound: '< or >, end of the range',
     story: 'What happens',

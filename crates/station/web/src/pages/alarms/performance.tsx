@@ -50,9 +50,13 @@ interface Row {
   isBeyond?: boolean
 }
 
+/** A shorter time has no rate: a few alarms of its first minute would be hundreds an hour. */
+const LEAST_HOURS = 1
+
 /** The figures with their targets: ANSI/ISA-18.2-2016, clause 16, table of recommended metrics. */
 function rows(figures: AlarmPerformance): Row[] {
-  const { raised, per_hour, worst_ten_minutes: worst, flood_percent, by_priority, chattering, long_active } = figures
+  const { raised, worst_ten_minutes: worst, flood_percent, by_priority, chattering, long_active } = figures
+  const per_hour = figures.recorded_hours < LEAST_HOURS ? null : figures.per_hour
   const part = (count: number): string => (raised === 0 ? '–' : `${Math.round((100 * count) / raised)} %`)
   const { high, medium, low } = by_priority
   return [
