@@ -169,7 +169,7 @@ pub struct RegisteredAlarm {
     differs_since: Option<Micros>,
     /// When it is unshelved or returns to service, in monotonic time.
     returns_at: Option<Micros>,
-    /// Whether a user has unshelved it, or returned it to service, since the last evaluation.
+    /// Whether it was unshelved, returned to service or unsuppressed since the last evaluation.
     has_resumed: bool,
     /// The present value.
     value: Option<f64>,
@@ -240,6 +240,7 @@ impl RegisteredAlarm {
         self.apply_delays(evaluation.holds, now.monotonic);
         let returned = is_due.then(|| self.end_suppression(None, now).ok()).flatten();
         let suppressed = self.apply_plant_state(suppression, now);
+        self.has_resumed = false;
         let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
         let next = self.status.state.after(input).map(|state| self.raise_or_return(state, evaluation, now));
         returned.into_iter().chain(suppressed).chain(next).collect()
@@ -251,6 +252,7 @@ impl RegisteredAlarm {
         let Some(wanted) = suppression else {
             let next = self.status.state.after(Input::Unsuppress)?;
             self.status.suppression = None;
+            self.has_resumed = true;
             return Some(self.change(ChangeKind::Unsuppressed, next, None, String::new(), now));
         };
         if self.status.state == AlarmState::Suppressed {

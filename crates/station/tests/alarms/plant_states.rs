@@ -113,6 +113,14 @@ fn a_pressure_that_is_good_again_raises_no_alarm_at_the_end_of_its_suppression()
     let now = fixture.now();
     fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
     assert_eq!(fixture.next(0.1), [ChangeKind::Unsuppressed]);
+    fixture.declare("Vented", HOUR).unwrap();
+    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    let now = fixture.now();
+    fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
+    // A user who ends a plant state sees its alarms at once, before the next evaluation.
+    let kinds: Vec<_> = fixture.registry.suppress(now).into_iter().map(|change| change.kind).collect();
+    assert_eq!(kinds, [ChangeKind::Unsuppressed]);
+    assert_eq!(fixture.next(0.1), []);
     let now = fixture.now();
     fixture.registry.shelve("it", "Ada", "so", HOUR, now).unwrap();
     fixture.next(2.0);

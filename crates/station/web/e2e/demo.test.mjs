@@ -83,6 +83,7 @@ test('at first the plant state is Chamber pump-down, which suppresses the alarm 
     const history = await own.json('/api/alarms/history?from=0&to=9999999999999&alarm=chamber+above+1e-3+mbar')
     const changes = history.map(({ change }) => change).reverse()
     assert.deepEqual(changes.slice(0, 3), ['suppressed', 'unsuppressed', 'raised'], 'the leak alone raises it')
+    assert.ok(history.find(({ change }) => change === 'raised').value > 0.1, 'it is raised above its limit of 0.1 Pa')
     assert.equal(history.find(({ change }) => change === 'acknowledged').user, 'demo')
     await page.goto(`${own.url}/wall`)
     const controller = page.locator('[data-series="img400 16"]')
