@@ -364,7 +364,7 @@ impl RegisteredAlarm {
     ) -> Result<AlarmChange, AlarmError> {
         let next = self.status.state.after(input).ok_or_else(|| self.not_applicable())?;
         self.returns_at = None;
-        self.has_resumed = user.is_some();
+        self.has_resumed = true;
         self.status.suppression = None;
         let text = if user.is_some() { "" } else { over };
         Ok(self.change(kind, next, user, text.to_owned(), now))

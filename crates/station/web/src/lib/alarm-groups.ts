@@ -51,7 +51,7 @@ const raisedAt = ({ raised_ms }: Alarm): number => raised_ms ?? Number.POSITIVE_
 /** A group of one alarm has no heading. */
 export const hasHeading = ({ alarms }: AlarmGroup): boolean => alarms.length > 1
 
-/** The groups with those of their alarms that pass. What was raised first stays: a filter does not change it. */
+/** The groups with those of their alarms that pass a filter. The filter does not change which alarm of a group was raised first. */
 export function passing(groups: AlarmGroup[], passes: (alarm: Alarm, place: Place) => boolean): AlarmGroup[] {
   const left = groups.map((group) => ({ ...group, alarms: group.alarms.filter((alarm) => passes(alarm, group.place)) }))
   return left
