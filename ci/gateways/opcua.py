@@ -561,6 +561,48 @@ async def check_filters(port):
         assert (await station.data("gauge/chamber/pressure")).StatusCode.name == "Good"
 
 
+async def leave_behind(port):
+    """A session with four subscriptions of 2,000 values that is closed without them. They would live for 600 hours."""
+    wanted = ua.CreateSubscriptionParameters(RequestedPublishingInterval=3_600_000)
+    async with Station(port) as station:
+        item = ua.MonitoredItemCreateRequest(
+            ItemToMonitor=ua.ReadValueId(station.node("gauge/chamber/pressure").nodeid, ua.AttributeIds.Value),
+            MonitoringMode=ua.MonitoringMode.Reporting)
+        for _ in range(4):
+            made = await station.client.uaclient.create_subscription(wanted, lambda *_: None)
+            values = ua.CreateMonitoredItemsParameters(made.SubscriptionId, ua.TimestampsToReturn.Both, [item] * 1000)
+            for _ in range(2):
+                results = await station.client.uaclient.create_monitored_items(values)
+                assert all(it.StatusCode.is_good() for it in results), results[0]
+        await station.client.uaclient.close_session(False)
+
+
+async def check_abandoned(plant, port):
+    """Clients leave as many subscriptions behind as they may, and more: the server starts again and frees them."""
+    async with Station(port) as other:
+        for _ in range(12):
+            await leave_behind(port)
+        assert await other.status("gauge/chamber/pressure") == "Good"
+        assert plant.status("opcua")["problem"] is None, plant.status("opcua")
+        await leave_behind(port)
+
+        async def is_new():
+            return "starts again" in (plant.status("opcua")["last_error"] or "")
+        await until("a new server", is_new)
+        try:
+            await other.status("gauge/chamber/pressure")
+        except (OSError, ua.UaError, asyncio.TimeoutError, asyncio.CancelledError):
+            pass
+        else:
+            raise AssertionError("a session of the server before lives on")
+    station = await connected(port)
+
+    async def is_good():
+        return await station.status("gauge/chamber/pressure") == "Good"
+    await until("a reading of the new server", is_good)
+    await station.client.disconnect()
+
+
 async def check_chunks(port):
     """A client that begins a chunk of 4 GiB is disconnected."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -603,6 +645,8 @@ async def main(program):
         await check_filters(port)
         await check_chunks(port)
         print("filters", flush=True)
+        await check_abandoned(plant, port)
+        print("subscriptions left behind", flush=True)
         await check_hostile(plant, port)
         await check_security(plant, port)
         print("security", flush=True)

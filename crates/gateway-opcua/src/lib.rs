@@ -12,10 +12,12 @@
 //! | [`history`] | raw history from the record |
 //! | [`users`] | logins |
 //! | [`certificates`] | the folder of the certificates |
+//! | [`abandoned`] | subscriptions that no client ends any more |
 //! | [`relay`] | connections: their number, and clients that take no answers |
 //! | [`manager`] | the station's part of the server |
 //! | [`server`] | endpoints, limits, the loop that brings new values |
 
+pub mod abandoned;
 pub mod alarms;
 pub mod certificates;
 pub mod filters;
@@ -65,6 +67,16 @@ pub enum OpcuaError {
     /// The server of the library has ended with this error.
     #[error("the server has ended: {0}")]
     Server(String),
+    /// The server starts again, because the library does not free the subscriptions that clients have left behind.
+    #[error(
+        "the server starts again to free the subscriptions that clients have left behind: they count as {weight} values, at most {max} may"
+    )]
+    Abandoned {
+        /// What they count, in values.
+        weight: u64,
+        /// What they may count.
+        max: u64,
+    },
     /// A task has failed unexpectedly.
     #[error("{0} has failed unexpectedly")]
     Task(&'static str),

@@ -1,5 +1,6 @@
 //! The station's part of the server: its namespace, reading of history, and writes.
 
+use crate::abandoned::Abandoned;
 use crate::alarms::{self, ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
@@ -50,6 +51,8 @@ pub struct StationNodesBuilder {
     pub commander: Option<Arc<Commander>>,
     /// The alarms as conditions.
     pub conditions: Arc<Conditions>,
+    /// Where the items of subscriptions are counted.
+    pub abandoned: Arc<Abandoned>,
 }
 
 impl StationNodesBuilder {
@@ -80,6 +83,7 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
         StationNodesImpl {
             namespaces,
             conditions: self.conditions,
+            abandoned: self.abandoned,
             services: self.services,
             status: self.status,
             commander: self.commander,
@@ -94,6 +98,7 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
 pub struct StationNodesImpl {
     namespaces: Namespaces,
     conditions: Arc<Conditions>,
+    abandoned: Arc<Abandoned>,
     services: Arc<Services>,
     status: Arc<GatewayStatus>,
     commander: Option<Arc<Commander>>,
@@ -216,6 +221,7 @@ impl InMemoryNodeManagerImpl for StationNodesImpl {
         items: &mut [&mut &mut CreateMonitoredItem],
     ) {
         standard::limit_queues(items.iter_mut().map(|item| &mut ***item));
+        self.abandoned.made(context.session_id, items.iter().map(|item| &***item));
         let space = space.read();
         for item in items {
             item.set_initial_value(space.read(context, item.item_to_monitor(), 0.0, TimestampsToReturn::Both));

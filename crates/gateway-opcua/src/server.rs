@@ -1,6 +1,7 @@
 //! The server: its endpoints, its limits, and the loop that brings new values.
 
 use crate::OpcuaError;
+use crate::abandoned::{Abandoned, MAX_WEIGHT, Numbers};
 use crate::alarms::{Condition, Conditions};
 use crate::certificates::{self, KEY, OWN};
 use crate::filters;
@@ -23,7 +24,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::net::TcpListener;
-use tokio::time::{MissedTickBehavior, interval, sleep};
+use tokio::task::JoinError;
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
 /// The time in which a connection must begin: HELLO, then the secure channel.
 const HELLO_TIMEOUT_S: u32 = 5;
@@ -36,6 +38,12 @@ const MIN_INTERVAL_MS: f64 = 100.0;
 
 /// The time between two looks at the rejected certificates.
 const PRUNE_PERIOD: Duration = Duration::from_secs(10);
+
+/// The time between two looks at the subscriptions that clients have left behind.
+const ABANDONED_PERIOD: Duration = Duration::from_secs(1);
+
+/// The longest time that the library gets to end its connections.
+const END_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The longest queue of events: more alarms than stand at once in a large plant. Values have a queue of four.
 const EVENT_QUEUE: usize = 2_000;
@@ -54,7 +62,7 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 200 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
+/// What one client may take. The worst case is some 700 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
 /// queues of events for each session, which 2,000 changes of alarms fill.
 #[must_use]
 pub fn limits() -> Limits {
@@ -99,7 +107,7 @@ const fn security_policy(policy: Policy) -> SecurityPolicy {
     }
 }
 
-fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
+fn builder(settings: &Settings, context: &Context, abandoned: &Arc<Abandoned>) -> ServerBuilder {
     let station = context.services.name();
     let uri = application_uri(station);
     let url = format!("opc.tcp://{}:{}/", settings.host, settings.listen.port());
@@ -118,6 +126,7 @@ fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
         status: Arc::clone(&context.status),
         commander,
         conditions: Arc::clone(&conditions),
+        abandoned: Arc::clone(abandoned),
     };
     let mut builder = ServerBuilder::new()
         .application_name(format!("profivac {station}"))
@@ -137,7 +146,7 @@ fn builder(settings: &Settings, context: &Context) -> ServerBuilder {
         .discovery_urls(vec![url])
         .with_authenticator(Arc::new(Logins::new(settings.users.clone(), Arc::clone(&context.status))))
         .without_node_managers()
-        .with_node_manager(Standard::builder(conditions))
+        .with_node_manager(Standard::builder(conditions, Arc::clone(abandoned)))
         .with_node_manager(DiagnosticsNodeManagerBuilder)
         .with_node_manager(nodes.into_builder());
     if settings.is_anonymous {
@@ -157,7 +166,8 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let listener = TcpListener::bind(address).await.map_err(|error| OpcuaError::Listen { address, error })?;
     let address = listener.local_addr().unwrap_or(address);
     prepare_certificates(&settings, &context).await?;
-    let (server, handle) = builder(&settings, &context).build().map_err(OpcuaError::Build)?;
+    let abandoned = Arc::new(Abandoned::default());
+    let (server, handle) = builder(&settings, &context, &abandoned).build().map_err(OpcuaError::Build)?;
     *handle.info().type_loaders.write() = filters::loaders();
     let internal = |error| OpcuaError::Listen { address: (Ipv4Addr::LOCALHOST, 0).into(), error };
     let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
@@ -165,18 +175,45 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let mut serving = tokio::spawn(server.run_with(library));
     let mut stop = context.stop.clone();
     let ended = tokio::select! {
-        ended = &mut serving => Some(ended),
-        () = relay_clients(listener, library_address, &handle, &context) => None,
-        () = bring_values(&handle, &context, address) => None,
-        () = prune_certificates(&settings) => None,
-        () = stop.stopped() => None,
+        ended = &mut serving => return result(ended),
+        weight = watch_abandoned(&handle, &abandoned) => Err(OpcuaError::Abandoned { weight, max: MAX_WEIGHT }),
+        () = relay_clients(listener, library_address, &handle, &context) => Ok(()),
+        () = bring_values(&handle, &context, address) => Ok(()),
+        () = prune_certificates(&settings) => Ok(()),
+        () = stop.stopped() => Ok(()),
     };
     handle.cancel();
-    match ended {
-        None => serving.await.map(drop).or(Ok(())),
-        Some(Ok(Ok(()))) => Ok(()),
-        Some(Ok(Err(error))) => Err(OpcuaError::Server(error)),
-        Some(Err(_)) => Err(OpcuaError::Task("the server")),
+    if timeout(END_TIMEOUT, &mut serving).await.is_err() {
+        serving.abort();
+    }
+    ended
+}
+
+/// How the server of the library has ended by itself.
+fn result(ended: Result<Result<(), String>, JoinError>) -> Result<(), OpcuaError> {
+    ended.map_err(|_| OpcuaError::Task("the server"))?.map_err(OpcuaError::Server)
+}
+
+/// Returns the weight of what clients have left behind as soon as it is as much as it may be.
+async fn watch_abandoned(handle: &ServerHandle, abandoned: &Abandoned) -> u64 {
+    let info = handle.info();
+    // The library tells a number only when it gives it away; so each look takes one.
+    let given = |next: u32, looks: u64| u64::from(next).saturating_sub(looks);
+    let mut due = interval(ABANDONED_PERIOD);
+    due.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut looks = 0;
+    loop {
+        due.tick().await;
+        looks += 1;
+        let given = Numbers {
+            subscriptions: given(info.subscription_id_handle.next(), looks),
+            items: given(info.monitored_item_id_handle.next(), looks),
+        };
+        let weight =
+            abandoned.weight(handle.subscriptions(), given, limits().subscriptions.max_monitored_items_per_sub);
+        if weight >= MAX_WEIGHT {
+            return weight;
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! 5.5.7 and 5.7.3). The library hands such a call to the manager of its own nodes, which knows no conditions: this manager stands in its
 //! place, answers these calls, and passes everything else on.
 
+use crate::abandoned::Abandoned;
 use crate::alarms::{Conditions, Method};
 use async_trait::async_trait;
 use opcua_server::CreateMonitoredItem;
@@ -31,15 +32,16 @@ const MAX_FILTER: usize = 128 << 10;
 pub struct Standard {
     inner: Arc<DynNodeManager>,
     conditions: Arc<Conditions>,
+    abandoned: Arc<Abandoned>,
 }
 
 impl Standard {
     /// The builder for the server.
     #[must_use]
-    pub fn builder(conditions: Arc<Conditions>) -> impl NodeManagerBuilder + 'static {
+    pub fn builder(conditions: Arc<Conditions>, abandoned: Arc<Abandoned>) -> impl NodeManagerBuilder + 'static {
         move |context: ServerContext| {
             let inner = Box::new(InMemoryNodeManagerBuilder::new(CoreNodeManagerBuilder));
-            Self { inner: inner.build(context), conditions }
+            Self { inner: inner.build(context), conditions, abandoned }
         }
     }
 }
@@ -106,6 +108,7 @@ impl NodeManager for Standard {
         items: &mut [&mut CreateMonitoredItem],
     ) -> Result<(), StatusCode> {
         limit_queues(items.iter_mut().map(|item| &mut **item));
+        self.abandoned.made(context.session_id, items.iter().map(|item| &**item));
         let mut places = MAX_EVENT_ITEMS.saturating_sub(event_items(context));
         let (mut accepted, mut refused) = (Vec::new(), Vec::new());
         for item in items {
