@@ -70,6 +70,13 @@ test('a setting that differs from another gauge of the model is taken over, and 
     await comparison.getByText(/^1 of \d\d settings differ\.$/).waitFor()
     const found = comparison.locator('[data-difference]')
     assert.deepEqual(await found.locator('td').allInnerTexts(), ['zero', 'hold-last-value', 'Take over …'])
+    // A phone has no head of the table, so each value has the name of its gauge.
+    await page.setViewportSize({ width: 360, height: 740 })
+    const names = await found
+      .locator('td.value')
+      .evaluateAll((cells) => cells.map((it) => getComputedStyle(it, '::before').content))
+    assert.deepEqual(names, ['"pcg550 6: "', '"pcg550 5: "'])
+    await page.setViewportSize({ width: 1280, height: 800 })
     await found.getByRole('button', { name: 'Take over Safe State' }).click()
     await send(page)
     await comparison.getByText(/^All \d\d settings are the same\.$/).waitFor()

@@ -125,6 +125,20 @@ test('nothing of the drawing runs, is fetched, or reaches the rest of the page',
   })
 })
 
+test('a drawing for white paper has a white sheet in the dark theme, and can be read on a phone', async () => {
+  await visit(
+    '/plant',
+    async (page) => {
+      await pressure(page).getByText(/mbar$/).waitFor()
+      const drawing = page.locator('[data-sheet]')
+      assert.equal(await drawing.evaluate((sheet) => getComputedStyle(sheet).backgroundColor), 'rgb(255, 255, 255)')
+      const height = await pressure(page).evaluate((text) => 20 * text.getCTM().a)
+      assert.ok(height >= 10.9, `letters of ${height} pixels`)
+    },
+    { colorScheme: 'dark', viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
+  )
+})
+
 test('the drawing fits a phone, and axe finds nothing', async () => {
   for (const colorScheme of ['light', 'dark']) {
     await visit(

@@ -3,6 +3,7 @@ import { test } from 'node:test'
 import {
   alarmsText,
   countsOf,
+  isForBothThemes,
   isHidden,
   linesOf,
   namesIn,
@@ -177,4 +178,17 @@ test('a part between two volumes of a zone is in the frame of the zone, which ha
     assert.ok(gate[along] - gate[size] / 2 >= first[along] + first[size] / 2, `${direction}: the valve is between`)
     assert.ok(gate[along] + gate[size] / 2 <= last[along] - last[size] / 2, `${direction}: the valve is between`)
   }
+})
+
+test('a drawing is for both themes only if its first element says so', () => {
+  const both = 'style="fill:none; color-scheme: light dark"'
+  assert.deepEqual(
+    [
+      `<svg viewBox="0 0 9 9" ${both}></svg>`,
+      '<svg></svg>',
+      '<svg style="color-scheme:light"></svg>',
+      `<svg><g ${both}></g></svg>`,
+    ].map(isForBothThemes),
+    [true, false, false, false],
+  )
 })

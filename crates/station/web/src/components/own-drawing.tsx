@@ -47,6 +47,7 @@ export function OwnDrawing({ plant, drawing }: { plant: PlantPicture; drawing: s
     drawn.prepend(hatching(drawn))
     // The styles come last: those of the drawing are as strong.
     root.replaceChildren(drawn, style)
+    keepReadable(drawn)
     setSvg(drawn)
   }, [drawing])
   useLayoutEffect(() => {
@@ -96,6 +97,20 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
 }
 
 const named = (svg: Element, kind: Kind): NodeListOf<SVGElement> => svg.querySelectorAll<SVGElement>(`[data-${kind}]`)
+
+/** The least height of the letters of a pressure, in pixels. free choice: below it a phone scrolls. */
+const LEAST_LETTERS = 11
+
+/** A drawing is at least so wide that its pressures can be read. */
+function keepReadable(drawn: Element): void {
+  const sizes = [...named(drawn, 'gauge')]
+    .filter(({ localName }) => localName === 'text')
+    .map((text) => Number.parseFloat(getComputedStyle(text).fontSize))
+    .filter((size) => size > 0)
+  const { width } = (drawn as SVGSVGElement).viewBox.baseVal
+  if (sizes.length > 0)
+    (drawn as SVGSVGElement).style.minWidth = `${Math.round((width * LEAST_LETTERS) / Math.min(...sizes))}px`
+}
 
 /** Editors write colours into the style of an element, where the colours of a state could not replace them: an attribute is weaker. */
 function freeColours(element: SVGElement): void {

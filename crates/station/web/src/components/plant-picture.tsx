@@ -20,6 +20,7 @@ import {
   alarmsText,
   countsOf,
   isBound,
+  isForBothThemes,
   isHidden,
   namesIn,
   passes,
@@ -81,9 +82,19 @@ export function Picture({ plant }: { plant: PlantPicture }): JSX.Element {
   return (
     <>
       <ZonesWithAlarms plant={plant} />
-      {plant.drawing ? <OwnDrawing plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />}
-      <ShadeScale />
+      {plant.drawing ? <Drawn plant={plant} drawing={plant.drawing} /> : <LaidOut plant={plant} />}
+      {!plant.drawing && <ShadeScale />}
     </>
+  )
+}
+
+/** The user's own drawing and the scale of its shades: on a white sheet, unless it is made for both themes. */
+function Drawn({ plant, drawing }: { plant: PlantPicture; drawing: string }): JSX.Element {
+  return (
+    <div class="drawn" data-sheet={isForBothThemes(drawing) ? undefined : ''}>
+      <OwnDrawing plant={plant} drawing={drawing} />
+      <ShadeScale />
+    </div>
   )
 }
 

@@ -5,7 +5,7 @@ import './series-list.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Gauge, Quality, StationEvent } from '../api/types.ts'
-import { type Difference, differenceText } from '../lib/difference.ts'
+import { type Difference, differenceParts } from '../lib/difference.ts'
 import { moment } from '../lib/format.ts'
 import { matchesWords } from '../lib/search.ts'
 import { qualityOf, type Sample } from '../lib/series.ts'
@@ -75,8 +75,23 @@ function Item(props: SeriesListProps & { series: string; gauge: Gauge }): JSX.El
         <span class="name">{series}</span>
         <span class="value">{(at === null || drawn) && <ReadingText pa={pa} quality={quality} unit={unit} />}</span>
       </label>
-      {difference && <p class="difference">{differenceText(difference, unit)}</p>}
+      {difference && <DifferenceParts difference={difference} unit={unit} />}
     </li>
+  )
+}
+
+function DifferenceParts({ difference, unit }: { difference: Difference; unit: Unit }): JSX.Element {
+  return (
+    <dl class="difference">
+      {differenceParts(difference, unit).map(({ heading, value, unit }) => (
+        <div key={heading + unit}>
+          <dt>{heading}</dt>
+          <dd>
+            {value} {unit && <span class="unit">{unit}</span>}
+          </dd>
+        </div>
+      ))}
+    </dl>
   )
 }
 

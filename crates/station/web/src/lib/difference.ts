@@ -1,7 +1,7 @@
 // Two samples of a series compared: how much, how many times, how fast.
 
 import { t } from '../texts/texts.ts'
-import { number } from './format.ts'
+import { number, ratio as shortNumber } from './format.ts'
 import { OVER, type Sample, UNDER } from './series.ts'
 import { inUnit, type Unit } from './units.ts'
 
@@ -11,16 +11,14 @@ export interface Difference {
   ratio: number
   /** In Pa. */
   difference: number
-  /** The mean slope between both, in decades per millisecond; `null` if there is no time between them. */
-  slope: number | null
+  /** The time between both in milliseconds, less than 0 if the sample is the earlier one. */
+  ms: number
 }
 
 /** `null` unless both samples have a pressure within the range of the gauge: the end of a range is no measured pressure. */
 export function differenceOf(reference: Sample | null, sample: Sample | null, ms: number): Difference | null {
   const [first, second] = [measured(reference), measured(sample)]
-  if (first === null || second === null) return null
-  const ratio = second / first
-  return { ratio, difference: second - first, slope: ms === 0 ? null : Math.log10(ratio) / ms }
+  return first === null || second === null ? null : { ratio: second / first, difference: second - first, ms }
 }
 
 function measured(sample: Sample | null): number | null {
@@ -28,11 +26,11 @@ function measured(sample: Sample | null): number | null {
   return sample.mean !== null && sample.mean > 0 ? sample.mean : null
 }
 
-/** The units of a slope, the shortest first. */
+/** The units of time of a slope, and up to which time between the samples each is used. */
 const SLOPE_UNITS = [
-  { name: 's', ms: 1_000 },
-  { name: 'min', ms: 60_000 },
-  { name: 'h', ms: 3_600_000 },
+  { name: 's', ms: 1_000, most: 120_000 },
+  { name: 'min', ms: 60_000, most: 2 * 3_600_000 },
+  { name: 'h', ms: 3_600_000, most: 2 * 86_400_000 },
 ]
 const DAY = { name: 'd', ms: 86_400_000 }
 
@@ -41,16 +39,39 @@ function ratioText(ratio: number): string {
   return ratio >= 0.01 && ratio < 10_000 ? String(Number(ratio.toPrecision(3))) : number(ratio)
 }
 
-/** `× 0.25, −3.75 × 10⁻⁷ mbar, −0.6 decades/min`. */
-export function differenceText({ ratio, difference, slope }: Difference, unit: Unit): string {
-  const size = `${signed(inUnit(difference, unit), number)} ${unit}`
-  return [`× ${ratioText(ratio)}`, size, ...(slope === null ? [] : [slopeText(slope)])].join(', ')
+/** A part of a difference: its number, and what it is, with its unit. */
+export interface DifferencePart {
+  value: string
+  unit: string
+  heading: string
 }
 
-/** `−0.31 decades/min`: in the first unit in which the slope is at least a tenth of a decade, otherwise in days. */
-export function slopeText(decadesPerMs: number): string {
-  const { name, ms } = SLOPE_UNITS.find(({ ms }) => Math.abs(decadesPerMs * ms) >= 0.1) ?? DAY
-  return `${signed(Number((decadesPerMs * ms).toPrecision(2)), String)} ${t.common.decades}/${name}`
+/** Ratio, difference and the mean slopes, in decades and in pressure. All curves have the same units, which depend on the time alone. */
+export function differenceParts({ ratio, difference, ms }: Difference, unit: Unit): DifferencePart[] {
+  const size = inUnit(difference, unit)
+  const parts = [
+    { value: `× ${ratioText(ratio)}`, unit: '', heading: t.trends.ratio },
+    { value: signed(size, number), unit, heading: t.trends.difference },
+  ]
+  if (ms === 0) return parts
+  const per = SLOPE_UNITS.find(({ most }) => Math.abs(ms) <= most) ?? DAY
+  const times = ms / per.ms
+  return [
+    ...parts,
+    {
+      value: signed(Math.log10(ratio) / times, shortNumber),
+      unit: `${t.common.decades}/${per.name}`,
+      heading: t.trends.slope,
+    },
+    { value: signed(size / times, number), unit: `${unit}/${per.name}`, heading: t.trends.slope },
+  ]
+}
+
+/** `× 0.25, −3.75 × 10⁻⁷ mbar, −0.6 decades/min, −3.75 × 10⁻⁷ mbar/min`. */
+export function differenceText(difference: Difference, unit: Unit): string {
+  return differenceParts(difference, unit)
+    .map(({ value, unit }) => `${value} ${unit}`.trim())
+    .join(', ')
 }
 
 /** A number with its sign in front; zero has none. */

@@ -183,3 +183,7 @@ export function linesOf({ name, kind, volumes: [first, second] }: PlantPart): Li
     : { part: name, from: volumeNode(first), to: part }
   return second === undefined ? [one] : [one, { part: name, from: part, to: volumeNode(second) }]
 }
+
+/** Whether the author of a drawing says that it is made for both themes. Editors draw on white. */
+export const isForBothThemes = (drawing: string): boolean =>
+  /^<svg\b[^>]*\sstyle="[^"]*\bcolor-scheme\s*:[^;"]*\bdark\b/.test(drawing)

@@ -669,6 +669,9 @@ export const de: Texts = {
     referenceAt: (time) => `Referenz ${time}`,
     noReference:
       'Klicken oder tippen Sie in das Diagramm, um eine Referenz zu setzen: die Liste zeigt dann Unterschiede und Steigungen von dort bis zum Cursor.',
+    ratio: 'Verhältnis',
+    difference: 'Differenz',
+    slope: 'Steigung',
     removeReference: 'Referenz entfernen',
     before: (age) => `die Werte liegen ${age} davor`,
     after: (age) => `die Werte liegen ${age} danach`,

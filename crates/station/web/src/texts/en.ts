@@ -693,6 +693,9 @@ export const en = {
     referenceAt: (time: string) => `Reference ${time}`,
     noReference:
       'Press in the chart to set a reference: the list then shows differences and slopes from there to the cursor.',
+    ratio: 'Ratio',
+    difference: 'Difference',
+    slope: 'Slope',
     removeReference: 'Remove reference',
     before: (age: string) => `the values are ${age} before it`,
     after: (age: string) => `the values are ${age} after it`,

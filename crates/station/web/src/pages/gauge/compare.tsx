@@ -92,7 +92,7 @@ function Result({ gauge, own, name, other, open }: ResultProps): JSX.Element {
           </thead>
           <tbody>
             {differences.map((difference) => (
-              <Row difference={difference} open={open} key={difference.parameter.target} />
+              <Row difference={difference} names={[gauge.name, name]} open={open} key={difference.parameter.target} />
             ))}
           </tbody>
         </table>
@@ -101,8 +101,15 @@ function Result({ gauge, own, name, other, open }: ResultProps): JSX.Element {
   )
 }
 
+interface RowProps {
+  difference: Difference
+  /** The names of the gauge and of the other one, which a phone shows beside the values. */
+  names: [string, string]
+  open: (request: Request) => void
+}
+
 /** Each value is taken over as a change of its own, with its conditions, its risk and its row in the audit trail. */
-function Row({ difference, open }: { difference: Difference; open: (request: Request) => void }): JSX.Element {
+function Row({ difference, names, open }: RowProps): JSX.Element {
   const { parameter, other } = difference
   const { target, name, value, write } = parameter
   return (
@@ -111,10 +118,10 @@ function Row({ difference, open }: { difference: Difference; open: (request: Req
         {name}
         <code>{target}</code>
       </th>
-      <td class="value" lang="en">
+      <td class="value" lang="en" data-of={names[0]}>
         {value}
       </td>
-      <td class="value" lang="en">
+      <td class="value" lang="en" data-of={names[1]}>
         {other}
       </td>
       <td>{write && <TakeOver write={write} name={name} take={() => open({ target, value: other })} />}</td>
