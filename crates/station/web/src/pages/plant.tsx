@@ -37,14 +37,29 @@ export function PlantPage(): JSX.Element {
   )
 }
 
-/** The active alarms of a reading; those of the whole gauge stand at its first reading. */
-function ReadingAlarms({ placed, state }: { placed: PlacedReading; state: VolumeState }): JSX.Element {
+/** A reading and its active alarms. Those of a whole gauge stand at its only reading, or in a line of their own before its readings. */
+function ReadingLine({ placed, state }: { placed: PlacedReading; state: VolumeState }): JSX.Element {
+  const unit = useUnit()
   const { gauge, reading } = placed
+  const ofGauge = state.alarms.filter((alarm) => alarm.gauge === gauge.name)
+  const ofAll = ofGauge.filter(({ series }) => !series)
+  const ofReading = ofGauge.filter(({ series }) => series === reading.series)
+  const isOnly = gauge.readings.length === 1
   const isFirst = state.readings.find((other) => other.gauge.name === gauge.name) === placed
-  const own = state.alarms.filter(
-    (alarm) => alarm.gauge === gauge.name && (alarm.series ? alarm.series === reading.series : isFirst),
+  return (
+    <>
+      {!isOnly && isFirst && ofAll.length > 0 && (
+        <li>
+          <Link to={gaugePath(gauge.name)}>{gauge.name}</Link> <NamedAlarms alarms={ofAll} />
+        </li>
+      )}
+      <li>
+        <Link to={gaugePath(gauge.name)}>{reading.series}</Link>{' '}
+        <ReadingText pa={boundOf(reading)} quality={placed.quality} unit={unit} />
+        <NamedAlarms alarms={isOnly ? ofGauge : ofReading} />
+      </li>
+    </>
   )
-  return <NamedAlarms alarms={own} />
 }
 
 function NamedAlarms({ alarms }: { alarms: Alarm[] }): JSX.Element {
@@ -64,7 +79,6 @@ const WIDE = '(min-width: 64rem)'
 
 /** All gauges of the volumes, and all valves and pumps: what the picture shows, for a screen reader and for details. */
 function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
-  const unit = useUnit()
   const volumes = useVolumes(plant)
   const states = usePartStates()
   const hasZones = plant.volumes.some(({ zone }) => zone !== null)
@@ -94,11 +108,7 @@ function Lists({ plant }: { plant: PlantPicture }): JSX.Element {
                   <td>
                     <ul>
                       {state.readings.map((placed) => (
-                        <li key={placed.reading.series}>
-                          <Link to={gaugePath(placed.gauge.name)}>{placed.reading.series}</Link>{' '}
-                          <ReadingText pa={boundOf(placed.reading)} quality={placed.quality} unit={unit} />
-                          <ReadingAlarms placed={placed} state={state} />
-                        </li>
+                        <ReadingLine placed={placed} state={state} key={placed.reading.series} />
                       ))}
                       {state.silent.map((name) => (
                         <li key={name}>
