@@ -247,6 +247,38 @@ test('an engineer changes the limit of an alarm', async () => {
   })
 })
 
+test('the settings of an alarm show the pressure at their opening, and the reset value of what is typed', async () => {
+  await as('ada', async (page) => {
+    plant.tell('vessel=5e4')
+    const vented = item(page, 'vessel vented')
+    await vented.filter({ hasText: /now 500\smbar/ }).waitFor()
+    await vented.getByRole('button', { name: 'Settings: vessel vented' }).click()
+    const dialog = page.getByRole('dialog', { name: 'Alarm settings' })
+    const reset = dialog.locator('.reset-value')
+    const resetIs = (value) => reset.filter({ hasText: value }).waitFor()
+    await dialog.getByLabel('Above').fill('10 mbar')
+    await resetIs(/Reset value\s*7\.94\smbar/)
+    await dialog.getByLabel('Hysteresis in decades').fill('1')
+    await resetIs(/1\.00\smbar/)
+    assert.deepEqual(await violations(page), [])
+    // The station refuses a reset value together with a hysteresis, and a pressure without a unit.
+    await dialog.getByLabel('or reset at').fill('2 mbar')
+    await reset.waitFor({ state: 'hidden' })
+    await dialog.getByLabel('Hysteresis in decades').fill('')
+    await resetIs(/2\.00\smbar/)
+    const top = () => dialog.getByLabel('Above').evaluate((field) => field.getBoundingClientRect().top)
+    const before = await top()
+    await dialog.getByLabel('Above').fill('10')
+    await reset.waitFor({ state: 'hidden' })
+    assert.equal(await top(), before, 'the field moves while the engineer types')
+    plant.tell('vessel=1')
+    await vented.locator('.alarm-state.returned').waitFor()
+    assert.match(await text(dialog), /vessel at \d\d:\d\d:\d\d\s+500\smbar/)
+    await dialog.getByRole('button', { name: 'Cancel' }).click()
+    await dialog.waitFor({ state: 'detached' })
+  })
+})
+
 test('an e-mail that is not delivered is told with its reason', async () => {
   await as('vera', async (page) => {
     const panel = page.getByRole('region', { name: 'Notifications' })

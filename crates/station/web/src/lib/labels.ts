@@ -40,6 +40,6 @@ export function segmentSentence(segment: Segment): string {
   const named = others
     .slice(0, MOST_NAMED)
     .map(({ name, address, description }) => `${name ?? address}: ${description}`)
-  const more = others.length > MOST_NAMED ? [t.bus.andMore(others.length - MOST_NAMED)] : []
+  const more = others.length > MOST_NAMED ? [t.common.andMore(others.length - MOST_NAMED)] : []
   return `${[...named, ...more].join('; ')}.`
 }

@@ -23,7 +23,8 @@ export function pressureRange(gauges: readonly Gauge[], sinceMs: number): { lowe
   return lowest && highest ? { lowest, highest } : null
 }
 
-function extremeOf(gauge: Gauge, reading: Reading, sinceMs: number): Extreme | null {
+/** The pressure of a reading, or the end of the range that it is beyond; `null` if it is neither. */
+export function extremeOf(gauge: Gauge, reading: Reading, sinceMs: number): Extreme | null {
   const quality = currentQuality(gauge, reading, sinceMs)
   const pa = reading.pa ?? reading.limit_pa
   const isPressure = quality === 'valid' || quality === 'underrange' || quality === 'overrange'

@@ -24,3 +24,22 @@ export function inUnit(pa: number, unit: Unit): number {
 export function nextUnit(unit: Unit): Unit {
   return UNIT_NAMES[(UNIT_NAMES.indexOf(unit) + 1) % UNIT_NAMES.length] ?? unit
 }
+
+/** The sizes in Pa of the units in which the station's file has pressures, in small letters: case does not matter there. */
+const FILE_UNITS: Record<string, number> = {
+  mbar: 100,
+  pa: 1,
+  hpa: 100,
+  kpa: 1e3,
+  bar: 1e5,
+  torr: 101_325 / 760,
+  mtorr: 101.325 / 760,
+  micron: 101.325 / 760,
+}
+
+/** The pressure in Pa that a text such as `1e-3 mbar` names; `null` if the station would refuse the text. */
+export function pascals(text: string): number | null {
+  const found = /^(\+?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*([a-z]+)$/i.exec(text.trim())
+  const pa = Number(found?.[1]) * (FILE_UNITS[found?.[2]?.toLowerCase() ?? ''] ?? Number.NaN)
+  return Number.isFinite(pa) ? pa : null
+}

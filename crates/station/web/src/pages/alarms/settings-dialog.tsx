@@ -7,9 +7,19 @@ import { changeAlarmSettings, fetchAlarmSettings } from '../../api/calls.ts'
 import type { Alarm, AlarmSettings } from '../../api/types.ts'
 import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
-import { changed, FIELDS, type Field, formOf, hasSettings, type SettingsForm } from '../../lib/alarm-settings.ts'
+import {
+  changed,
+  FIELDS,
+  type Field,
+  formOf,
+  hasReset,
+  hasSettings,
+  resetOf,
+  type SettingsForm,
+} from '../../lib/alarm-settings.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
+import { SettingsValues } from './settings-values.tsx'
 
 const priorities = (): [string, string][] => [['', t.alarmSettings.defaultPriority], ...Object.entries(t.priorities)]
 
@@ -30,7 +40,8 @@ interface Props {
   close: () => void
 }
 
-export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Element {
+export function SettingsDialog({ alarm, done, close }: Props): JSX.Element {
+  const { name } = alarm
   const dialog = useModal()
   const { value, error } = useQuery(`settings ${name}`, null, (signal) => fetchAlarmSettings(name, signal))
   return (
@@ -42,7 +53,7 @@ export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Ele
           {error}
         </p>
       )}
-      {value && <Form name={name} seen={value} done={done} close={close} />}
+      {value && <Form alarm={alarm} seen={value} done={done} close={close} />}
       {!value && (
         <div class="buttons">
           <button type="button" onClick={close}>
@@ -54,7 +65,7 @@ export function SettingsDialog({ alarm: { name }, done, close }: Props): JSX.Ele
   )
 }
 
-function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string; seen: AlarmSettings }): JSX.Element {
+function Form({ alarm, seen, done, close }: Props & { seen: AlarmSettings }): JSX.Element {
   const [form, setForm] = useState<SettingsForm>(() => formOf(seen))
   const [reason, setReason] = useState('')
   const [error, setError] = useState<string | null>(null)
@@ -62,7 +73,7 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
   const submit = (event: Event): void => {
     event.preventDefault()
     setError(null)
-    changeAlarmSettings(name, seen, changed(seen, form), reason)
+    changeAlarmSettings(alarm.name, seen, changed(seen, form), reason)
       .then(() => {
         done()
         close()
@@ -71,6 +82,7 @@ function Form({ name, seen, done, close }: Omit<Props, 'alarm'> & { name: string
   }
   return (
     <form onSubmit={submit}>
+      {hasReset(seen) && <SettingsValues alarm={alarm} reset={resetOf(form)} />}
       <div class="pair">
         {FIELDS.filter(({ shown }) => shown(seen)).map(({ key, label, placeholder, isNumber, isLimit }) => (
           <label key={key}>
