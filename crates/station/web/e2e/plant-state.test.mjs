@@ -101,6 +101,39 @@ test('a viewer sees the plant states and has no buttons, an operator none for an
   })
 })
 
+test('the dialog of a plant state names its alarms, active ones first, and all of them on request', async () => {
+  await as('olga', async (page) => {
+    const [states, names] = await page.evaluate(async () => {
+      const get = async (path) => (await fetch(path)).json()
+      return [await get('/api/plant-states'), (await get('/api/alarms')).map(({ name }) => name)]
+    })
+    const json = states.map((state) => ({ ...state, alarms: names }))
+    await page.route('**/api/plant-states', (route) => route.fulfill({ json }))
+    // The plant states are fetched every ten seconds.
+    await state(page, 'Vented').getByText(`would suppress ${names.length} alarms`).waitFor()
+    await state(page, 'Vented').getByRole('button', { name: 'Declare: Vented' }).click()
+    const dialog = page.getByRole('dialog')
+    const first = dialog.locator('.alarm-names').first().getByRole('listitem')
+    await first.filter({ hasText: /gate 2 not evacuated\s+active/ }).waitFor()
+    assert.equal(await first.count(), 8)
+    assert.match(await first.first().innerText(), /^1\s+high\s+gate 2 not evacuated\s+active$/)
+    const more = dialog.getByText(`and ${names.length - 8} more`)
+    await more.focus()
+    await page.keyboard.press('Enter')
+    await dialog
+      .getByRole('listitem')
+      .nth(names.length - 1)
+      .waitFor()
+    const listed = await dialog.innerText()
+    for (const name of names) assert.ok(listed.includes(name), name)
+    assert.equal(
+      await dialog.getByRole('listitem').filter({ hasText: 'cryostat above' }).getByText('active').count(),
+      0,
+    )
+    assert.deepEqual(await violations(page), [])
+  })
+})
+
 test('the plant states and their dialog are accessible, on a phone too', async () => {
   for (const viewport of [
     { width: 1280, height: 800 },

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { alarmCount, declaredNames, durationsUpTo } from '../dist/test/lib/plant-states.js'
+import { alarmCount, declaredNames, durationsUpTo, suppressedBy } from '../dist/test/lib/plant-states.js'
 
 const labels = (longest) => durationsUpTo(longest).map(([label]) => label)
 
@@ -25,4 +25,25 @@ test('the number of alarms and the declared plant states are words', () => {
   assert.equal(alarmCount({ alarms: ['a', 'b'] }), '2 alarms')
   assert.equal(declaredNames([]), '')
   assert.equal(declaredNames([{ name: 'Vented' }, { name: 'Bake-out' }]), 'Vented, Bake-out')
+})
+
+test('the alarms of a plant state begin with the active ones, the most urgent first, and end with unknown ones', () => {
+  const alarm = (name, priority, state) => ({ name, priority, state, since_ms: 0 })
+  const all = [
+    alarm('a', 'high', 'normal'),
+    alarm('b', 'low', 'acknowledged'),
+    alarm('c', 'medium', 'unacknowledged'),
+    alarm('d', 'high', 'suppressed'),
+    alarm('e', 'high', 'unacknowledged'),
+  ]
+  const state = { alarms: ['x', 'd', 'a', 'b', 'c'] }
+  assert.deepEqual(
+    suppressedBy(state, all).map(({ name }) => name),
+    ['c', 'b', 'd', 'a', 'x'],
+  )
+  const names = suppressedBy(state, []).map(({ name, alarm }) => [name, alarm])
+  assert.deepEqual(
+    names,
+    state.alarms.map((name) => [name, null]),
+  )
 })

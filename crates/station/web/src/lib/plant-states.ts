@@ -1,7 +1,8 @@
 // Plant states: durations of a declaration, and the words about declared ones.
 
-import type { DeclaredPlantState, PlantState } from '../api/types.ts'
+import type { Alarm, DeclaredPlantState, PlantState } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
+import { byUrgency } from './alarms.ts'
 
 const HOUR = 60
 const DAY = 24 * HOUR
@@ -24,6 +25,23 @@ function durationText(minutes: number): string {
 
 /** The number of alarms that a plant state suppresses. */
 export const alarmCount = ({ alarms }: Pick<PlantState, 'alarms'>): string => t.plantStates.alarms(alarms.length)
+
+/** An alarm that a plant state suppresses; `alarm` is `null` until the alarms have been fetched. */
+export interface NamedAlarm {
+  name: string
+  alarm: Alarm | null
+}
+
+/** The alarms that a plant state suppresses: active ones first, then by priority, then those that are not known. */
+export function suppressedBy({ alarms }: Pick<PlantState, 'alarms'>, all: readonly Alarm[]): NamedAlarm[] {
+  const byName = new Map(all.map((alarm) => [alarm.name, alarm]))
+  return alarms.map((name) => ({ name, alarm: byName.get(name) ?? null })).sort(byUrgencyIfKnown)
+}
+
+function byUrgencyIfKnown(one: NamedAlarm, other: NamedAlarm): number {
+  if (one.alarm && other.alarm) return byUrgency(one.alarm, other.alarm)
+  return Number(other.alarm !== null) - Number(one.alarm !== null)
+}
 
 /** The names of declared plant states, for the header; empty without one. */
 export const declaredNames = (declared: Pick<DeclaredPlantState, 'name'>[]): string =>

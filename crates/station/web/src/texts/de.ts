@@ -305,6 +305,7 @@ export const de: Texts = {
     notDeclared: 'nicht gesetzt',
     alarms: (count) => counted(count, 'Alarm', 'Alarme'),
     suppresses: (alarms) => `unterdrückt ${alarms}`,
+    active: 'steht an',
     wouldSuppress: (alarms) => `würde ${alarms} unterdrücken`,
     suppressedCount: (count) => `Unterdrückte Alarme: ${count}`,
     kinds: {

@@ -334,6 +334,8 @@ export const en = {
     notDeclared: 'not declared',
     alarms: (count: number) => counted(count, 'alarm', 'alarms'),
     suppresses: (alarms: string) => `suppresses ${alarms}`,
+    /** Beside the name of an alarm. */
+    active: 'active',
     wouldSuppress: (alarms: string) => `would suppress ${alarms}`,
     suppressedCount: (count: number) => `Suppressed alarms: ${count}`,
     kinds: {

@@ -42,7 +42,7 @@ export function Alarms(): JSX.Element {
       <Actions>
         <ActiveAlarmList all={alarms} error={error} run={run} suppress={setChosen} ask={setAsked} edit={setEdited} />
       </Actions>
-      <PlantStates actions={actions} run={run} />
+      <PlantStates alarms={alarms} actions={actions} run={run} />
       <Actions>
         <SuppressedList alarms={alarms} />
         <ShelvedList alarms={alarms} run={run} />

@@ -4,10 +4,14 @@ import './plant-states.css'
 import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { declarePlantState, endPlantState, extendPlantState, fetchPlantStates } from '../../api/calls.ts'
-import type { DeclaredPlantState, PlantState } from '../../api/types.ts'
+import type { Alarm, DeclaredPlantState, PlantState } from '../../api/types.ts'
+import { PriorityMark } from '../../components/alarm-marks.tsx'
+import { FirstFew } from '../../components/first-few.tsx'
 import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { useModal, useQuery } from '../../components/hooks.ts'
-import { alarmCount, durationsUpTo } from '../../lib/plant-states.ts'
+import { Unbroken } from '../../components/unbroken.tsx'
+import { isActive } from '../../lib/alarms.ts'
+import { alarmCount, durationsUpTo, type NamedAlarm, suppressedBy } from '../../lib/plant-states.ts'
 import { useLive } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
@@ -24,12 +28,14 @@ interface Chosen {
 }
 
 interface Props {
+  /** All alarms, as they were fetched last. */
+  alarms: Alarm[]
   /** Changes after every action of this page. */
   actions: number
   run: RunAction
 }
 
-export function PlantStates({ actions, run }: Props): JSX.Element | null {
+export function PlantStates({ alarms, actions, run }: Props): JSX.Element | null {
   const query = useQuery(`plant states ${actions}`, REFRESH_MS, (signal) => fetchPlantStates(signal))
   const [chosen, setChosen] = useState<Chosen | null>(null)
   const declared = useLive().snapshot?.alarms.plant_states ?? []
@@ -50,7 +56,7 @@ export function PlantStates({ actions, run }: Props): JSX.Element | null {
           ))}
         </ul>
       </Actions>
-      {chosen && <PlantStateDialog chosen={chosen} run={run} close={() => setChosen(null)} />}
+      {chosen && <PlantStateDialog chosen={chosen} alarms={alarms} run={run} close={() => setChosen(null)} />}
     </section>
   )
 }
@@ -108,11 +114,12 @@ function Button({ kind, name, press }: { kind: Kind; name: string; press: (kind:
 
 interface DialogProps {
   chosen: Chosen
+  alarms: Alarm[]
   run: RunAction
   close: () => void
 }
 
-function PlantStateDialog({ chosen: { kind, state }, run, close }: DialogProps): JSX.Element {
+function PlantStateDialog({ chosen: { kind, state }, alarms, run, close }: DialogProps): JSX.Element {
   const dialog = useModal()
   const durations = durationsUpTo(state.longest_minutes)
   const [reason, setReason] = useState('')
@@ -124,12 +131,13 @@ function PlantStateDialog({ chosen: { kind, state }, run, close }: DialogProps):
     close()
   }
   return (
-    <dialog ref={dialog} onClose={close} aria-label={title} class="form-dialog">
+    <dialog ref={dialog} onClose={close} aria-label={title} class="form-dialog plant-state-dialog">
       <h2>
         {verb}: {state.name}
       </h2>
       {state.description && <p>{state.description}</p>}
       <p class="muted">{sentence(alarmCount(state))}</p>
+      <FirstFew items={suppressedBy(state, alarms)} draw={(some) => <AlarmNames alarms={some} />} />
       <form onSubmit={submit}>
         <ReasonField reason={reason} setReason={setReason} isOptional={kind === 'end'} />
         {kind !== 'end' && (
@@ -147,6 +155,19 @@ function PlantStateDialog({ chosen: { kind, state }, run, close }: DialogProps):
         <FormEnd submit={verb} close={close} />
       </form>
     </dialog>
+  )
+}
+
+function AlarmNames({ alarms }: { alarms: NamedAlarm[] }): JSX.Element {
+  return (
+    <ul class="alarm-names">
+      {alarms.map(({ name, alarm }) => (
+        <li key={name}>
+          {alarm && <PriorityMark priority={alarm.priority} active={isActive(alarm)} />} <Unbroken text={name} />{' '}
+          {alarm && isActive(alarm) && <strong>{t.plantStates.active}</strong>}
+        </li>
+      ))}
+    </ul>
   )
 }
 
