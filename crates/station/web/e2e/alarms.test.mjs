@@ -308,6 +308,8 @@ test('a figure beyond its target has a shape and words, and no colour', async ()
     per_hour: 12,
     worst_ten_minutes: { raised: 10, from_ms: 1e12 },
     flood_percent: 0.9,
+    raised: 100,
+    by_priority: { high: 5, medium: 15, low: 80 },
     chattering: [],
   }
   const beyond = {
@@ -315,12 +317,14 @@ test('a figure beyond its target has a shape and words, and no colour', async ()
     per_hour: 12.1,
     worst_ten_minutes: { raised: 11, from_ms: 1e12 },
     flood_percent: 1,
+    raised: 100,
+    by_priority: { high: 8, medium: 18, low: 74 },
     chattering: ['a'],
   }
   const names = ['a', 'b', 'c', 'd', 'e']
   for (const [figures, marked] of [
     [{ ...within, long_active: names.slice(1) }, 0],
-    [{ ...beyond, long_active: names }, 5],
+    [{ ...beyond, long_active: names }, 8],
   ]) {
     await as('vera', async (page) => {
       await page.route('**/api/alarms/performance?*', async (route) => {
@@ -341,6 +345,36 @@ test('a figure beyond its target has a shape and words, and no colour', async ()
         .locator('tbody td:nth-of-type(1), tbody strong')
         .evaluateAll((all) => all.map((one) => getComputedStyle(one).color))
       assert.equal(new Set(colours).size, 1, colours.join('; '))
+    })
+  }
+})
+
+test('the shares of the priorities are judged when there are enough alarms', async () => {
+  for (const [high, others, words] of [
+    [19, { medium: 0, low: 0 }, ''],
+    [10, { medium: 15, low: 75 }, ' beyond the target'],
+  ]) {
+    await as('vera', async (page) => {
+      const figures = { raised: high + others.medium + others.low, by_priority: { high, ...others } }
+      await page.route('**/api/alarms/performance?*', async (route) => {
+        const answer = await route.fetch()
+        await route.fulfill({ response: answer, json: { ...(await answer.json()), ...figures } })
+      })
+      const panel = page.getByRole('region', { name: 'Alarm performance' })
+      await panel.locator('summary').click()
+      // The figures that were fetched before are those of the station.
+      await panel.getByLabel('Period').selectOption('7')
+      await panel.getByRole('row', { name: `alarms ${figures.raised}`, exact: true }).waitFor()
+      const row = (priority) => panel.getByRole('row', { name: `of ${priority} priority` })
+      const told = async (priority) => (await text(row(priority))).replace(/\s+/g, ' ').trim()
+      assert.equal(
+        await told('high'),
+        words ? `of high priority ▲ 10 %${words} about 5 %` : 'of high priority 100 % about 5 %',
+      )
+      assert.equal(await told('medium'), `of medium priority ${others.medium} % about 15 %`)
+      const low = words ? `▲ 75 %${words}` : '0 %'
+      assert.equal(await told('low'), `of low priority ${low} about 80 %`)
+      assert.deepEqual(await violations(page), [])
     })
   }
 })

@@ -8,6 +8,7 @@ import { Choice } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { moment } from '../../lib/format.ts'
+import { type Share, sharesOf } from '../../lib/performance.ts'
 import { live } from '../../live.ts'
 import { t } from '../../texts/texts.ts'
 
@@ -46,7 +47,7 @@ interface Row {
   figure: string
   value: string
   target: string
-  /** Whether the figure is beyond its target; a target that is only *about* a number has no limit. */
+  /** Whether the figure is beyond its target. */
   isBeyond?: boolean
 }
 
@@ -55,10 +56,8 @@ const LEAST_HOURS = 1
 
 /** The figures with their targets: ANSI/ISA-18.2-2016, clause 16, table of recommended metrics. */
 function rows(figures: AlarmPerformance): Row[] {
-  const { raised, worst_ten_minutes: worst, flood_percent, by_priority, chattering, long_active } = figures
+  const { raised, worst_ten_minutes: worst, flood_percent, chattering, long_active } = figures
   const per_hour = figures.recorded_hours < LEAST_HOURS ? null : figures.per_hour
-  const part = (count: number): string => (raised === 0 ? '–' : `${Math.round((100 * count) / raised)} %`)
-  const { high, medium, low } = by_priority
   return [
     { figure: t.performance.alarms, value: `${raised}`, target: '' },
     { figure: t.performance.suppressed, value: `${figures.suppressed}`, target: '' },
@@ -80,11 +79,7 @@ function rows(figures: AlarmPerformance): Row[] {
       target: t.performance.floodTarget,
       isBeyond: flood_percent != null && flood_percent >= 1,
     },
-    {
-      figure: t.performance.byPriority,
-      value: `${part(high)}, ${part(medium)}, ${part(low)}`,
-      target: t.performance.byPriorityTarget,
-    },
+    ...sharesOf(figures).map(shareRow),
     {
       figure: t.performance.chattering,
       value: listed(chattering),
@@ -99,6 +94,13 @@ function rows(figures: AlarmPerformance): Row[] {
     },
   ]
 }
+
+const shareRow = ({ priority, percent, recommended, isBeyond }: Share): Row => ({
+  figure: t.performance.share(t.priorities[priority]),
+  value: percent === null ? '–' : `${Math.round(percent)} %`,
+  target: t.performance.shareTarget(recommended),
+  isBeyond,
+})
 
 const listed = (names: string[]): string =>
   names.length === 0 ? t.common.none : `${names.length}: ${names.join(', ')}`
