@@ -1,103 +1,116 @@
-//! Subscriptions that no client ends any more.
+//! What subscriptions leave in the memory that no client ends any more.
 //!
-//! The library never frees two things. A subscription that has expired stays until its client asks for its last notification, and a client
-//! that is gone never does. And each value of a subscription that has ended, also of one that its client deletes, stays in the table that
-//! says which values a change of a node goes to. Besides, a session can be closed while its subscriptions live on, so they count for no
-//! session. This module counts what that can amount to; at [`MAX_WEIGHT`] the server starts again, which frees everything.
+//! The library does not free all of a subscription. One that has expired stays, with its table of values and with its session, until its
+//! client asks for its last notification, and a client that is gone never does. Each value of a subscription that has ended, also of one
+//! that its client deletes, stays in the table that says which values a change of a node goes to. And a session can be closed while its
+//! subscriptions live on, so that they count for no session. This module estimates the octets of all that; at [`MAX_OCTETS`] the server
+//! starts again, which frees everything.
 
-use opcua_server::{CreateMonitoredItem, SubscriptionCache, SubscriptionState};
+use opcua_server::{CreateMonitoredItem, Subscription, SubscriptionCache, SubscriptionState};
 use opcua_types::AttributeId;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The most that abandoned subscriptions may amount to, in values: some 100 MiB, and 0.1 s of a processor for each change if all are of the
-/// same node. free choice: what 900 clients with 100 values leave behind, or 13 sessions with as many values as they may have.
-pub const MAX_WEIGHT: u64 = 100_000;
+/// The queue of a value that is not an event.
+pub const VALUE_QUEUE: usize = 4;
 
-/// What a subscription without values counts.
-const SUBSCRIPTION_WEIGHT: u64 = 10;
+/// The most that may be left. free choice: 1,000 clients that disappear without a word, or a million values of subscriptions that are
+/// deleted.
+pub const MAX_OCTETS: u64 = 256 << 20;
 
-/// What an item of events counts: its queue is as much longer than that of a value.
-const EVENT_WEIGHT: u64 = 500;
+/// A session that is left behind. A usual one takes some 10 KiB; one with the longest texts takes 4 MiB, of which the library does not tell
+/// all, so that this is between both.
+const SESSION_OCTETS: u64 = 256 << 10;
 
-/// A subscription, by its session and its own number.
-type Id = (u32, u32);
+/// A value in the table of an expired subscription, and of one whose session is closed.
+const VALUE_OCTETS: u64 = 1 << 10;
 
-/// The state of a subscription, as far as it matters here.
+/// An item of events in a subscription that lives: its queue.
+const EVENT_ITEM_OCTETS: u64 = 512 << 10;
+
+/// A value of a deleted subscription.
+const DELETED_VALUE_OCTETS: u64 = 256;
+
+/// A place in the queue of a value.
+const QUEUED_OCTETS: u64 = 128;
+
+/// A link from an item to one that it triggers. It takes 12 octets, and it is followed with each change.
+const LINK_OCTETS: u64 = 64;
+
+/// The present state of a subscription.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
-    /// Its session lives.
-    Kept,
-    /// Its session is closed or has expired. It may still expire, or move to another session.
+    /// Its session lives. It has this many octets beyond those of a usual subscription.
+    Kept(u64),
+    /// Its session is closed or has expired.
     Abandoned,
-    /// It has expired, or is deleted.
-    Ended,
+    /// It has expired.
+    Expired,
+    /// Its client has deleted it, or moved it to another session.
+    Deleted,
 }
 
-/// The items of one subscription that were made since it began, and how many of them at most exist at the same time.
+/// The items of one subscription that were made since it began.
 #[derive(Debug, Default)]
 struct Made {
+    session: u32,
     values: u64,
     events: u64,
 }
 
 impl Made {
-    fn weight(&self, max_values: u64) -> u64 {
-        SUBSCRIPTION_WEIGHT + self.values.min(max_values) + EVENT_WEIGHT * self.events
+    /// What the subscription leaves, when it never had more than `max_values` at the same time.
+    fn octets(&self, max_values: u64, fate: Fate) -> u64 {
+        let values = self.values.min(max_values);
+        match fate {
+            Fate::Kept(octets) => octets,
+            Fate::Abandoned => SESSION_OCTETS + values * VALUE_OCTETS + self.events.min(2) * EVENT_ITEM_OCTETS,
+            Fate::Expired => SESSION_OCTETS + values * VALUE_OCTETS,
+            Fate::Deleted => values * DELETED_VALUE_OCTETS,
+        }
     }
 }
 
-/// The subscriptions that have items, and what has ended.
+/// The subscriptions with items, by number, and what the others have left.
 #[derive(Debug, Default)]
 struct Subscriptions {
-    made: HashMap<Id, Made>,
-    /// How many subscriptions and items were seen here. The library gives numbers also to those that were not.
-    seen: Numbers,
-    /// The weight of those that have ended.
+    made: HashMap<u32, Made>,
+    /// How many subscriptions have had items.
+    seen: u64,
+    /// What those that have ended have left.
     ended: u64,
 }
 
-/// Numbers of subscriptions and of items.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub struct Numbers {
-    /// Subscriptions.
-    pub subscriptions: u64,
-    /// Items.
-    pub items: u64,
-}
-
 impl Subscriptions {
-    fn made(&mut self, id: Id, is_event: bool) {
-        let made = self.made.entry(id).or_insert_with(|| {
-            self.seen.subscriptions += 1;
+    fn made(&mut self, session: u32, subscription: u32, is_event: bool) {
+        let made = self.made.entry(subscription).or_insert_with(|| {
+            self.seen += 1;
             Made::default()
         });
-        self.seen.items += 1;
+        made.session = session;
         if is_event { made.events += 1 } else { made.values += 1 }
     }
 
-    /// The weight of all that are abandoned or have ended. `given` are the numbers that the library has given; those that were not seen
-    /// here count as abandoned: they have no items, or items of attributes for which the library does not ask the gateway, or were refused.
-    fn weight(&mut self, given: Numbers, max_values: u64, fate: impl Fn(Id) -> Fate) -> u64 {
-        let (mut abandoned, mut ended) = (0, 0);
+    /// The octets that all have left. The library has numbered `numbered` subscriptions; one without items may have left its session.
+    fn octets(&mut self, numbered: u64, max_values: u64, fate: impl Fn(u32, u32) -> Fate) -> u64 {
+        let (mut present, mut ended) = (0, 0);
         self.made.retain(|id, made| {
-            let weight = made.weight(max_values);
-            let fate = fate(*id);
-            match fate {
-                Fate::Kept => {}
-                Fate::Abandoned => abandoned += weight,
-                Fate::Ended => ended += weight,
+            let fate = fate(made.session, *id);
+            let octets = made.octets(max_values, fate);
+            let has_ended = matches!(fate, Fate::Expired | Fate::Deleted);
+            if has_ended {
+                ended += octets
+            } else {
+                present += octets
             }
-            fate != Fate::Ended
+            !has_ended
         });
         self.ended += ended;
-        let unseen_subscriptions = given.subscriptions.saturating_sub(self.seen.subscriptions);
-        let unseen_items = given.items.saturating_sub(self.seen.items);
-        self.ended + abandoned + unseen_items + SUBSCRIPTION_WEIGHT * unseen_subscriptions
+        self.ended + present + numbered.saturating_sub(self.seen) * SESSION_OCTETS
     }
 }
 
-/// Counts abandoned subscriptions of one server.
+/// Estimates what the subscriptions of one server leave.
 #[derive(Debug, Default)]
 pub struct Abandoned(Mutex<Subscriptions>);
 
@@ -106,77 +119,91 @@ impl Abandoned {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A client of this session asks for these items.
+    /// A client of this session has asked for these items. Those that were refused leave nothing.
     pub fn made<'a>(&self, session: u32, items: impl Iterator<Item = &'a CreateMonitoredItem>) {
         let mut subscriptions = self.lock();
-        for item in items {
+        for item in items.filter(|item| item.status_code().is_good()) {
             let is_event = item.item_to_monitor().attribute_id == AttributeId::EventNotifier;
-            subscriptions.made((session, item.handle().subscription_id), is_event);
+            subscriptions.made(session, item.handle().subscription_id, is_event);
         }
     }
 
-    /// The weight of all that is abandoned in the server with these subscriptions, in values. `given` are the numbers that the library has
-    /// given.
-    pub fn weight(&self, cache: &SubscriptionCache, given: Numbers, max_values: usize) -> u64 {
-        self.lock().weight(given, max_values as u64, |(session, id)| {
-            let Some(session) = cache.get_session_subscriptions(session) else { return Fate::Ended };
+    /// The octets that are left in the server with these subscriptions. It has numbered `numbered` of them since its start.
+    pub fn octets(&self, cache: &SubscriptionCache, numbered: u64, max_values: usize) -> u64 {
+        self.lock().octets(numbered, max_values as u64, |session, id| {
+            let Some(session) = cache.get_session_subscriptions(session) else { return Fate::Deleted };
             let session = session.lock();
-            match session.get(id).map(|subscription| subscription.state()) {
-                None | Some(SubscriptionState::Closed) => Fate::Ended,
+            match session.get(id) {
+                None => Fate::Deleted,
+                Some(found) if found.state() == SubscriptionState::Closed => Fate::Expired,
                 // Besides the subscriptions only the list of the living sessions holds a session, and requests that are being answered.
                 Some(_) if Arc::strong_count(session.session()) == 1 => Fate::Abandoned,
-                Some(_) => Fate::Kept,
+                Some(found) => Fate::Kept(unusual_octets(found)),
             }
         })
     }
+}
+
+/// What a living subscription has beyond a usual one: a client makes queues longer and links items after they are made, when the library
+/// does not ask the gateway.
+fn unusual_octets(subscription: &Subscription) -> u64 {
+    let octets = subscription.items().map(|item| {
+        let is_event = item.item_to_monitor().attribute_id == AttributeId::EventNotifier;
+        let places = if is_event { 0 } else { item.queue_size().saturating_sub(VALUE_QUEUE) };
+        places as u64 * QUEUED_OCTETS + item.triggered_items().len() as u64 * LINK_OCTETS
+    });
+    octets.sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The numbers of subscriptions and items that were all seen.
-    fn all(subscriptions: &Subscriptions) -> Numbers {
-        subscriptions.seen
+    fn with_values(count: u64) -> Subscriptions {
+        let mut subscriptions = Subscriptions::default();
+        for _ in 0..count {
+            subscriptions.made(1, 1, false);
+        }
+        subscriptions
     }
 
     #[test]
-    fn a_subscription_counts_when_its_session_is_closed_and_once_when_it_ends() {
-        let mut subscriptions = Subscriptions::default();
-        for _ in 0..100 {
-            subscriptions.made((1, 1), false);
-        }
-        let given = all(&subscriptions);
-        let mut weight = |fate| subscriptions.weight(given, 2_000, |_| fate);
-        assert_eq!(weight(Fate::Kept), 0);
-        assert_eq!([weight(Fate::Abandoned), weight(Fate::Abandoned)], [110, 110]);
-        assert_eq!(weight(Fate::Kept), 0, "another session has taken it");
-        assert_eq!([weight(Fate::Ended), weight(Fate::Ended)], [110, 110]);
+    fn a_subscription_counts_while_its_session_is_closed_and_once_when_it_ends() {
+        let mut subscriptions = with_values(100);
+        let mut octets = |fate| subscriptions.octets(1, 2_000, |_, _| fate);
+        assert_eq!(octets(Fate::Kept(0)), 0);
+        assert_eq!([octets(Fate::Abandoned), octets(Fate::Abandoned)], [(256 + 100) << 10; 2]);
+        assert_eq!([octets(Fate::Expired), octets(Fate::Expired)], [(256 + 100) << 10; 2]);
+    }
+
+    /// A client that deletes its subscription leaves little, and no session.
+    #[test]
+    fn a_deleted_subscription_leaves_its_values() {
+        assert_eq!(with_values(100).octets(1, 2_000, |_, _| Fate::Deleted), 100 * 256);
     }
 
     /// A client changes the values of its subscription all the time: there are never more than the limit.
     #[test]
     fn values_that_a_client_removes_itself_count_up_to_the_limit_of_a_subscription() {
-        let mut subscriptions = Subscriptions::default();
-        for _ in 0..1_000_000 {
-            subscriptions.made((1, 1), false);
-        }
-        subscriptions.made((2, 2), true);
-        let given = all(&subscriptions);
-        assert_eq!(subscriptions.weight(given, 2_000, |_| Fate::Kept), 0);
-        assert_eq!(subscriptions.weight(given, 2_000, |_| Fate::Ended), (10 + 2_000) + (10 + 500));
+        let mut subscriptions = with_values(1_000_000);
+        assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Kept(0)), 0);
+        assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Deleted), 2_000 * 256);
     }
 
     #[test]
-    fn what_was_not_seen_counts() {
+    fn items_of_events_count_while_they_live() {
         let mut subscriptions = Subscriptions::default();
-        subscriptions.made((1, 1), false);
-        let given = Numbers { subscriptions: 3, items: 8 };
-        assert_eq!(subscriptions.weight(given, 2_000, |_| Fate::Kept), 2 * 10 + 7);
-        assert_eq!(
-            subscriptions.weight(Numbers::default(), 2_000, |_| Fate::Kept),
-            0,
-            "counted before the number is read"
-        );
+        for _ in 0..200 {
+            subscriptions.made(1, 1, true);
+        }
+        assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Abandoned), (256 + 2 * 512) << 10);
+        assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Expired), 256 << 10);
+    }
+
+    #[test]
+    fn subscriptions_without_items_may_have_left_their_sessions() {
+        let mut subscriptions = with_values(1);
+        assert_eq!(subscriptions.octets(3, 2_000, |_, _| Fate::Kept(7)), 7 + 2 * (256 << 10));
+        assert_eq!(subscriptions.octets(0, 2_000, |_, _| Fate::Kept(0)), 0, "counted before the number is read");
     }
 }

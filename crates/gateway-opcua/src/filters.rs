@@ -3,17 +3,20 @@
 //! An element of a `ContentFilter` refers to others by index. The library looks for loops along every path between the elements when a
 //! client makes or changes a monitored item, and follows every path again for each event. With two operands in each element the paths
 //! double from one element to the next, so a filter of fifty elements occupies the thread of the gateway for ever. This loader of types
-//! stands before that of the library, and refuses such a filter while its message is decoded.
+//! stands before that of the library, and refuses such a filter while its message is decoded, and one that is too long.
 
 use opcua_types::{
     BinaryDecodable, ContentFilter, Context, DynEncodable, ElementOperand, EncodingResult, Error, EventFilter,
     FallbackTypeLoader, GeneratedTypeLoader, NodeId, ObjectId, TypeLoader, TypeLoaderCollection, TypeLoaderPriority,
 };
-use std::io::Read;
+use std::io::{self, Read};
 
 /// The most elements that one evaluation of a filter may visit, each as often as paths lead to it. free choice: a client that selects
 /// alarms by type, severity and source has some ten; and the library calls itself for each of a chain.
 const MAX_VISITS: usize = 100;
+
+/// The longest filter of events in octets. free choice: some 500 fields; a client selects some 50.
+const MAX_FILTER: u64 = 32 << 10;
 
 /// Decodes filters of events, and refuses those that cost too much.
 ///
@@ -44,7 +47,8 @@ impl TypeLoader for Filters {
             ObjectId::EventFilter_Encoding_DefaultBinary => {
                 // Inside of the filter the loaders of the library decode alone.
                 let inner = Context::new(context.namespaces(), &self.0, context.options().clone());
-                Some(event_filter(stream, &inner).map(|filter| Box::new(filter) as _))
+                // The length that the message names may be wrong.
+                Some(event_filter(&mut stream.take(MAX_FILTER), &inner).map(|filter| Box::new(filter) as _))
             }
             ObjectId::ElementOperand_Encoding_DefaultBinary => {
                 Some(Err(Error::decoding("operands that refer to elements are permitted in filters of events alone")))
@@ -58,8 +62,11 @@ impl TypeLoader for Filters {
     }
 }
 
-fn event_filter(stream: &mut dyn Read, context: &Context<'_>) -> EncodingResult<EventFilter> {
-    let filter = EventFilter::decode(stream, context)?;
+fn event_filter(stream: &mut io::Take<&mut dyn Read>, context: &Context<'_>) -> EncodingResult<EventFilter> {
+    let filter = EventFilter::decode(stream, context).map_err(|error| {
+        let is_too_long = stream.limit() == 0;
+        if is_too_long { Error::decoding(format!("the filter has more than {MAX_FILTER} octets")) } else { error }
+    })?;
     check(&filter.where_clause)?;
     Ok(filter)
 }
@@ -95,7 +102,7 @@ mod tests {
     use super::*;
     use opcua_types::{
         BinaryEncodable, ContentFilterElement, ContextOwned, DecodingOptions, ExtensionObject, FilterOperator,
-        LiteralOperand, NamespaceMap,
+        LiteralOperand, NamespaceMap, SimpleAttributeOperand,
     };
 
     /// A filter whose elements refer to these elements each.
@@ -151,6 +158,18 @@ mod tests {
         };
         assert!(of(MAX_VISITS).is_ok());
         assert!(of(MAX_VISITS + 1).is_err());
+    }
+
+    #[test]
+    fn a_filter_with_too_many_fields_is_refused() {
+        let with_fields = |count| {
+            let field = SimpleAttributeOperand { browse_path: Some(vec!["Severity".into(); 3]), ..Default::default() };
+            let filter = EventFilter { select_clauses: Some(vec![field; count]), ..EventFilter::default() };
+            received(&ExtensionObject::from_message(filter))
+        };
+        assert!(with_fields(500).is_ok());
+        let refusal = with_fields(900).unwrap_err();
+        assert!(refusal.ends_with("the filter has more than 32768 octets"), "{refusal}");
     }
 
     #[test]

@@ -5,14 +5,14 @@
 //! | [`plan`] | the nodes of a station: identifiers, browse names, places |
 //! | [`types`] | the types of DI and PA-DIM |
 //! | [`alarms`] | alarms as conditions: events, acknowledgement, refresh |
-//! | [`standard`] | the methods of conditions, which belong to the namespace of OPC UA |
+//! | [`standard`] | limits of monitored items, the methods of conditions, which belong to the namespace of OPC UA |
 //! | [`value`] | values of points as values of OPC UA |
 //! | [`space`] | the nodes in the address space of the library |
 //! | [`filters`] | filters of events, as far as they may be evaluated |
 //! | [`history`] | raw history from the record |
 //! | [`users`] | logins |
 //! | [`certificates`] | the folder of the certificates |
-//! | [`abandoned`] | subscriptions that no client ends any more |
+//! | [`abandoned`] | what subscriptions leave in the memory |
 //! | [`relay`] | connections: their number, and clients that take no answers |
 //! | [`manager`] | the station's part of the server |
 //! | [`server`] | endpoints, limits, the loop that brings new values |
@@ -67,16 +67,6 @@ pub enum OpcuaError {
     /// The server of the library has ended with this error.
     #[error("the server has ended: {0}")]
     Server(String),
-    /// The server starts again, because the library does not free the subscriptions that clients have left behind.
-    #[error(
-        "the server starts again to free the subscriptions that clients have left behind: they count as {weight} values, at most {max} may"
-    )]
-    Abandoned {
-        /// What they count, in values.
-        weight: u64,
-        /// What they may count.
-        max: u64,
-    },
     /// A task has failed unexpectedly.
     #[error("{0} has failed unexpectedly")]
     Task(&'static str),

@@ -1,11 +1,9 @@
 //! The station's part of the server: its namespace, reading of history, and writes.
 
-use crate::abandoned::Abandoned;
 use crate::alarms::{self, ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
 use crate::space::Parameter;
-use crate::standard;
 use crate::types::{self, Namespaces};
 use crate::value;
 use async_trait::async_trait;
@@ -14,11 +12,9 @@ use opcua_server::CreateMonitoredItem;
 use opcua_server::address_space::AddressSpace;
 use opcua_server::diagnostics::NamespaceMetadata;
 use opcua_server::node_manager::memory::{
-    InMemoryNodeManager, InMemoryNodeManagerBuilder, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
+    InMemoryNodeManager, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
 };
-use opcua_server::node_manager::{
-    HistoryNode, MethodCall, NodeManagerBuilder, ParsedWriteValue, RequestContext, ServerContext, WriteNode,
-};
+use opcua_server::node_manager::{HistoryNode, MethodCall, ParsedWriteValue, RequestContext, ServerContext, WriteNode};
 use opcua_types::{AttributeId, HistoryData, NodeId, ReadRawModifiedDetails, StatusCode, TimestampsToReturn};
 use parking_lot::RwLock;
 use profivac_gateway::command::given;
@@ -51,16 +47,6 @@ pub struct StationNodesBuilder {
     pub commander: Option<Arc<Commander>>,
     /// The alarms as conditions.
     pub conditions: Arc<Conditions>,
-    /// Where the items of subscriptions are counted.
-    pub abandoned: Arc<Abandoned>,
-}
-
-impl StationNodesBuilder {
-    /// The builder for the server.
-    #[must_use]
-    pub fn into_builder(self) -> impl NodeManagerBuilder + 'static {
-        InMemoryNodeManagerBuilder::new(self)
-    }
 }
 
 impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
@@ -83,7 +69,6 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
         StationNodesImpl {
             namespaces,
             conditions: self.conditions,
-            abandoned: self.abandoned,
             services: self.services,
             status: self.status,
             commander: self.commander,
@@ -98,7 +83,6 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
 pub struct StationNodesImpl {
     namespaces: Namespaces,
     conditions: Arc<Conditions>,
-    abandoned: Arc<Abandoned>,
     services: Arc<Services>,
     status: Arc<GatewayStatus>,
     commander: Option<Arc<Commander>>,
@@ -220,8 +204,6 @@ impl InMemoryNodeManagerImpl for StationNodesImpl {
         space: &RwLock<AddressSpace>,
         items: &mut [&mut &mut CreateMonitoredItem],
     ) {
-        standard::limit_queues(items.iter_mut().map(|item| &mut ***item));
-        self.abandoned.made(context.session_id, items.iter().map(|item| &***item));
         let space = space.read();
         for item in items {
             item.set_initial_value(space.read(context, item.item_to_monitor(), 0.0, TimestampsToReturn::Both));

@@ -1,14 +1,14 @@
 //! The server: its endpoints, its limits, and the loop that brings new values.
 
 use crate::OpcuaError;
-use crate::abandoned::{Abandoned, MAX_WEIGHT, Numbers};
+use crate::abandoned::{Abandoned, MAX_OCTETS};
 use crate::alarms::{Condition, Conditions};
 use crate::certificates::{self, KEY, OWN};
 use crate::filters;
-use crate::manager::{StationNodes, StationNodesBuilder};
+use crate::manager::{StationNodes, StationNodesBuilder, StationNodesImpl};
 use crate::relay;
 use crate::space::Space;
-use crate::standard::Standard;
+use crate::standard::{Built, Guard};
 use crate::users::Logins;
 use opcua_crypto::SecurityPolicy;
 use opcua_server::address_space::Event;
@@ -42,6 +42,9 @@ const PRUNE_PERIOD: Duration = Duration::from_secs(10);
 /// The time between two looks at the subscriptions that clients have left behind.
 const ABANDONED_PERIOD: Duration = Duration::from_secs(1);
 
+/// The pause before the next server.
+const RESTART_PAUSE: Duration = Duration::from_secs(1);
+
 /// The longest time that the library gets to end its connections.
 const END_TIMEOUT: Duration = Duration::from_secs(1);
 
@@ -62,7 +65,7 @@ fn application_uri(station: &str) -> String {
     format!("urn:profivac:server:{}", station.chars().map(letter).collect::<String>())
 }
 
-/// What one client may take. The worst case is some 700 MB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
+/// What one client may take. The worst case is some 600 MiB: 64 sessions of 4 subscriptions of 2,000 values, 4 queued for each; and two
 /// queues of events for each session, which 2,000 changes of alarms fill.
 #[must_use]
 pub fn limits() -> Limits {
@@ -70,8 +73,9 @@ pub fn limits() -> Limits {
         max_sessions: 64,
         max_message_size: 4 << 20,
         max_chunk_count: 64,
-        max_array_length: 20_000,
-        max_string_length: 65_535,
+        max_array_length: 2_000,
+        // A reason has at most 500 characters. Beyond that these two limit what a session keeps of its client's description.
+        max_string_length: 1_024,
         max_byte_string_length: 65_535,
         max_browse_continuation_points: 20,
         max_history_continuation_points: 20,
@@ -107,7 +111,12 @@ const fn security_policy(policy: Policy) -> SecurityPolicy {
     }
 }
 
-fn builder(settings: &Settings, context: &Context, abandoned: &Arc<Abandoned>) -> ServerBuilder {
+/// The builder of the server, and where its manager of the station will be.
+fn builder(
+    settings: &Settings,
+    context: &Context,
+    abandoned: &Arc<Abandoned>,
+) -> (ServerBuilder, Built<StationNodesImpl>) {
     let station = context.services.name();
     let uri = application_uri(station);
     let url = format!("opc.tcp://{}:{}/", settings.host, settings.listen.port());
@@ -126,8 +135,9 @@ fn builder(settings: &Settings, context: &Context, abandoned: &Arc<Abandoned>) -
         status: Arc::clone(&context.status),
         commander,
         conditions: Arc::clone(&conditions),
-        abandoned: Arc::clone(abandoned),
     };
+    let built = Built::default();
+    let of_station = Guard::of(nodes, Arc::clone(&built), None, Arc::clone(abandoned));
     let mut builder = ServerBuilder::new()
         .application_name(format!("profivac {station}"))
         .application_uri(uri)
@@ -146,9 +156,9 @@ fn builder(settings: &Settings, context: &Context, abandoned: &Arc<Abandoned>) -
         .discovery_urls(vec![url])
         .with_authenticator(Arc::new(Logins::new(settings.users.clone(), Arc::clone(&context.status))))
         .without_node_managers()
-        .with_node_manager(Standard::builder(conditions, Arc::clone(abandoned)))
+        .with_node_manager(Guard::of_standard(conditions, Arc::clone(abandoned)))
         .with_node_manager(DiagnosticsNodeManagerBuilder)
-        .with_node_manager(nodes.into_builder());
+        .with_node_manager(of_station);
     if settings.is_anonymous {
         builder = builder.add_endpoint("open", ServerEndpoint::new_none("/", &[]));
     }
@@ -157,17 +167,39 @@ fn builder(settings: &Settings, context: &Context, abandoned: &Arc<Abandoned>) -
         let endpoint = ServerEndpoint::new("/", policy, MessageSecurityMode::SignAndEncrypt, &[]);
         builder = builder.add_endpoint(policy.to_str(), endpoint);
     }
-    builder
+    (builder, built)
 }
 
-/// Serves until the gateway is told to stop.
+/// Why a server that was told to end has ended.
+enum Ended {
+    /// The gateway is to stop.
+    Stopped,
+    /// Subscriptions have left this many octets.
+    Abandoned(u64),
+}
+
+/// Serves until the gateway is told to stop. A server in which subscriptions have left too much is followed by another.
 pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaError> {
+    while let Ended::Abandoned(octets) = serve_once(&settings, &context).await? {
+        context.status.fails(&format!(
+            "the server starts again to free what clients have left behind: some {} MiB of subscriptions, at most {} may be",
+            octets >> 20,
+            MAX_OCTETS >> 20
+        ));
+        sleep(RESTART_PAUSE).await;
+    }
+    Ok(())
+}
+
+async fn serve_once(settings: &Settings, context: &Context) -> Result<Ended, OpcuaError> {
     let address = settings.listen;
     let listener = TcpListener::bind(address).await.map_err(|error| OpcuaError::Listen { address, error })?;
     let address = listener.local_addr().unwrap_or(address);
-    prepare_certificates(&settings, &context).await?;
+    prepare_certificates(settings, context).await?;
     let abandoned = Arc::new(Abandoned::default());
-    let (server, handle) = builder(&settings, &context, &abandoned).build().map_err(OpcuaError::Build)?;
+    let (builder, built) = builder(settings, context, &abandoned);
+    let (server, handle) = builder.build().map_err(OpcuaError::Build)?;
+    let nodes = built.get().ok_or(OpcuaError::Task("the manager of the station's nodes"))?;
     *handle.info().type_loaders.write() = filters::loaders();
     let internal = |error| OpcuaError::Listen { address: (Ipv4Addr::LOCALHOST, 0).into(), error };
     let library = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.map_err(internal)?;
@@ -176,43 +208,38 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), OpcuaErro
     let mut stop = context.stop.clone();
     let ended = tokio::select! {
         ended = &mut serving => return result(ended),
-        weight = watch_abandoned(&handle, &abandoned) => Err(OpcuaError::Abandoned { weight, max: MAX_WEIGHT }),
-        () = relay_clients(listener, library_address, &handle, &context) => Ok(()),
-        () = bring_values(&handle, &context, address) => Ok(()),
-        () = prune_certificates(&settings) => Ok(()),
-        () = stop.stopped() => Ok(()),
+        octets = watch_abandoned(&handle, &abandoned) => Ended::Abandoned(octets),
+        () = relay_clients(listener, library_address, &handle, context) => Ended::Stopped,
+        () = bring_values(&handle, nodes, context, address) => Ended::Stopped,
+        () = prune_certificates(settings) => Ended::Stopped,
+        () = stop.stopped() => Ended::Stopped,
     };
     handle.cancel();
     if timeout(END_TIMEOUT, &mut serving).await.is_err() {
         serving.abort();
     }
-    ended
+    Ok(ended)
 }
 
 /// How the server of the library has ended by itself.
-fn result(ended: Result<Result<(), String>, JoinError>) -> Result<(), OpcuaError> {
-    ended.map_err(|_| OpcuaError::Task("the server"))?.map_err(OpcuaError::Server)
+fn result(ended: Result<Result<(), String>, JoinError>) -> Result<Ended, OpcuaError> {
+    ended.map_err(|_| OpcuaError::Task("the server"))?.map_err(OpcuaError::Server).map(|()| Ended::Stopped)
 }
 
-/// Returns the weight of what clients have left behind as soon as it is as much as it may be.
+/// Returns the octets that subscriptions have left as soon as they are as many as may be.
 async fn watch_abandoned(handle: &ServerHandle, abandoned: &Abandoned) -> u64 {
-    let info = handle.info();
-    // The library tells a number only when it gives it away; so each look takes one.
-    let given = |next: u32, looks: u64| u64::from(next).saturating_sub(looks);
+    let max_values = limits().subscriptions.max_monitored_items_per_sub;
     let mut due = interval(ABANDONED_PERIOD);
     due.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut looks = 0;
     loop {
         due.tick().await;
+        // The library tells a number only when it gives it away; so each look takes one.
         looks += 1;
-        let given = Numbers {
-            subscriptions: given(info.subscription_id_handle.next(), looks),
-            items: given(info.monitored_item_id_handle.next(), looks),
-        };
-        let weight =
-            abandoned.weight(handle.subscriptions(), given, limits().subscriptions.max_monitored_items_per_sub);
-        if weight >= MAX_WEIGHT {
-            return weight;
+        let numbered = u64::from(handle.info().subscription_id_handle.next()).saturating_sub(looks);
+        let octets = abandoned.octets(handle.subscriptions(), numbered, max_values);
+        if octets >= MAX_OCTETS {
+            return octets;
         }
     }
 }
@@ -254,8 +281,7 @@ async fn prune_certificates(settings: &Settings) {
 }
 
 /// Brings every new snapshot into the address space. A subscription that is behind gets the newest values.
-async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketAddr) {
-    let Some(nodes) = handle.node_managers().get_of_type::<StationNodes>() else { return };
+async fn bring_values(handle: &ServerHandle, nodes: &StationNodes, context: &Context, address: SocketAddr) {
     let namespaces = nodes.inner().namespaces();
     let mut space = Space::new(namespaces, nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
@@ -275,11 +301,11 @@ async fn bring_values(handle: &ServerHandle, context: &Context, address: SocketA
             context.status.error(&format!("a value could not be shown: {status}"));
         }
         let conditions = nodes.inner().conditions().update(namespaces.station, &snapshot, before.as_deref());
-        show_conditions(handle, &nodes, &conditions, before.is_some());
+        show_conditions(handle, nodes, &conditions, before.is_some());
         let now = Micros::now();
         if now.0 / Micros::SECOND != second {
             second = now.0 / Micros::SECOND;
-            show(handle, &nodes, nodes.inner().conditions().countdowns(now));
+            show(handle, nodes, nodes.inner().conditions().countdowns(now));
         }
         if before.is_none() {
             context.status.runs(address.to_string());

@@ -1,53 +1,114 @@
-//! The nodes of OPC UA itself, with the methods of conditions.
+//! A guard before the managers of the library: the limits of monitored items, and the methods of conditions.
 //!
 //! A client acknowledges with the identifier that OPC UA gives the method, and asks for a refresh at the type of conditions (OPC 10000-9,
-//! 5.5.7 and 5.7.3). The library hands such a call to the manager of its own nodes, which knows no conditions: this manager stands in its
-//! place, answers these calls, and passes everything else on.
+//! 5.5.7 and 5.7.3). The library hands such a call to the manager of its own nodes, which knows no conditions: the [`Guard`] of that
+//! manager answers these calls. Everything else passes on, except monitored items that would take too much.
 
-use crate::abandoned::Abandoned;
+use crate::abandoned::{Abandoned, VALUE_QUEUE};
 use crate::alarms::{Conditions, Method};
 use async_trait::async_trait;
 use opcua_server::CreateMonitoredItem;
-use opcua_server::address_space::DefaultTypeTree;
+use opcua_server::address_space::{AddressSpace, DefaultTypeTree};
 use opcua_server::diagnostics::NamespaceMetadata;
-use opcua_server::node_manager::memory::{CoreNodeManagerBuilder, InMemoryNodeManagerBuilder};
-use opcua_server::node_manager::{
-    BrowseNode, BrowsePathItem, DynNodeManager, ExternalReferenceRequest, MethodCall, MonitoredItemRef,
-    MonitoredItemUpdateRef, NodeManager, NodeManagerBuilder, ReadNode, RegisterNodeItem, RequestContext, ServerContext,
+use opcua_server::node_manager::memory::{
+    CoreNodeManagerBuilder, InMemoryNodeManager, InMemoryNodeManagerBuilder, InMemoryNodeManagerImpl,
+    InMemoryNodeManagerImplBuilder,
 };
-use opcua_types::{AttributeId, MonitoringMode, NodeId, StatusCode, TimestampsToReturn};
+use opcua_server::node_manager::{
+    BrowseNode, BrowsePathItem, DynNodeManager, ExternalReferenceRequest, HistoryNode, MethodCall, MonitoredItemRef,
+    MonitoredItemUpdateRef, NodeManager, NodeManagerBuilder, ReadNode, RegisterNodeItem, RequestContext, ServerContext,
+    WriteNode,
+};
+use opcua_types::{AttributeId, MonitoringMode, NodeId, ReadRawModifiedDetails, StatusCode, TimestampsToReturn};
+use parking_lot::RwLock;
 use std::fmt::{self, Debug, Write};
-use std::sync::Arc;
-
-/// The queue of a value that is not an event.
-pub const VALUE_QUEUE: usize = 4;
+use std::sync::{Arc, OnceLock};
 
 /// The most items of events of a session: each has a long queue.
 const MAX_EVENT_ITEMS: usize = 2;
 
-/// The longest description of a filter in octets: some 500 fields.
-const MAX_FILTER: usize = 128 << 10;
-
-/// The manager.
-pub struct Standard {
+/// A manager of the library with limits.
+pub struct Guard {
     inner: Arc<DynNodeManager>,
-    conditions: Arc<Conditions>,
+    space: Arc<RwLock<AddressSpace>>,
     abandoned: Arc<Abandoned>,
+    /// Answers the methods of the types of conditions, before the manager of the nodes of OPC UA itself.
+    conditions: Option<Arc<Conditions>>,
 }
 
-impl Standard {
-    /// The builder for the server.
+/// Where the builder of a manager puts it.
+pub type Built<T> = Arc<OnceLock<Arc<InMemoryNodeManager<T>>>>;
+
+impl Guard {
+    /// The builder of the manager of the nodes of OPC UA itself.
     #[must_use]
-    pub fn builder(conditions: Arc<Conditions>, abandoned: Arc<Abandoned>) -> impl NodeManagerBuilder + 'static {
+    pub fn of_standard(conditions: Arc<Conditions>, abandoned: Arc<Abandoned>) -> impl NodeManagerBuilder + 'static {
+        Self::of(CoreNodeManagerBuilder, Built::default(), Some(conditions), abandoned)
+    }
+
+    /// The builder of another manager, which is in `built` from then on.
+    #[must_use]
+    pub fn of<B>(
+        builder: B,
+        built: Built<B::Impl>,
+        conditions: Option<Arc<Conditions>>,
+        abandoned: Arc<Abandoned>,
+    ) -> impl NodeManagerBuilder + 'static
+    where
+        B: InMemoryNodeManagerImplBuilder + 'static,
+        B::Impl: InMemoryNodeManagerImpl,
+    {
         move |context: ServerContext| {
-            let inner = Box::new(InMemoryNodeManagerBuilder::new(CoreNodeManagerBuilder));
-            Self { inner: inner.build(context), conditions, abandoned }
+            let inner = Box::new(InMemoryNodeManagerBuilder::new(builder)).build(context);
+            let typed = Arc::clone(&inner).into_any_arc().downcast::<InMemoryNodeManager<B::Impl>>();
+            let space = typed.as_ref().map(|typed| Arc::clone(typed.address_space())).unwrap_or_default();
+            if let Ok(typed) = typed {
+                built.set(typed).ok();
+            }
+            Self { inner, space, abandoned, conditions }
         }
+    }
+
+    /// Limits the items, and passes on those that are not refused.
+    fn accepted<'a>(
+        &self,
+        context: &RequestContext,
+        items: &'a mut [&mut CreateMonitoredItem],
+    ) -> Vec<&'a mut CreateMonitoredItem> {
+        let mut places = MAX_EVENT_ITEMS.saturating_sub(event_items(context));
+        let space = self.space.read();
+        let mut accepted = Vec::with_capacity(items.len());
+        for item in items {
+            let wanted = item.item_to_monitor();
+            let is_event = wanted.attribute_id == AttributeId::EventNotifier;
+            // The library keeps an entry for each node that was ever monitored, also for one that does not exist.
+            let refusal = if !space.node_exists(&wanted.node_id) {
+                Some(StatusCode::BadNodeIdUnknown)
+            } else if is_event && places == 0 {
+                Some(StatusCode::BadTooManyMonitoredItems)
+            } else if !is_event && is_event_filter(item.filter()) {
+                Some(StatusCode::BadFilterNotAllowed)
+            } else {
+                None
+            };
+            if let Some(status) = refusal {
+                item.set_status(status);
+                continue;
+            }
+            if is_event {
+                places = places.saturating_sub(1);
+            } else {
+                // The library has one limit for both.
+                item.revise_queue_size(VALUE_QUEUE);
+            }
+            accepted.push(&mut **item);
+        }
+        accepted
     }
 }
 
 #[async_trait]
-impl NodeManager for Standard {
+impl NodeManager for Guard {
     fn owns_node(&self, id: &NodeId) -> bool {
         self.inner.owns_node(id)
     }
@@ -107,23 +168,12 @@ impl NodeManager for Standard {
         context: &RequestContext,
         items: &mut [&mut CreateMonitoredItem],
     ) -> Result<(), StatusCode> {
-        limit_queues(items.iter_mut().map(|item| &mut **item));
-        self.abandoned.made(context.session_id, items.iter().map(|item| &**item));
-        let mut places = MAX_EVENT_ITEMS.saturating_sub(event_items(context));
-        let (mut accepted, mut refused) = (Vec::new(), Vec::new());
-        for item in items {
-            let is_event = item.item_to_monitor().attribute_id == AttributeId::EventNotifier;
-            if is_event && (places == 0 || !is_short(item.filter())) {
-                refused.push(&mut **item);
-            } else {
-                places = places.saturating_sub(usize::from(is_event));
-                accepted.push(&mut **item);
-            }
+        let mut accepted = self.accepted(context, items);
+        let created = self.inner.create_monitored_items(context, &mut accepted).await;
+        if created.is_ok() {
+            self.abandoned.made(context.session_id, accepted.iter().map(|item| &**item));
         }
-        for item in refused {
-            item.set_status(StatusCode::BadTooManyMonitoredItems);
-        }
-        self.inner.create_monitored_items(context, &mut accepted).await
+        created
     }
 
     async fn modify_monitored_items(&self, context: &RequestContext, items: &[&MonitoredItemUpdateRef]) {
@@ -138,14 +188,29 @@ impl NodeManager for Standard {
         self.inner.delete_monitored_items(context, items).await;
     }
 
+    async fn write(&self, context: &RequestContext, nodes: &mut [&mut WriteNode]) -> Result<(), StatusCode> {
+        self.inner.write(context, nodes).await
+    }
+
+    async fn history_read_raw_modified(
+        &self,
+        context: &RequestContext,
+        details: &ReadRawModifiedDetails,
+        nodes: &mut [&mut HistoryNode],
+        timestamps: TimestampsToReturn,
+    ) -> Result<(), StatusCode> {
+        self.inner.history_read_raw_modified(context, details, nodes, timestamps).await
+    }
+
     async fn call(&self, context: &RequestContext, calls: &mut [&mut MethodCall]) -> Result<(), StatusCode> {
+        let Some(conditions) = &self.conditions else { return self.inner.call(context, calls).await };
         let (mut own, mut others) = (Vec::new(), Vec::new());
         for call in calls {
             let is_own = Method::of_type(call.method_id()).is_some();
             if is_own { own.push(&mut **call) } else { others.push(&mut **call) }
         }
         for call in own {
-            let done = self.conditions.call(context, call.object_id(), call.method_id(), call.arguments()).await;
+            let done = conditions.call(context, call.object_id(), call.method_id(), call.arguments()).await;
             call.set_status(done.err().unwrap_or(StatusCode::Good));
         }
         if others.is_empty() { Ok(()) } else { self.inner.call(context, &mut others).await }
@@ -161,32 +226,32 @@ fn event_items(context: &RequestContext) -> usize {
     items.filter(|item| item.item_to_monitor().attribute_id == AttributeId::EventNotifier).count()
 }
 
-/// Whether a filter has few fields. The library does not tell their number, so this is the length of its description.
-fn is_short(filter: &impl Debug) -> bool {
-    struct Rest(usize);
-    impl Write for Rest {
+/// Whether a filter is one of events. The library keeps its type to itself, so this reads the name with which its description begins.
+fn is_event_filter(filter: &impl Debug) -> bool {
+    struct Name(bool);
+    impl Write for Name {
         fn write_str(&mut self, text: &str) -> fmt::Result {
-            self.0 = self.0.checked_sub(text.len()).ok_or(fmt::Error)?;
-            Ok(())
+            self.0 = text == "EventFilter";
+            Err(fmt::Error)
         }
     }
-    write!(Rest(MAX_FILTER), "{filter:?}").is_ok()
-}
-
-/// Events wait in a long queue, values in a short one: the library has one limit for both.
-pub fn limit_queues<'a>(items: impl Iterator<Item = &'a mut CreateMonitoredItem>) {
-    for item in items.filter(|item| item.item_to_monitor().attribute_id != AttributeId::EventNotifier) {
-        item.revise_queue_size(VALUE_QUEUE);
-    }
+    let mut name = Name(false);
+    write!(name, "{filter:?}").ok();
+    name.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    #[derive(Debug)]
+    #[expect(dead_code, reason = "Debug reads it")]
+    struct EventFilter(u8);
+
     #[test]
-    fn a_filter_with_thousands_of_fields_is_not_short() {
-        assert!(is_short(&vec!["a field of an event, with its type and its range"; 300]));
-        assert!(!is_short(&vec!["a field of an event, with its type and its range"; 20_000]));
+    fn a_filter_of_events_is_told_by_its_name() {
+        assert!(is_event_filter(&EventFilter(0)));
+        assert!(!is_event_filter(&Some(EventFilter(0))));
+        assert!(!is_event_filter(&"EventFilter"));
     }
 }
