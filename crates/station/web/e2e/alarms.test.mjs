@@ -537,7 +537,7 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
           pattern,
         )
       // The most urgent alarm was raised last.
-      await said('^chamber\\s+1 1 high, 59 medium, 1 low, 61 not acknowledged · first: cold early$')
+      await said('^chamber\\s+1 1 high, 59 medium, 1 low, 61 not acknowledged · first of the active ones: cold early$')
       await active.getByRole('button', { name: 'Acknowledge all 62' }).waitFor()
       const inList = await active
         .locator('.alarm-list')
@@ -593,7 +593,7 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       await said('6 not acknowledged')
       await six.click()
       await dialog.getByRole('button', { name: 'Acknowledge all 6' }).click()
-      await said('6 medium · first: cold early$')
+      await said('6 medium · first of the active ones: cold early$')
       await search.fill('')
       await said('59 medium, 1 low, 54 not acknowledged')
 

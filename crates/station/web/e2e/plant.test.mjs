@@ -217,6 +217,9 @@ test('a picture from top to bottom stands beside the list, and beside the gauges
           ['.plant-picture', other].map((one) => page.locator(one).first().boundingBox()),
         )
         assert.ok(beside.x >= picture.x + picture.width && beside.y < picture.y + picture.height)
+        // No sentence of the story makes the column wider.
+        const column = await page.locator('.beside-picture > :first-child').first().boundingBox()
+        assert.ok(column.width < 460, `the column has ${column.width} pixels`)
         // A window that becomes wider has the other direction again.
         await page.setViewportSize({ width: 1600, height: 900 })
         await page.locator('.plant-picture[data-direction="LR"]').waitFor()

@@ -1,5 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
+import { quantity } from '../dist/test/lib/alarms.js'
 import {
   age,
   clock,
@@ -104,4 +105,14 @@ test('a number and its unit, a day and its time are one part of a text, and no c
   assert.deepEqual(kept('gate 2 has 3 samples, 1: s05-35, 2 duds'), [])
   const text = 'lock above 3e-5 mbar for 2 h'
   assert.equal(quantities(text).join(''), text)
+})
+
+test('a rate has the minus of the other numbers, and none where it is zero', () => {
+  const rate = (value) => quantity(value, 'decades/min', 'mbar').replaceAll('\u00a0', ' ')
+  assert.deepEqual([-0.06, -0.004, 0, 0.5].map(rate), [
+    '−0.06 decades/min',
+    '0.00 decades/min',
+    '0.00 decades/min',
+    '0.50 decades/min',
+  ])
 })

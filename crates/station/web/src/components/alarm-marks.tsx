@@ -75,7 +75,7 @@ export function AlarmSummaryText({ summary }: { summary: AlarmSummary }): JSX.El
         <span class="not-acknowledged">
           {unacknowledged} <span class="long">{t.alarms.badge.notAcknowledged}</span>
           <span class="short">{t.alarms.badge.short}</span>
-          {waiting && ` (${countsText([waiting])})`}
+          {waiting && ` (${t.alarms.badge.cleared(countsText([waiting]))})`}
         </span>
       )}
     </>

@@ -3,7 +3,9 @@
 import './other-alarms.css'
 import type { JSX } from 'preact'
 import type { Alarm, Gauge } from '../api/types.ts'
+import { useLanguage } from '../language.ts'
 import { conditionText } from '../lib/alarms.ts'
+import { readable } from '../lib/format.ts'
 import { alarmLines, hasNoGauge } from '../lib/wall.ts'
 import { gaugePath, Link } from '../router.tsx'
 import { useUnit } from '../settings.ts'
@@ -40,13 +42,15 @@ function More({ count, width }: { count: number; width: 'wide' | 'narrow' }): JS
 }
 
 function Line({ alarm }: { alarm: Alarm }): JSX.Element {
-  const { name, priority, gauge } = alarm
+  const { name, priority, gauge, condition, text } = alarm
   const unit = useUnit()
+  // The station says in English which fault it is.
+  const isEnglish = useLanguage() === 'en'
+  const cause = condition === 'fault' && text && isEnglish ? readable(text) : conditionText(alarm, unit)
   return (
     <li>
       <PriorityMark priority={priority} active={true} />{' '}
-      <strong>{gauge ? <Link to={gaugePath(gauge)}>{name}</Link> : name}</strong>{' '}
-      <span class="condition">{conditionText(alarm, unit)}</span>
+      <strong>{gauge ? <Link to={gaugePath(gauge)}>{name}</Link> : name}</strong> <span class="condition">{cause}</span>
     </li>
   )
 }

@@ -88,9 +88,15 @@ export const limitsOf = (all: Alarm[], series: string[]): PressureLimit[] =>
 export function quantity(value: number | null, unit: string | null, shown: Unit): string {
   if (value === null) return ''
   if (unit === 'Pa') return unbroken(`${number(inUnit(value, shown))} ${shown}`)
-  if (unit === 'decades/min') return unbroken(`${value.toFixed(2)} ${t.common.decades}/min`)
+  if (unit === 'decades/min') return unbroken(`${rounded(value)} ${t.common.decades}/min`)
   if (unit === 'telegrams/min') return unbroken(`${Number(value.toPrecision(3))} ${t.common.telegramsPerMinute}`)
   return unbroken(`${Number(value.toPrecision(3))} ${unit ?? ''}`.trim())
+}
+
+/** A rate with two decimals, without a sign where it is zero with them. */
+function rounded(value: number): string {
+  const text = Math.abs(value).toFixed(2)
+  return value < 0 && Number(text) > 0 ? `−${text}` : text
 }
 
 /** The condition of an alarm, in words. */

@@ -218,7 +218,7 @@ export const de: Texts = {
     acknowledgeAll: (count) => `Alle ${count} quittieren`,
     shelveAll: (count) => `Alle ${count} zurückstellen …`,
     acknowledgeThese: 'Diese Alarme werden quittiert, auch die in geschlossenen Gruppen.',
-    first: (name) => `zuerst: ${name}`,
+    first: (name) => `zuerst von den anstehenden: ${name}`,
     shownOf: (shown, all) => `${shown} von ${all} Alarmen`,
     searchActive: 'Anstehende Alarme suchen',
     allPriorities: 'alle Prioritäten',

@@ -246,7 +246,7 @@ export const en = {
     shelveAll: (count: number) => `Shelve all ${count} …`,
     acknowledgeThese: 'These alarms are acknowledged, also those in closed groups.',
     /** The alarm of a group that was raised first. */
-    first: (name: string) => `first: ${name}`,
+    first: (name: string) => `first of the active ones: ${name}`,
     shownOf: (shown: number, all: number) => `${shown} of ${all} alarms`,
     searchActive: 'Search active alarms',
     allPriorities: 'all priorities',

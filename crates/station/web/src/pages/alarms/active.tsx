@@ -29,7 +29,7 @@ import {
   placeOf,
   summaryOf,
 } from '../../lib/alarm-groups.ts'
-import { conditionText, countsText, isUnacknowledged, PRIORITIES, quantity } from '../../lib/alarms.ts'
+import { conditionText, countsText, isActive, isUnacknowledged, PRIORITIES, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
 import { volumesOfAlarms } from '../../lib/picture.ts'
 import { useLive, useSnapshot } from '../../live.ts'
@@ -244,7 +244,11 @@ function ActiveAlarm({ alarm, run, suppress, edit }: ActiveProps): JSX.Element {
       buttons={
         <>
           {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
-            <button type="button" class="main acknowledge" onClick={() => run(() => acknowledge(name, occurrence))}>
+            <button
+              type="button"
+              class={isActive(alarm) ? 'main acknowledge' : 'acknowledge'}
+              onClick={() => run(() => acknowledge(name, occurrence))}
+            >
               {t.alarms.acknowledge}
             </button>
           )}
