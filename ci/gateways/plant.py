@@ -35,10 +35,18 @@ def wait_for(what, condition):
     raise SystemExit(f"{what} did not happen within {HANG_S} s; last error: {last!r}")
 
 
+_given = set()
+
+
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A free port that this process has not been given before: the system may choose one twice while nothing listens on it."""
+    while True:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        if port not in _given:
+            _given.add(port)
+            return port
 
 
 class Plant:

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::net::TcpListener;
+use tokio::sync::oneshot;
 use tokio::task::JoinError;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
@@ -206,11 +207,12 @@ async fn serve_once(settings: &Settings, context: &Context) -> Result<Ended, Opc
     let library_address = library.local_addr().map_err(internal)?;
     let mut serving = tokio::spawn(server.run_with(library));
     let mut stop = context.stop.clone();
+    let (filled, is_filled) = oneshot::channel();
     let ended = tokio::select! {
         ended = &mut serving => return result(ended),
         octets = watch_abandoned(&handle, &abandoned) => Ended::Abandoned(octets),
-        () = relay_clients(listener, library_address, &handle, context) => Ended::Stopped,
-        () = bring_values(&handle, nodes, context, address) => Ended::Stopped,
+        () = relay_clients(listener, library_address, &handle, is_filled, context) => Ended::Stopped,
+        () = bring_values(&handle, nodes, context, address, filled) => Ended::Stopped,
         () = prune_certificates(settings) => Ended::Stopped,
         () = stop.stopped() => Ended::Stopped,
     };
@@ -263,11 +265,20 @@ async fn set_port(handle: &ServerHandle, port: u16) {
     present.store(port, Ordering::Relaxed);
 }
 
-/// Serves clients as soon as the library listens.
-async fn relay_clients(listener: TcpListener, library: SocketAddr, handle: &ServerHandle, context: &Context) {
+/// Serves clients as soon as the library listens and the nodes are there: items of nodes that do not exist are refused, and a client that
+/// connects again would not ask for them a second time.
+async fn relay_clients(
+    listener: TcpListener,
+    library: SocketAddr,
+    handle: &ServerHandle,
+    is_filled: oneshot::Receiver<()>,
+    context: &Context,
+) {
     if let Ok(address) = listener.local_addr() {
         set_port(handle, address.port()).await;
     }
+    // Without the sender the other task has ended, and with it the server.
+    is_filled.await.ok();
     relay::run(listener, library, Arc::clone(&context.status), context.stop.clone()).await;
 }
 
@@ -281,7 +292,14 @@ async fn prune_certificates(settings: &Settings) {
 }
 
 /// Brings every new snapshot into the address space. A subscription that is behind gets the newest values.
-async fn bring_values(handle: &ServerHandle, nodes: &StationNodes, context: &Context, address: SocketAddr) {
+async fn bring_values(
+    handle: &ServerHandle,
+    nodes: &StationNodes,
+    context: &Context,
+    address: SocketAddr,
+    filled: oneshot::Sender<()>,
+) {
+    let mut filled = Some(filled);
     let namespaces = nodes.inner().namespaces();
     let mut space = Space::new(namespaces, nodes.inner().may_write());
     let mut snapshots = context.model.subscribe();
@@ -307,8 +325,9 @@ async fn bring_values(handle: &ServerHandle, nodes: &StationNodes, context: &Con
             second = now.0 / Micros::SECOND;
             show(handle, nodes, nodes.inner().conditions().countdowns(now));
         }
-        if before.is_none() {
+        if let Some(filled) = filled.take() {
             context.status.runs(address.to_string());
+            filled.send(()).ok();
         }
         before = Some(snapshot);
     }

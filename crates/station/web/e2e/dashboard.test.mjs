@@ -748,6 +748,12 @@ test('a sparkline has a scale of whole decades over ten minutes', async () => {
     assert.match(top, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
     assert.match(bottom, /^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$/)
     assert.notEqual(top, bottom)
+    // A controller has a line for each channel, and the time below the last one.
+    const stand = page.locator('[data-gauge="pump stand"]')
+    await stand.locator('.sparkline').nth(3).waitFor()
+    assert.equal(await stand.locator('.sparkline').count(), 4)
+    assert.equal(await stand.locator('.sparkline-time:visible').count(), 1)
+    assert.equal(await stand.locator('.sparkline-scale').first().locator('span:visible').count(), 2)
   })
 })
 

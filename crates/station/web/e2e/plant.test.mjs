@@ -316,6 +316,9 @@ test('the end of a range is hatched, as the scale says, also on the overview, an
       await volume(page, 'lock').getByText('< 8.00 × 10⁻⁴').waitFor()
       assert.match(await fill('lock'), /^url\(.*#hatching/)
       assert.match(await fill('chamber'), /^rgb/)
+      // The powers of ten of the scale are marked on each line.
+      const lines = await page.locator('.decades').first().locator('line').count()
+      assert.equal(lines, 1 + (await page.locator('.shade-step').count()) - 1)
       const points = await page.locator('.decades circle').evaluateAll((all) =>
         all.map((point) => {
           const volume = point.closest('[data-volume]')

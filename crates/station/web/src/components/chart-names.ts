@@ -45,6 +45,9 @@ interface Name {
 const HEIGHT = 12
 const MARK_ROW = 14
 
+/** The least distance between two names in a row, in pixels. */
+const APART = 8
+
 /** The height that the bars take at the bottom of a lane. */
 const BAR_ROOM = 6
 
@@ -88,7 +91,7 @@ class Layout {
       (otherwise === 'nowhere' ? null : firstFree(places, { rects, curves: [] }, plot)) ??
       (otherwise === 'anywhere' ? firstFree(places, { rects: [], curves: [] }, plot) : null)
     if (!place) return
-    this.rects.push(place)
+    this.rects.push({ ...place, left: place.left - APART, width: place.width + 2 * APART })
     write(this.chart, name, place)
   }
 }

@@ -328,6 +328,10 @@ function Decades({ part, isBound, box }: { part: number; isBound: boolean; box: 
   return (
     <g class={`decades ${isBound ? 'bound' : ''}`}>
       <line x1={left} x2={left + width} y1={y} y2={y} />
+      {SCALE.map((exponent) => {
+        const x = left + (shade(10 ** exponent) ?? 0) * width
+        return <line x1={x} x2={x} y1={y - 3} y2={y + 3} key={exponent} />
+      })}
       <circle cx={left + part * width} cy={y} r="4" />
     </g>
   )
@@ -451,15 +455,17 @@ const shadeOpacity = (dark: number): string => (0.02 + 0.53 * dark).toFixed(2)
 /** The end of a range is hatched: the pressure itself may be far from it. */
 const shadeClass = (isBound: boolean): string => `volume-shade ${isBound ? 'bound' : ''}`
 
+/** The powers of ten in Pa that the scale of the shades and the lines of the volumes have. */
+const SCALE = [SHADES[0], -5, -2, 1, SHADES[1]]
+
 /** The scale of the shades, with its decades and the hatching of an end of a range, which is defined here for the picture too. */
 function ShadeScale(): JSX.Element {
   const unit = useUnit()
-  const [low, high] = SHADES
-  const steps = [low, -5, -2, 1, high]
+  const high = SHADES[1]
   return (
     <p class="shade-scale">
       <span class="muted">{t.plant.shade(unit)}</span>
-      {steps.map((exponent) => (
+      {SCALE.map((exponent) => (
         <span class="shade-step" key={exponent}>
           <ShadeSample dark={shade(10 ** exponent) ?? 0} isBound={false} />
           {exponent === high ? number(10 ** exponent / UNITS[unit]) : decadeText(exponent, unit)}

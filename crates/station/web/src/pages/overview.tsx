@@ -1,7 +1,7 @@
 // All gauges, segment by segment: below the active alarms as cards in a small plant, as rows with the problems first in a large one.
 
 import './overview.css'
-import type { JSX } from 'preact'
+import type { ComponentChildren, JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.ts'
 import { CardAlarms } from '../components/alarm-marks.tsx'
@@ -240,7 +240,9 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
         <GaugeStatus gauge={gauge} stale={stale} />
       </div>
       {gauge.readings.map((reading) => (
-        <CardReading gauge={gauge} reading={reading} live={live} unit={unit} key={reading.series} />
+        <CardReading gauge={gauge} reading={reading} live={live} unit={unit} key={reading.series}>
+          {several && <Sparkline series={reading.series} />}
+        </CardReading>
       ))}
       {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       <Faults gauge={gauge} />
@@ -260,9 +262,11 @@ interface CardReadingProps {
   reading: Reading
   live: Live
   unit: Unit
+  /** The line of a channel. That of the only reading is below the card. */
+  children: ComponentChildren
 }
 
-function CardReading({ gauge, reading, live, unit }: CardReadingProps): JSX.Element {
+function CardReading({ gauge, reading, live, unit, children }: CardReadingProps): JSX.Element {
   const quality = currentQuality(gauge, reading, live.since)
   return (
     <div class="card-reading">
@@ -270,6 +274,7 @@ function CardReading({ gauge, reading, live, unit }: CardReadingProps): JSX.Elem
         <ReadingText pa={boundOf(reading)} quality={quality} unit={unit} />
       </p>
       <ReadingDetails gauge={gauge} reading={reading} quality={quality} unit={unit} />
+      {children}
     </div>
   )
 }
