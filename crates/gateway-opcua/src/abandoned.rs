@@ -14,6 +14,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// The queue of a value that is not an event.
 pub const VALUE_QUEUE: usize = 4;
 
+/// The most items of events of a session: each has a long queue.
+pub const MAX_EVENT_ITEMS: usize = 2;
+
 /// The most that may be left. free choice: 1,000 clients that disappear without a word, or a million values of subscriptions that are
 /// deleted.
 pub const MAX_OCTETS: u64 = 256 << 20;
@@ -64,7 +67,9 @@ impl Made {
         let values = self.values.min(max_values);
         match fate {
             Fate::Kept(octets) => octets,
-            Fate::Abandoned => SESSION_OCTETS + values * VALUE_OCTETS + self.events.min(2) * EVENT_ITEM_OCTETS,
+            Fate::Abandoned => {
+                SESSION_OCTETS + values * VALUE_OCTETS + self.events.min(MAX_EVENT_ITEMS as u64) * EVENT_ITEM_OCTETS
+            }
             Fate::Expired => SESSION_OCTETS + values * VALUE_OCTETS,
             Fate::Deleted => values * DELETED_VALUE_OCTETS,
         }

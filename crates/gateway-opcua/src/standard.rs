@@ -4,7 +4,7 @@
 //! 5.5.7 and 5.7.3). The library hands such a call to the manager of its own nodes, which knows no conditions: the [`Guard`] of that
 //! manager answers these calls. Everything else passes on, except monitored items that would take too much.
 
-use crate::abandoned::{Abandoned, VALUE_QUEUE};
+use crate::abandoned::{Abandoned, MAX_EVENT_ITEMS, VALUE_QUEUE};
 use crate::alarms::{Conditions, Method};
 use async_trait::async_trait;
 use opcua_server::CreateMonitoredItem;
@@ -23,9 +23,6 @@ use opcua_types::{AttributeId, MonitoringMode, NodeId, ReadRawModifiedDetails, S
 use parking_lot::RwLock;
 use std::fmt::{self, Debug, Write};
 use std::sync::{Arc, OnceLock};
-
-/// The most items of events of a session: each has a long queue.
-const MAX_EVENT_ITEMS: usize = 2;
 
 /// A manager of the library with limits.
 pub struct Guard {

@@ -302,6 +302,19 @@ test('the figures name the most frequent alarms beside the targets', async () =>
   })
 })
 
+/** The open panel of the alarm performance with these figures in place of those of the station. */
+async function performancePanel(page, figures) {
+  await page.route('**/api/alarms/performance?*', async (route) => {
+    const answer = await route.fetch()
+    await route.fulfill({ response: answer, json: { ...(await answer.json()), ...figures } })
+  })
+  const panel = page.getByRole('region', { name: 'Alarm performance' })
+  await panel.locator('summary').click()
+  // The figures that were fetched before are those of the station.
+  await panel.getByLabel('Period').selectOption('7')
+  return panel
+}
+
 test('a figure beyond its target has a shape and words, and no colour', async () => {
   const within = {
     recorded_hours: 24,
@@ -327,14 +340,7 @@ test('a figure beyond its target has a shape and words, and no colour', async ()
     [{ ...beyond, long_active: names }, 8],
   ]) {
     await as('vera', async (page) => {
-      await page.route('**/api/alarms/performance?*', async (route) => {
-        const answer = await route.fetch()
-        await route.fulfill({ response: answer, json: { ...(await answer.json()), ...figures } })
-      })
-      const panel = page.getByRole('region', { name: 'Alarm performance' })
-      await panel.locator('summary').click()
-      // The figures that were fetched before are those of the station.
-      await panel.getByLabel('Period').selectOption('7')
+      const panel = await performancePanel(page, figures)
       await panel.getByRole('row', { name: `per hour ${marked ? '12.1 beyond the target' : '12.0'}` }).waitFor()
       const rows = panel.locator('tr[data-beyond]')
       assert.deepEqual(
@@ -356,14 +362,7 @@ test('the shares of the priorities are judged when there are enough alarms', asy
   ]) {
     await as('vera', async (page) => {
       const figures = { raised: high + others.medium + others.low, by_priority: { high, ...others } }
-      await page.route('**/api/alarms/performance?*', async (route) => {
-        const answer = await route.fetch()
-        await route.fulfill({ response: answer, json: { ...(await answer.json()), ...figures } })
-      })
-      const panel = page.getByRole('region', { name: 'Alarm performance' })
-      await panel.locator('summary').click()
-      // The figures that were fetched before are those of the station.
-      await panel.getByLabel('Period').selectOption('7')
+      const panel = await performancePanel(page, figures)
       await panel.getByRole('row', { name: `alarms ${figures.raised}`, exact: true }).waitFor()
       const row = (priority) => panel.getByRole('row', { name: `of ${priority} priority` })
       const told = async (priority) => (await text(row(priority))).replace(/\s+/g, ' ').trim()
