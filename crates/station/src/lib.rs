@@ -29,7 +29,7 @@
 //! | [`api`] | the API over HTTP |
 //! | [`server`] | API and dashboard on a socket |
 
-// The types and handlers keep the attributes of the description, which expand to nothing then (DESIGN 426).
+// The types and handlers keep the attributes of the description, which expand to nothing then (docs/decisions, 426).
 #[cfg(not(feature = "openapi"))]
 extern crate profivac_no_openapi as utoipa;
 

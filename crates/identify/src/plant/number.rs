@@ -1,4 +1,4 @@
-//! Numbers with their derivatives by the unknowns of a fit (forward automatic differentiation, DESIGN 494).
+//! Numbers with their derivatives by the unknowns of a fit (forward automatic differentiation; docs/decisions, 190).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
