@@ -45,7 +45,7 @@ pub struct MasterOptions {
     /// The slot time in bit times; default: that of the rate, and the delay of the port
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
-    /// Print how the port delivers characters, and the times that follow from it
+    /// Print the latency of the port and the bus timing derived from it
     #[arg(long, short)]
     verbose: bool,
     /// The longest wait for the line and for an answer; default: 5, and longer for the line where a token ring needs more to
@@ -146,7 +146,7 @@ impl BusOptions {
         BusParameters { hsa: self.options.hsa, slot_tbit: self.options.slot_time.unwrap_or(bus.slot_tbit), ..bus }
     }
 
-    /// With `--verbose`: how the port delivers characters, and what follows from it.
+    /// With `--verbose`: the latency of the port and the bus timing derived from it.
     fn report_timing(&self, port: &dyn Port, baud: Baud, bus: &BusParameters) {
         if !self.options.verbose {
             return;

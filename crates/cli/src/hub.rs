@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Make a virtual RS-485 line: each program reads from its pty the octets that the other programs write to theirs.
+/// Connect several ptys as one virtual RS-485 bus.
 ///
 /// The command prints `ready` and the paths when the line works. Then it reads commands from standard input and answers each with
 /// one line that begins with `ok` or `error:`. It continues after end of file; `quit`, SIGTERM and SIGINT end it.

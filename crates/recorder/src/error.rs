@@ -34,7 +34,7 @@ pub enum DatabaseError {
     #[error("{path} is in use by another station", path = .0.display())]
     InUse(PathBuf),
     /// It is the database of another program.
-    #[error("{path}: expected a database of profivac, found that of another program; choose another file", path = .0.display())]
+    #[error("{path} is a SQLite database, but not one of profivac; choose another file", path = .0.display())]
     Foreign(PathBuf),
     /// Nothing was recorded into it yet.
     #[error("{path}: expected a database of profivac, found an empty one; `profivac run` records into it", path = .0.display())]

@@ -170,10 +170,8 @@ fn a_database_of_another_program_is_refused_and_not_changed() {
         fs::remove_file(&fixture.path).ok();
         Connection::open(&fixture.path).unwrap().execute_batch(sql).unwrap();
         let before = fs::read(&fixture.path).unwrap();
-        let expected = format!(
-            "{}: expected a database of profivac, found that of another program; choose another file",
-            fixture.path.display()
-        );
+        let expected =
+            format!("{} is a SQLite database, but not one of profivac; choose another file", fixture.path.display());
         assert_eq!(start_error(&fixture.path), expected, "{sql}");
         assert_eq!(Reader::open(&fixture.path).map(drop).unwrap_err().to_string(), expected, "{sql}");
         assert_eq!(fs::read(&fixture.path).unwrap(), before, "{sql}");

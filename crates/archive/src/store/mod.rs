@@ -29,11 +29,11 @@ const MAX_WEIGHT: usize = 200_000;
 /// The most names of series in memory.
 const MAX_SERIES: usize = 200_000;
 
-/// The most series of a station. free choice: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
+/// Limit of series for each station. chosen: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
 /// reading of all series, so a station that invents names must not fill the memory.
 const MAX_SERIES_OF_STATION: i64 = 10_000;
 
-/// The most octets of batches that were put aside, and the number of such batches between two counts of them. Older ones are deleted.
+/// Size limit of the table of rejected batches in bytes, and how many rejections pass before it is checked again. Older ones are deleted.
 const MAX_REJECTED_OCTETS: i64 = 1 << 30;
 const REJECTED_BETWEEN_COUNTS: u64 = 1_000;
 

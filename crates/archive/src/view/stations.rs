@@ -47,8 +47,8 @@ pub enum AskError {
     /// The answer did not come.
     #[error("{0} does not answer: {1}; try again")]
     NoAnswer(String, String),
-    /// The answer is that to another request.
-    #[error("{0} answers with something else than {1}: its program is another version")]
+    /// The reply does not fit the request.
+    #[error("unexpected reply from {0}, expected {1}: it probably runs another version")]
     Misunderstood(String, &'static str),
     /// The station refuses.
     #[error("{0} refuses: {1}")]

@@ -4,8 +4,8 @@ use super::number::Number;
 
 const HOUR_S: f64 = 3600.0;
 
-/// The age of the wall changes by this part within a step of the calculation at most, the logarithm of the pressure by twice
-/// [`CHANGE`]. A step is no shorter than the least part of the time that is calculated.
+/// Largest relative change of the wall's age within a step. The logarithm of the pressure may change by 2 × [`CHANGE`]. A step takes at
+/// least [`LEAST_STEP`] of the calculated time.
 const STEP: f64 = 0.07;
 const CHANGE: f64 = 0.07;
 const LEAST_STEP: f64 = 1e-3;

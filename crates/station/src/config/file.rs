@@ -40,7 +40,7 @@ pub struct ConfigToml {
     /// The station itself: its name, its address, its database.
     #[serde(default)]
     pub station: StationToml,
-    /// The certificate; without it only this computer is served.
+    /// The certificate; without TLS the server listens on loopback only.
     tls: Option<TlsToml>,
     /// An OpenID provider at which users may log in, besides the file of the users.
     openid: Option<OpenIdToml>,

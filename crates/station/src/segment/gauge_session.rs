@@ -121,7 +121,7 @@ impl GaugeSession {
         is_due
     }
 
-    /// Takes the heard facts about a gauge of another master. Validity and age are those of a gauge that the station polls.
+    /// Updates a gauge that another master owns from what was observed on the line. Validity and age follow the rules for a polled gauge.
     pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard) {
         let Heard { slave, values, silence, unknown, assumed, problem } = heard;
         let silence = silence.filter(|silence| *silence < MAX_SILENCE);

@@ -46,7 +46,7 @@ const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// The time after which a detected baud rate is checked.
 const RATE_CHECK_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Fewer octets than these in an interval show nothing about the rate. free choice: more than a disturbance on a silent line.
+/// Minimum traffic per interval for judging the baud rate, in octets. chosen: more than a disturbance on a silent line.
 const LEAST_OCTETS: u64 = 512;
 
 /// Why a segment does not listen any more.
