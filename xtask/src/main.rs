@@ -1,5 +1,4 @@
-//! `cargo xtask layers|citations|architecture|pages|configuration|doctests|prose|purity|goldens`: checks of the repository, and its
-//! generated files.
+//! `cargo xtask layers|citations|architecture|pages|configuration|purity|goldens`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
@@ -7,14 +6,11 @@ mod architecture;
 mod circles;
 mod citations;
 mod configuration;
-mod doctests;
 mod goldens;
 mod layers;
 mod modules;
 mod pages;
-mod prose;
 mod purity;
-mod records;
 
 use anyhow::{Result, bail};
 use std::path::Path;
@@ -23,14 +19,10 @@ const USAGE: &str =
     "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
                              with --rows: rows for the modules that have none
        cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
-       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist; the records in DESIGN.md
-                             have a decision, a reason, alternatives and a cost
+       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
        cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; each path has its four kinds of pages
                              and every key of a file has its sentence
        cargo xtask configuration  the page about the keys of the files
-       cargo xtask doctests  every public function, method and type of client and wire has an example
-       cargo xtask prose     no retired words and forms, no line that is too wide; with --count: their number in each crate;
-                             with --wrap: breaks the wide lines
        cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
        cargo xtask goldens   write the golden files again, for review with git diff";
 
@@ -41,13 +33,9 @@ fn main() -> Result<()> {
         ["layers", "--rows"] => layers::suggest(),
         ["citations"] => citations::check(),
         ["citations", "--uncited"] => citations::uncited(),
-        ["architecture"] => architecture::check().and_then(|()| records::check()),
+        ["architecture"] => architecture::check(),
         ["pages"] => pages::check().and_then(|()| configuration::check()),
         ["configuration"] => configuration::print(),
-        ["doctests"] => doctests::check(),
-        ["prose"] => prose::check(false),
-        ["prose", "--count"] => prose::check(true),
-        ["prose", "--wrap"] => prose::wrap(),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
         _ => {
