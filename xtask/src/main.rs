@@ -8,20 +8,22 @@ mod citations;
 mod configuration;
 mod goldens;
 mod layers;
+mod links;
 mod modules;
 mod pages;
 mod purity;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use std::path::Path;
+use std::process::Command;
 
 const USAGE: &str =
     "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
                              with --rows: rows for the modules that have none
-       cargo xtask citations every citation names an existing section; with --uncited: the sections that no test cites
+       cargo xtask citations every citation names an existing section
        cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
-       cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; each path has its four kinds of pages
-                             and every key of a file has its sentence
+       cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; every link between pages has a target;
+                             every key of a file has its sentence
        cargo xtask configuration  the page about the keys of the files
        cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
        cargo xtask goldens   write the golden files again, for review with git diff";
@@ -32,9 +34,8 @@ fn main() -> Result<()> {
         ["layers"] => layers::check(),
         ["layers", "--rows"] => layers::suggest(),
         ["citations"] => citations::check(),
-        ["citations", "--uncited"] => citations::uncited(),
         ["architecture"] => architecture::check(),
-        ["pages"] => pages::check().and_then(|()| configuration::check()),
+        ["pages"] => pages::check().and_then(|()| links::check()).and_then(|()| configuration::check()),
         ["configuration"] => configuration::print(),
         ["purity"] => purity::check(),
         ["goldens"] => goldens::bless(),
@@ -48,6 +49,23 @@ fn main() -> Result<()> {
 /// The root of the repository.
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// A file of the repository.
+struct Source {
+    /// The path from the root.
+    path: String,
+    /// Empty if it is no text.
+    text: String,
+}
+
+/// The files that git knows.
+fn tracked() -> Result<Vec<Source>> {
+    let names = Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output().context("git ls-files")?;
+    let names = String::from_utf8(names.stdout)?;
+    let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap_or_default();
+    let paths = names.split('\0').filter(|path| !path.is_empty());
+    Ok(paths.map(|path| Source { path: path.to_owned(), text: read(path) }).collect())
 }
 
 /// Prints that a check passes, or prints its defects and fails.

@@ -1,6 +1,6 @@
 //! The book of `docs/`: every page is in `docs/SUMMARY.md` once, and each of the four paths has its four kinds of pages.
 //!
-//! Whether the links in the pages lead to files and headings is part of `cargo xtask citations`. `ci/book` builds the book.
+//! `ci/book` builds the book.
 
 use crate::{root, verdict};
 use anyhow::{Context, Result};
