@@ -1,4 +1,4 @@
-//! `cargo xtask layers|citations|architecture|pages|configuration|purity|goldens`: checks of the repository, and its generated files.
+//! `cargo xtask TASK`: checks of the repository, and its generated files.
 //!
 //! Each task is a module. A check prints one line if it passes, otherwise all defects.
 
@@ -14,25 +14,23 @@ mod pages;
 mod purity;
 
 use anyhow::{Context, Result, bail};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const USAGE: &str =
-    "usage: cargo xtask layers    arrows between crates and modules point to lower ranks only, without circles;
-                             with --rows: rows for the modules that have none
-       cargo xtask citations every citation names an existing section
-       cargo xtask architecture  the walks in ARCHITECTURE.md name files and functions that exist
-       cargo xtask pages     every page of docs/ is in docs/SUMMARY.md once; every link between pages has a target;
-                             every key of a file has its sentence
-       cargo xtask configuration  the page about the keys of the files
-       cargo xtask purity    the inner crates and their dependencies need neither std nor alloc
-       cargo xtask goldens   write the golden files again, for review with git diff";
+    "usage: cargo xtask layers         crates use lower ranks only; no modules use each other in a circle
+       cargo xtask citations      every citation names an existing section
+       cargo xtask architecture   the walks in ARCHITECTURE.md name files and functions that exist
+       cargo xtask pages          every page of docs/ is in docs/SUMMARY.md once; every link between pages has a target;
+                                  every key of a file has its sentence
+       cargo xtask configuration  print the page about the keys of the files
+       cargo xtask purity         the inner crates and their dependencies need neither std nor alloc
+       cargo xtask goldens        write the golden files again, for review with git diff";
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
-        ["layers", "--rows"] => layers::suggest(),
         ["citations"] => citations::check(),
         ["architecture"] => architecture::check(),
         ["pages"] => pages::check().and_then(|()| links::check()).and_then(|()| configuration::check()),
@@ -66,6 +64,22 @@ fn tracked() -> Result<Vec<Source>> {
     let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap_or_default();
     let paths = names.split('\0').filter(|path| !path.is_empty());
     Ok(paths.map(|path| Source { path: path.to_owned(), text: read(path) }).collect())
+}
+
+/// The files with this extension below a folder, with their texts, in the order of their paths.
+fn files(folder: &Path, extension: &str) -> Result<Vec<(PathBuf, String)>> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        if path.is_dir() {
+            found.extend(files(&path, extension)?);
+        } else if path.extension().is_some_and(|other| other == extension) {
+            let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            found.push((path, text));
+        }
+    }
+    found.sort();
+    Ok(found)
 }
 
 /// Prints that a check passes, or prints its defects and fails.
