@@ -1,6 +1,6 @@
 //! The book of `docs/`: every page is in `docs/SUMMARY.md` once. Of `docs/decisions/` only its README, which links to the others.
 //!
-//! `ci/book` builds the book.
+//! `ci/book.py` builds the book.
 
 use crate::{files, root, verdict};
 use anyhow::{Context, Result};
