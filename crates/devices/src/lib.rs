@@ -80,7 +80,7 @@
 //!    behaviour with its sections, and `property.rs`. `cargo xtask goldens` writes the tables to
 //!    `tests/golden/NAME.txt`: read them against the manual once more.
 #![no_std]
-#![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod bcg450;
 pub mod catalog;
