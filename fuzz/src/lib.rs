@@ -1,6 +1,6 @@
 //! Targets for coverage-guided fuzzing: each takes any octets, and panics if the program does something that it must never do.
 //!
-//! `ci/fuzz` runs them under libFuzzer; `tests/replay.rs` runs each over its corpus in `corpus/`, without other tools. The octets
+//! `ci/fuzz.py` runs them under libFuzzer; `tests/replay.rs` runs each over its corpus in `corpus/`, without other tools. The octets
 //! of a target are choices ([`script::Script`]) where their structure matters, and a file or a telegram where it does not.
 #![allow(
     clippy::unwrap_used,

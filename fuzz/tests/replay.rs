@@ -96,10 +96,10 @@ fn every_target_has_a_program_and_is_in_the_document() {
     assert_eq!(names(folder().join("libfuzzer/src/bin")), targets);
     assert_eq!(names(folder().join("corpus")), targets);
     let document = fs::read_to_string(folder().join("../docs/fuzzing.md")).unwrap();
-    let script = fs::read_to_string(folder().join("../ci/fuzz")).unwrap();
+    let script = fs::read_to_string(folder().join("../ci/fuzz.py")).unwrap();
     for target in targets {
         assert!(document.contains(&format!("| `{target}` |")), "docs/fuzzing.md has no row for {target}");
-        assert!(script.contains(&format!("\"{target}\": ")), "ci/fuzz does not know {target}");
+        assert!(script.contains(&format!("\"{target}\": ")), "ci/fuzz.py does not know {target}");
     }
 }
 

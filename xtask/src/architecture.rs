@@ -6,22 +6,20 @@
 //! 1. `crates/wire/src/telegram.rs` `parse`, `emit`: octets to a telegram and back
 //! ```
 //!
-//! A name is a function, method, type, trait, constant, variant or macro that this file defines. `Type::name` demands both.
+//! A name is a function, method, type, trait, constant or macro that this file defines. `Type::name` demands both.
 
 use crate::{root, verdict};
 use anyhow::{Context, Result};
-use proc_macro2::{TokenStream, TokenTree};
-use std::collections::BTreeSet;
 
 /// The heading above the walks.
 const HEADING: &str = "## Walks";
 
 /// A step of a walk.
 #[derive(Debug, PartialEq, Eq)]
-struct Step {
+struct Step<'t> {
     line: usize,
-    file: String,
-    names: Vec<String>,
+    file: &'t str,
+    names: Vec<&'t str>,
 }
 
 /// Checks every step.
@@ -37,9 +35,9 @@ pub fn check() -> Result<()> {
 }
 
 /// The defect of a step: its file is missing or does not define a name.
-fn missing(step: &Step) -> Vec<String> {
+fn missing(step: &Step<'_>) -> Vec<String> {
     let place = format!("ARCHITECTURE.md:{}: {}", step.line, step.file);
-    match std::fs::read_to_string(root().join(&step.file)) {
+    match std::fs::read_to_string(root().join(step.file)) {
         Ok(source) => undefined(&source, &step.names)
             .into_iter()
             .map(|name| format!("{place} defines no {name}; update the walk"))
@@ -49,7 +47,7 @@ fn missing(step: &Step) -> Vec<String> {
 }
 
 /// The steps of all walks, or the first line of a numbered list that is not a step.
-fn steps(text: &str) -> Result<Vec<Step>, String> {
+fn steps(text: &str) -> Result<Vec<Step<'_>>, String> {
     let below = (1..).zip(text.lines()).skip_while(|(_, line)| *line != HEADING).skip(1);
     let walks = below.take_while(|(_, line)| !line.starts_with("## "));
     let mut steps = Vec::new();
@@ -66,108 +64,49 @@ fn steps(text: &str) -> Result<Vec<Step>, String> {
 }
 
 /// `` `file` `name`, `name`: text ``
-fn step(line: usize, item: &str) -> Option<Step> {
+fn step(line: usize, item: &str) -> Option<Step<'_>> {
     let head = item.split_once(": ").map_or(item, |(head, _)| head);
-    let mut quoted = head.split('`').skip(1).step_by(2).map(str::to_owned);
+    let mut quoted = head.split('`').skip(1).step_by(2);
     let file = quoted.next().filter(|file| file.ends_with(".rs"))?;
-    let names: Vec<String> = quoted.collect();
+    let names: Vec<&str> = quoted.collect();
     (!names.is_empty()).then_some(Step { line, file, names })
 }
 
-/// The names that a source does not define.
-fn undefined(source: &str, names: &[String]) -> Vec<String> {
-    let Ok(tokens) = source.parse::<TokenStream>() else { return vec!["Rust that can be parsed".to_owned()] };
-    let mut defined = BTreeSet::new();
-    collect(tokens, &mut defined);
-    let is_defined = |name: &str| name.split("::").all(|part| defined.contains(part));
-    names.iter().filter(|name| !is_defined(name)).cloned().collect()
-}
-
 /// Keywords that define the name after them.
-const KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "macro_rules"];
+const KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "mod", "macro_rules!"];
 
-/// Collects the names that a token stream defines: the names after keywords, and the variants of enums.
-fn collect(tokens: TokenStream, defined: &mut BTreeSet<String>) {
-    let (mut after, mut in_enum) = (false, false);
-    for token in tokens {
-        match token {
-            TokenTree::Ident(ident) => {
-                let word = ident.to_string();
-                if after {
-                    defined.insert(word.clone());
-                }
-                in_enum |= word == "enum";
-                after = KEYWORDS.contains(&word.as_str());
-            }
-            TokenTree::Group(group) => {
-                if in_enum && group.delimiter() == proc_macro2::Delimiter::Brace {
-                    variants(group.stream(), defined);
-                    in_enum = false;
-                }
-                collect(group.stream(), defined);
-                after = false;
-            }
-            // macro_rules! name
-            TokenTree::Punct(punct) if punct.as_char() == '!' => {}
-            TokenTree::Punct(_) | TokenTree::Literal(_) => after = false,
-        }
-    }
-}
-
-/// The names at the beginning of a list with commas.
-fn variants(tokens: TokenStream, defined: &mut BTreeSet<String>) {
-    let mut is_first = true;
-    for token in tokens {
-        match token {
-            TokenTree::Ident(ident) if is_first => {
-                defined.insert(ident.to_string());
-                is_first = false;
-            }
-            TokenTree::Punct(punct) if punct.as_char() == ',' => is_first = true,
-            _ => {}
-        }
-    }
+/// The names that a source does not define.
+fn undefined<'n>(source: &str, names: &[&'n str]) -> Vec<&'n str> {
+    let words: Vec<&str> = source.split([' ', '\n', '(', '<', ':', '{', ';']).filter(|word| !word.is_empty()).collect();
+    let defined = |name| words.windows(2).any(|pair| pair[1] == name && KEYWORDS.contains(&pair[0]));
+    names.iter().copied().filter(|name| !name.split("::").all(defined)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SOURCE: &str = "
-        pub struct Telegram<'a>(&'a [u8]);
-        impl<'a> Telegram<'a> { pub const fn parse(octets: &[u8]) -> Self { helper() } }
-        enum Reply { Low(usize), #[doc(hidden)] High { at: u8 }, None }
-        const LIMIT: u8 = 1;
-    macro_rules! table { () => {} }
-    fn takes(_: impl Used, _: u8) { other!(x) }
-    ";
-
-    fn undefined_of(names: &[&str]) -> Vec<String> {
-        undefined(SOURCE, &names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
-    }
-
-    #[test]
-    fn a_defined_name_is_found() {
-        assert_eq!(
-            undefined_of(&["parse", "Telegram::parse", "Telegram", "Reply::Low", "High", "LIMIT", "table"]),
-            [""; 0]
-        );
-    }
-
     #[test]
     fn a_name_that_is_only_used_is_missing() {
-        assert_eq!(
-            undefined_of(&["helper", "parse", "Telegram::emit", "octets", "Used", "x", "other"]),
-            ["helper", "Telegram::emit", "octets", "Used", "x", "other"]
-        );
+        let source = "
+            pub struct Telegram<'a>(&'a [u8]);
+            impl<'a> Telegram<'a> { pub const fn parse(octets: &[u8]) -> Self { helper() } }
+            const LIMIT: u8 = 1;
+            macro_rules! table { () => {} }
+            fn takes(_: impl Used, _: u8) { other!(x) }
+        ";
+        let defined = ["parse", "Telegram::parse", "Telegram", "LIMIT", "table", "takes"];
+        assert_eq!(undefined(source, &defined), [""; 0]);
+        let missing = ["helper", "Telegram::emit", "octets", "Used", "x", "other", "pars"];
+        assert_eq!(undefined(source, &missing), missing);
     }
 
     #[test]
     fn a_numbered_item_is_a_step_and_other_lines_are_not() {
         let text = "1. `before.rs` `ignored`\n## Walks\ntext `a`\n\n1. `crates/a.rs` `b`, `C::d`: what `e` does\n12. `f.rs` `g`\n## Next\n1. `after.rs` `x`";
         let expected = [
-            Step { line: 5, file: "crates/a.rs".to_owned(), names: vec!["b".to_owned(), "C::d".to_owned()] },
-            Step { line: 6, file: "f.rs".to_owned(), names: vec!["g".to_owned()] },
+            Step { line: 5, file: "crates/a.rs", names: vec!["b", "C::d"] },
+            Step { line: 6, file: "f.rs", names: vec!["g"] },
         ];
         assert_eq!(steps(text).unwrap(), expected);
     }
@@ -181,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_file_that_does_not_exist_is_a_defect() {
-        let step = Step { line: 1, file: "crates/none.rs".to_owned(), names: vec!["x".to_owned()] };
+        let step = Step { line: 1, file: "crates/none.rs", names: vec!["x"] };
         assert!(missing(&step)[0].contains("cannot be read"), "{:?}", missing(&step));
     }
 }

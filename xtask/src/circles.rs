@@ -5,44 +5,17 @@
 
 use crate::modules::{Arrow, ModulePath, Modules};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::fmt;
-
-/// A circle of modules below one parent.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Circle {
-    /// The parent.
-    pub parent: ModulePath,
-    /// The names of the modules; the last one uses the first.
-    pub names: Vec<String>,
-    /// For each name: a module below it, and the module of the next name that it uses.
-    pub uses: Vec<(ModulePath, ModulePath)>,
-}
-
-impl fmt::Display for Circle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let first = self.names.first().map_or("", String::as_str);
-        write!(f, "circle {} -> {first}", self.names.join(" -> "))?;
-        if !self.parent.is_empty() {
-            write!(f, " below {}", self.parent.join("::"))?;
-        }
-        for (place, (from, to)) in self.uses.iter().enumerate() {
-            let before = if place == 0 { ": " } else { ", " };
-            write!(f, "{before}{} uses {}", from.join("::"), to.join("::"))?;
-        }
-        Ok(())
-    }
-}
 
 /// One use for each pair of names.
 type Graph = BTreeMap<String, BTreeMap<String, (ModulePath, ModulePath)>>;
 
-/// One shortest circle for each group of modules that are connected in a circle.
-pub fn find(modules: &Modules) -> Vec<Circle> {
+/// One shortest circle for each group of modules that are connected in a circle, as text.
+pub fn find(modules: &Modules) -> Vec<String> {
     let arrows = modules.arrows();
     modules.paths().flat_map(|parent| below(&arrows, parent)).collect()
 }
 
-fn below(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Vec<Circle> {
+fn below(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Vec<String> {
     let graph = graph(arrows, parent);
     let (mut circles, mut seen) = (Vec::new(), BTreeSet::new());
     for start in graph.keys() {
@@ -52,8 +25,10 @@ fn below(arrows: &BTreeSet<Arrow>, parent: &ModulePath) -> Vec<Circle> {
         if let Some(names) = shortest(&graph, start) {
             seen.extend(names.iter().cloned());
             let next = names.iter().skip(1).chain(names.first());
-            let uses = names.iter().zip(next).filter_map(|(from, to)| graph.get(from)?.get(to).cloned()).collect();
-            circles.push(Circle { parent: parent.clone(), names, uses });
+            let uses = names.iter().zip(next).filter_map(|(from, to)| graph.get(from)?.get(to));
+            let uses: Vec<String> =
+                uses.map(|(from, to)| format!("{} uses {}", from.join("::"), to.join("::"))).collect();
+            circles.push(format!("circle {} -> {start}: {}", names.join(" -> "), uses.join(", ")));
         }
     }
     circles
@@ -112,8 +87,8 @@ mod tests {
     use super::*;
     use crate::modules::tests::made_up;
 
-    fn circles(sources: &[(&str, &str)]) -> Vec<(String, Vec<String>)> {
-        find(&made_up(sources)).into_iter().map(|circle| (circle.parent.join("::"), circle.names)).collect()
+    fn circles(sources: &[(&str, &str)]) -> Vec<String> {
+        find(&made_up(sources))
     }
 
     #[test]
@@ -126,14 +101,14 @@ mod tests {
     fn three_modules_in_a_circle_are_one_circle() {
         let sources =
             [("a", "use crate::b::X;"), ("b", "pub struct X; use super::c::Y;"), ("c", "fn f() { crate::a::x() }")];
-        assert_eq!(circles(&sources), [(String::new(), vec!["a".into(), "b".into(), "c".into()])]);
+        assert_eq!(circles(&sources), ["circle a -> b -> c -> a: a uses b, b uses c, c uses a"]);
     }
 
     #[test]
     fn a_module_stands_for_all_that_is_below_it() {
         let sources =
             [("a", ""), ("a::one", "use crate::b::X;"), ("a::two", ""), ("b", ""), ("b::one", "use crate::a::two::X;")];
-        assert_eq!(circles(&sources), [(String::new(), vec!["a".into(), "b".into()])]);
+        assert_eq!(circles(&sources), ["circle a -> b -> a: a::one uses b, b::one uses a::two"]);
     }
 
     #[test]
@@ -149,7 +124,7 @@ mod tests {
             ("a::one", "use super::Y; pub struct X;"),
             ("a::two", "use super::X; pub struct Y;"),
         ];
-        assert_eq!(circles(&sources), [("a".into(), vec!["one".into(), "two".into()])]);
+        assert_eq!(circles(&sources), ["circle one -> two -> one: a::one uses a::two, a::two uses a::one"]);
     }
 
     #[test]

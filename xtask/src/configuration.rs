@@ -2,12 +2,15 @@
 //!
 //! A type names its keys as serde sees them; the comment of a field is the sentence about its key.
 
-use crate::{root, verdict};
+use crate::{files, root, verdict};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
-use syn::{Attribute, Expr, Field, GenericArgument, Item, ItemEnum, ItemStruct, Lit, Meta, PathArguments, Type};
+use std::path::PathBuf;
+use syn::{
+    Attribute, Expr, ExprLit, Field, GenericArgument, Item, ItemEnum, ItemStruct, Lit, Meta, MetaNameValue,
+    PathArguments, Type,
+};
 
 /// The files that users write: title, the folder of the types, the type of the whole file.
 const FILES: [(&str, &str, &str); 2] = [
@@ -19,26 +22,19 @@ const FILES: [(&str, &str, &str); 2] = [
 const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
 
 /// Types of values, and what the file has for them.
-const WORDS: [(&str, &str); 19] = [
-    ("BaudToml", "integer"),
-    ("Duration", "duration"),
-    ("Gas", "gas"),
-    ("Network", "address or network"),
-    ("PathBuf", "file"),
-    ("Pressure", "pressure"),
-    ("Secret", "text"),
-    ("SocketAddr", "address and port"),
-    ("String", "text"),
-    ("Uri", "URL"),
-    ("Value", "date"),
-    ("bool", "`true` or `false`"),
-    ("f64", "number"),
-    ("i64", "integer"),
-    ("u16", "integer"),
-    ("u32", "integer"),
-    ("u64", "integer"),
-    ("u8", "integer"),
-    ("usize", "integer"),
+const WORDS: [(&str, &[&str]); 12] = [
+    ("`true` or `false`", &["bool"]),
+    ("URL", &["Uri"]),
+    ("address and port", &["SocketAddr"]),
+    ("address or network", &["Network"]),
+    ("date", &["Value"]),
+    ("duration", &["Duration"]),
+    ("file", &["PathBuf"]),
+    ("gas", &["Gas"]),
+    ("integer", &["BaudToml", "i64", "u16", "u32", "u64", "u8", "usize"]),
+    ("number", &["f64"]),
+    ("pressure", &["Pressure"]),
+    ("text", &["Secret", "String"]),
 ];
 
 /// Prints the page.
@@ -87,13 +83,12 @@ pub fn check() -> Result<()> {
     });
     let missing = places.chain(keys).filter(|(_, meaning)| meaning.is_empty());
     let defects: Vec<String> = missing.map(|(name, _)| format!("{name}: write a comment on its field")).collect();
-    println!("configuration: {} keys", tables().map(|table| table.keys.len()).sum::<usize>());
     verdict("configuration", &defects)
 }
 
 /// The types of each file.
 fn read() -> Result<Vec<Types>> {
-    FILES.iter().map(|(_, folder, _)| Types::read(folder)).collect()
+    FILES.iter().map(|(_, folder, _)| types(&files(&root().join(folder), "rs")?)).collect()
 }
 
 fn pages(types: &[Types]) -> Result<Vec<Page<'_>>> {
@@ -101,50 +96,30 @@ fn pages(types: &[Types]) -> Result<Vec<Page<'_>>> {
     let pages = files.map(|((title, _, whole), own)| {
         let others = types.iter().filter(|other| !std::ptr::eq(*other, own));
         let mut page = Page { title, types: std::iter::once(own).chain(others).collect(), tables: Vec::new() };
-        page.add_tables_of(whole)?;
+        page.add_tables(page.keys(whole)?, "")?;
         Ok(page)
     });
     pages.collect()
 }
 
-/// The types of a folder that serde reads.
-struct Types {
-    structs: BTreeMap<String, ItemStruct>,
-    enums: BTreeMap<String, ItemEnum>,
-}
+/// Structs and enums by their names.
+type Types = BTreeMap<String, Item>;
 
-impl Types {
-    fn read(folder: &str) -> Result<Self> {
-        let mut types = Self { structs: BTreeMap::new(), enums: BTreeMap::new() };
-        types.add_folder(&root().join(folder))?;
-        Ok(types)
-    }
-
-    fn add_folder(&mut self, folder: &Path) -> Result<()> {
-        for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-            let path = entry?.path();
-            if path.is_dir() {
-                self.add_folder(&path)?;
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let file =
-                    syn::parse_file(&std::fs::read_to_string(&path)?).with_context(|| path.display().to_string())?;
-                file.items.into_iter().for_each(|item| self.add(item));
+/// The types of sources that serde reads.
+fn types(sources: &[(PathBuf, String)]) -> Result<Types> {
+    let mut types = Types::new();
+    for (path, text) in sources {
+        for item in syn::parse_file(text).with_context(|| path.display().to_string())?.items {
+            let (Item::Struct(ItemStruct { attrs, ident, .. }) | Item::Enum(ItemEnum { attrs, ident, .. })) = &item
+            else {
+                continue;
+            };
+            if derives_deserialize(attrs) {
+                types.insert(ident.to_string(), item);
             }
         }
-        Ok(())
     }
-
-    fn add(&mut self, item: Item) {
-        match item {
-            Item::Struct(item) if derives_deserialize(&item.attrs) => {
-                self.structs.insert(item.ident.to_string(), item);
-            }
-            Item::Enum(item) if derives_deserialize(&item.attrs) => {
-                self.enums.insert(item.ident.to_string(), item);
-            }
-            _ => {}
-        }
-    }
+    Ok(types)
 }
 
 /// The keys of a file.
@@ -163,6 +138,7 @@ struct Table {
     keys: Vec<Key>,
 }
 
+#[derive(Clone)]
 struct Key {
     name: String,
     shape: Shape,
@@ -171,6 +147,7 @@ struct Key {
 }
 
 /// What a value of the file is.
+#[derive(Clone)]
 enum Shape {
     Word(String),
     /// A table, or with `true` a list of tables.
@@ -188,40 +165,33 @@ impl fmt::Display for Shape {
 }
 
 impl Page<'_> {
-    /// Adds the tables of the whole file.
-    fn add_tables_of(&mut self, whole: &str) -> Result<()> {
-        for key in self.keys(whole)? {
-            match key.shape {
-                Shape::Table(of, is_list) => self.add(&of, &key.name, is_list, key.meaning)?,
-                Shape::Word(_) => anyhow::bail!("{} is no table", key.name),
+    /// Adds the tables among these keys of the table `within`, and the tables in them.
+    fn add_tables(&mut self, keys: Vec<Key>, within: &str) -> Result<()> {
+        for Key { name, shape, meaning, .. } in keys {
+            match shape {
+                Shape::Table(of, is_list) => self.add(of, &format!("{within}{name}"), is_list, meaning)?,
+                Shape::Word(_) if within.is_empty() => anyhow::bail!("{name} is no table"),
+                Shape::Word(_) => {}
             }
         }
         Ok(())
     }
 
-    /// Adds the table at `path`, whose keys are the fields of the type `of`, and the tables in it.
-    fn add(&mut self, of: &str, path: &str, is_list: bool, meaning: String) -> Result<()> {
+    /// Adds the table at `path`, whose keys are the fields of the type `of`.
+    fn add(&mut self, of: String, path: &str, is_list: bool, meaning: String) -> Result<()> {
         let place = (if is_list { format!("[[{path}]]") } else { format!("[{path}]") }, meaning);
         if let Some(table) = self.tables.iter_mut().find(|table| table.of == of) {
             table.places.push(place);
             return Ok(());
         }
-        let keys = self.keys(of)?;
-        let inner = keys.iter().filter_map(|key| match &key.shape {
-            Shape::Table(of, is_list) => {
-                Some((of.clone(), format!("{path}.{}", key.name), *is_list, key.meaning.clone()))
-            }
-            Shape::Word(_) => None,
-        });
-        let inner: Vec<_> = inner.collect();
-        self.tables.push(Table { places: vec![place], of: of.to_owned(), keys });
-        inner.into_iter().try_for_each(|(of, path, is_list, meaning)| self.add(&of, &path, is_list, meaning))
+        let keys = self.keys(&of)?;
+        self.tables.push(Table { places: vec![place], of, keys: keys.clone() });
+        self.add_tables(keys, &format!("{path}."))
     }
 
     /// The keys of a table: the fields of a type.
     fn keys(&self, of: &str) -> Result<Vec<Key>> {
-        let item =
-            self.types.iter().find_map(|types| types.structs.get(of)).with_context(|| format!("no type {of}"))?;
+        let Some(Item::Struct(item)) = self.item(of) else { anyhow::bail!("{of} is no struct") };
         let rename = serde(&item.attrs, "rename_all");
         let keys = item.fields.iter().map(|field| {
             let name = key(field, rename.as_deref());
@@ -262,16 +232,18 @@ impl Page<'_> {
     }
 
     fn named(&self, name: &str) -> Result<Shape> {
-        if let Some((_, word)) = WORDS.iter().find(|(kind, _)| *kind == name) {
+        if let Some((word, _)) = WORDS.iter().find(|(_, types)| types.contains(&name)) {
             return Ok(Shape::Word((*word).to_owned()));
         }
-        if let Some(item) = self.types.iter().find_map(|types| types.enums.get(name)) {
-            return Ok(Shape::Word(choices(item)));
+        match self.item(name) {
+            Some(Item::Enum(item)) => Ok(Shape::Word(choices(item))),
+            Some(_) => Ok(Shape::Table(name.to_owned(), false)),
+            None => anyhow::bail!("the type {name} is unknown: add a word for it in xtask/src/configuration.rs"),
         }
-        if self.types.iter().any(|types| types.structs.contains_key(name)) {
-            return Ok(Shape::Table(name.to_owned(), false));
-        }
-        anyhow::bail!("the type {name} is unknown: add a word for it in xtask/src/configuration.rs")
+    }
+
+    fn item(&self, name: &str) -> Option<&Item> {
+        self.types.iter().find_map(|types| types.get(name))
     }
 }
 
@@ -286,14 +258,9 @@ fn types_in(arguments: &PathArguments) -> Vec<&Type> {
 
 fn derives_deserialize(attributes: &[Attribute]) -> bool {
     let mut derives = attributes.iter().filter(|attribute| attribute.path().is_ident("derive"));
-    derives.any(|derive| {
-        let mut found = false;
-        // An attribute that cannot be parsed does not compile either.
-        let _parsed = derive.parse_nested_meta(|meta| {
-            found |= meta.path.is_ident("Deserialize");
-            Ok(())
-        });
-        found
+    derives.any(|derive| match &derive.meta {
+        Meta::List(list) => list.tokens.to_string().contains("Deserialize"),
+        _ => false,
     })
 }
 
@@ -315,13 +282,9 @@ fn serde(attributes: &[Attribute], wanted: &str) -> Option<String> {
 /// The text of the comment, in one line.
 fn comment(attributes: &[Attribute]) -> String {
     let lines = attributes.iter().filter_map(|attribute| match &attribute.meta {
-        Meta::NameValue(doc) if doc.path.is_ident("doc") => match &doc.value {
-            Expr::Lit(text) => match &text.lit {
-                Lit::Str(text) => Some(text.value().trim().to_owned()),
-                _ => None,
-            },
-            _ => None,
-        },
+        Meta::NameValue(MetaNameValue { path, value: Expr::Lit(ExprLit { lit: Lit::Str(text), .. }), .. }) => {
+            path.is_ident("doc").then(|| text.value().trim().to_owned())
+        }
         _ => None,
     });
     lines.collect::<Vec<_>>().join(" ")
@@ -329,52 +292,35 @@ fn comment(attributes: &[Attribute]) -> String {
 
 /// The key of a field, as serde has it.
 fn key(field: &Field, rename_all: Option<&str>) -> String {
-    let name = field.ident.as_ref().map(ToString::to_string).unwrap_or_default();
-    let name = name.strip_prefix("r#").unwrap_or(&name);
-    serde(&field.attrs, "rename")
-        .unwrap_or_else(|| if rename_all.is_some() { name.replace('_', "-") } else { name.to_owned() })
+    let name = field.ident.as_ref().map(ToString::to_string).unwrap_or_default().replace("r#", "");
+    let renamed = || if rename_all.is_some() { name.replace('_', "-") } else { name };
+    serde(&field.attrs, "rename").unwrap_or_else(renamed)
 }
 
 /// The words of an enum, as serde has them.
 fn choices(item: &ItemEnum) -> String {
-    let rename = serde(&item.attrs, "rename_all");
+    let rename_all = serde(&item.attrs, "rename_all");
+    let hyphen = if rename_all.as_deref() == Some("kebab-case") { "-" } else { "" };
+    let lower = |(at, letter): (usize, char)| {
+        let before = if at > 0 && letter.is_uppercase() { hyphen } else { "" };
+        format!("{before}{}", letter.to_lowercase())
+    };
     let words = item.variants.iter().map(|variant| {
         let name = variant.ident.to_string();
-        let word = serde(&variant.attrs, "rename").unwrap_or_else(|| match rename.as_deref() {
-            Some("kebab-case") => kebab(&name),
-            Some(_) => name.to_lowercase(),
-            None => name,
-        });
-        format!("`{word}`")
+        let renamed = || if rename_all.is_some() { name.char_indices().map(lower).collect() } else { name };
+        format!("`{}`", serde(&variant.attrs, "rename").unwrap_or_else(renamed))
     });
     words.collect::<Vec<_>>().join(", ")
-}
-
-fn kebab(name: &str) -> String {
-    let mut word = String::new();
-    for letter in name.chars() {
-        if letter.is_uppercase() && !word.is_empty() {
-            word.push('-');
-        }
-        word.extend(letter.to_lowercase());
-    }
-    word
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn types(text: &str) -> Vec<Types> {
-        let mut types = Types { structs: BTreeMap::new(), enums: BTreeMap::new() };
-        syn::parse_file(text).unwrap().items.into_iter().for_each(|item| types.add(item));
-        vec![types]
-    }
-
     fn tables(text: &str) -> Result<Vec<Table>> {
-        let types = types(text);
-        let mut page = Page { title: "File", types: types.iter().collect(), tables: Vec::new() };
-        page.add_tables_of("Whole")?;
+        let types = types(&[(PathBuf::new(), text.to_owned())])?;
+        let mut page = Page { title: "File", types: vec![&types], tables: Vec::new() };
+        page.add_tables(page.keys("Whole")?, "")?;
         Ok(page.tables)
     }
 

@@ -5,10 +5,11 @@
 //! module that is written and of the module that defines the name, so a parent that re-exports its children does not hide
 //! that one child uses another. Code under `#[cfg(test)]` may use anything and is left out.
 
+use crate::files;
 use anyhow::{Context, Result};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The names from the root of the crate to a module; the root has none.
 pub type ModulePath = Vec<String>;
@@ -20,14 +21,11 @@ pub struct Arrow {
     pub from: ModulePath,
     /// The module that the path names, or that defines the item that the path names.
     pub to: ModulePath,
-    /// The file with the path.
-    pub file: PathBuf,
 }
 
 /// One module, without its children.
 #[derive(Debug, Default)]
 struct Module {
-    file: PathBuf,
     /// Every path as written that can name another module of the crate.
     paths: BTreeSet<Vec<String>>,
     /// The names that `use` brings in, with their paths.
@@ -51,29 +49,22 @@ impl Modules {
     /// Reads every Rust file below the `src` folder of a crate.
     pub fn read(source: &Path) -> Result<Self> {
         let mut modules = Self::default();
-        for file in files(source)? {
-            let text = std::fs::read_to_string(&file)?;
-            modules.add_file(&path_of(source, &file), &file, &text)?;
+        for (file, text) in files(source, "rs")? {
+            let tokens = text.parse().ok().with_context(|| format!("{} is not Rust", file.display()))?;
+            modules.add(path_of(source, &file), tokens);
         }
         modules.remove_tests();
         Ok(modules)
     }
 
-    fn add_file(&mut self, path: &[String], file: &Path, text: &str) -> Result<()> {
-        let tokens: TokenStream = text.parse().ok().with_context(|| format!("{} is not Rust", file.display()))?;
-        self.add(path.to_vec(), file, tokens);
-        Ok(())
-    }
-
-    fn add(&mut self, path: ModulePath, file: &Path, tokens: TokenStream) {
+    fn add(&mut self, path: ModulePath, tokens: TokenStream) {
         let mut scan = Scan::default();
         scan.stream(tokens);
         for (name, body) in scan.inline {
-            self.add([path.as_slice(), &[name]].concat(), file, body);
+            self.add([path.as_slice(), &[name]].concat(), body);
         }
         // `main.rs` and `lib.rs` share the root.
         let module = self.0.entry(path).or_default();
-        module.file = file.to_path_buf();
         module.paths.extend(scan.module.paths);
         module.imports.extend(scan.module.imports);
         module.globs.extend(scan.module.globs);
@@ -89,21 +80,6 @@ impl Modules {
         self.0.retain(|path, _| !tests.iter().any(|test| path.starts_with(test)));
     }
 
-    /// The names of the modules directly below `parent`.
-    pub fn children(&self, parent: &[String]) -> BTreeSet<&str> {
-        let below = self.0.keys().filter(|path| path.starts_with(parent));
-        below.filter_map(|path| path.get(parent.len())).map(String::as_str).collect()
-    }
-
-    /// The first line of the documentation of a module, in lower case and without the full stop.
-    pub fn first_line(&self, module: &[String]) -> String {
-        let file = self.0.get(module).map(|module| module.file.clone()).unwrap_or_default();
-        let text = std::fs::read_to_string(file).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("//! ")).unwrap_or_default().trim_end_matches('.');
-        let mut chars = line.chars();
-        chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
-    }
-
     /// The paths of all modules, the root included.
     pub fn paths(&self) -> impl Iterator<Item = &ModulePath> {
         self.0.keys()
@@ -114,7 +90,7 @@ impl Modules {
         let mut arrows = BTreeSet::new();
         for (from, module) in &self.0 {
             for to in module.paths.iter().flat_map(|path| self.used_by(from, path)).filter(|to| to != from) {
-                arrows.insert(Arrow { from: from.clone(), to, file: module.file.clone() });
+                arrows.insert(Arrow { from: from.clone(), to });
             }
         }
         arrows
@@ -147,8 +123,7 @@ impl Modules {
 
     /// Follows each leading `super` to the parent.
     fn climb<'a>(&self, mut module: ModulePath, mut path: &'a [String]) -> Option<(ModulePath, &'a [String])> {
-        while let Some((first, rest)) = path.split_first().filter(|(first, _)| *first == "super") {
-            debug_assert_eq!(first, "super");
+        while let Some((_, rest)) = path.split_first().filter(|(first, _)| *first == "super") {
             module.pop()?;
             path = rest;
         }
@@ -200,23 +175,8 @@ impl Modules {
     }
 }
 
-/// Every Rust file below a folder.
-pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        if path.is_dir() {
-            found.extend(files(&path)?);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
 /// The module a file holds: `src/link/time.rs` is `["link", "time"]`, `src/link/mod.rs` is `["link"]`, the root is empty.
-pub fn path_of(source: &Path, file: &Path) -> ModulePath {
+fn path_of(source: &Path, file: &Path) -> ModulePath {
     let inside = file.strip_prefix(source).unwrap_or(file).with_extension("");
     let names = inside.iter().map(|name| name.to_string_lossy().into_owned());
     names.filter(|name| !matches!(name.as_str(), "lib" | "main" | "mod")).collect()
@@ -354,7 +314,7 @@ fn defines(word: &str) -> bool {
 }
 
 /// Whether an attribute contains `cfg(test)` or `cfg(all(test, ...))`.
-pub fn is_for_tests(attribute: TokenStream) -> bool {
+fn is_for_tests(attribute: TokenStream) -> bool {
     let text: String = attribute.to_string().chars().filter(|char| !char.is_whitespace()).collect();
     text == "cfg(test)" || text.starts_with("cfg(all(test,")
 }
@@ -382,7 +342,7 @@ pub mod tests {
         let mut modules = Modules::default();
         for (path, source) in [("", "")].iter().chain(sources) {
             let path: ModulePath = path.split("::").filter(|name| !name.is_empty()).map(str::to_owned).collect();
-            modules.add_file(&path, Path::new("made_up.rs"), source).unwrap();
+            modules.add(path, source.parse().unwrap());
         }
         modules.remove_tests();
         modules

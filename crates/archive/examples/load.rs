@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p profivac-archive --example load -- nats://127.0.0.1:4222 STATIONS GAUGES SAMPLES SECONDS`: each station has
 //! GAUGES series with SAMPLES samples a second each, one batch a second, for SECONDS seconds that end now. The archive has made the
-//! stream before. Prints what was published; `contrib/archive/load` runs it with all servers.
+//! stream before. Prints what was published; `contrib/archive/load.py` runs it with all servers.
 
 use async_nats::HeaderMap;
 use async_nats::jetstream::{self, context::PublishAckFuture};

@@ -1,28 +1,5 @@
 #![doc = include_str!("../README.md")]
-//!
-//! # Modules
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`bus`] | [`Bus`] and [`BusBuilder`]: open a port and become a master on it |
-//! | [`async_bus`] | [`AsyncBus`]: the same from several threads, and in any async runtime |
-//! | [`gauge`] | [`Gauge`]: pressure, parameters, commands |
-//! | [`names`] | parameters by the words or numbers of the manual |
-//! | [`values`] | values as text, and their octets |
-//! | [`pressure`] | [`Pressure`] with its units |
-//! | [`conditions`] | the conditions of a command |
-//! | [`settings`] | the settings of a gauge as a file; compare and restore |
-//! | [`cyclic`] | the cyclic data of a slave |
-//! | [`discover`] | finds out how to exchange data with a slave |
-//! | [`identify`] | the model of the device at an address |
-//! | [`address`] | a new station address for a slave |
-//! | [`gsd`] | the GSD file of a device |
-//! | [`st`] | function blocks for a PLC, in structured text |
-//! | [`records`] | records of a slave, independent of the service |
-//! | [`ms2`] | records over MS2 |
-//! | [`class1`] | records over MS1 and the parameter channel |
-//! | [`suggestion`] | suggestions for mistyped names |
-//! | `error` | [`ClientError`]: address, parameter, reason and advice |
+#![warn(missing_docs)]
 
 pub mod address;
 pub mod async_bus;

@@ -1,14 +1,4 @@
 #![doc = include_str!("../README.md")]
-//!
-//! ## Modules
-//!
-//! | Module | Contents |
-//! |---|---|
-//! | [`probe`] | the station that sends any octets and keeps the answer |
-//! | [`expected`] | what a rule expects, and why one was not tested |
-//! | [`dialogue`] | requests, answers, and the steps of a check |
-//! | [`checks`] | the rules |
-//! | [`port_link`] | the link through a port, in real time |
 
 pub mod checks;
 pub mod dialogue;

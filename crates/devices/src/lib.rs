@@ -3,17 +3,7 @@
 //! The crate knows neither telegrams nor bit times. A device implements [`profivac_dp::slave::Device`] for the bus and
 //! [`SimulatedDevice`] for the program that gives it pressure, faults and time.
 //!
-//! | Module | Contents |
-//! |---|---|
-//! | [`model`] | rows, blocks, telegrams, units, codes: tables, no behaviour |
-//! | [`store`] | the nonvolatile memory of a device |
-//! | [`SimulatedDevice`] and the types around it | a device without hardware |
-//! | [`reading`] | the quality of a reading, which all programs share |
-//! | [`profile`] | the features that all block devices share |
-//! | [`bcg450`], [`img400`], [`pxg55x`], [`tpg`], [`xpg400`] | one device or family each: its tables beside its behaviour |
-//! | [`catalog`] | all models, by name and by Ident_Number |
-//!
-//! A module depends only on modules above it in this table. A simulated gauge:
+//! A simulated gauge:
 //!
 //! ```
 //! use profivac_devices::SimulatedDevice;
@@ -90,7 +80,7 @@
 //!    behaviour with its sections, and `property.rs`. `cargo xtask goldens` writes the tables to
 //!    `tests/golden/NAME.txt`: read them against the manual once more.
 #![no_std]
-#![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod bcg450;
 pub mod catalog;

@@ -10,7 +10,7 @@
 //!
 //! Modules depend downwards only: `slave` and `master` use `link`, and neither knows the parameters of a device.
 #![no_std]
-#![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod link;
 pub mod master;

@@ -1,11 +1,4 @@
 //! The points of a station as registers of Modbus TCP: functions 3, 4 and 43/14, nothing that writes.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`map`] | which register shows which point |
-//! | [`image`] | the contents of all registers at one moment |
-//! | [`pdu`] | requests and answers as octets |
-//! | `server` | connections with their limits |
 
 pub mod image;
 pub mod map;

@@ -7,16 +7,6 @@
 //!
 //! A will belongs to a connection, and plain topics and Sparkplug have different wills; so each has a connection of its own. The gateway
 //! publishes and takes no writes: the only command that it executes is Sparkplug's rebirth.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`message`] | a message to be published |
-//! | [`topic`] | names of the station as levels of a topic |
-//! | [`tracker`] | which points are to be published next |
-//! | [`connection`] | one connection to a broker |
-//! | [`plain`] | plain topics and Home Assistant's discovery |
-//! | [`sparkplug`] | the edge node of Sparkplug B |
-//! | [`names`] | what is published, as a table |
 
 pub mod connection;
 pub mod message;

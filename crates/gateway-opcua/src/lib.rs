@@ -1,21 +1,4 @@
 //! The points of a station as an OPC UA server.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`plan`] | the nodes of a station: identifiers, browse names, places |
-//! | [`types`] | the types of DI and PA-DIM |
-//! | [`alarms`] | alarms as conditions: events, acknowledgement, refresh |
-//! | [`standard`] | limits of monitored items, the methods of conditions, which belong to the namespace of OPC UA |
-//! | [`value`] | values of points as values of OPC UA |
-//! | [`space`] | the nodes in the address space of the library |
-//! | [`filters`] | filters of events, as far as they may be evaluated |
-//! | [`history`] | raw history from the record |
-//! | [`users`] | logins |
-//! | [`certificates`] | the folder of the certificates |
-//! | [`abandoned`] | what subscriptions leave in the memory |
-//! | [`relay`] | connections: their number, and clients that take no answers |
-//! | [`manager`] | the station's part of the server |
-//! | [`server`] | endpoints, limits, the loop that brings new values |
 
 pub mod abandoned;
 pub mod alarms;

@@ -1,11 +1,4 @@
 //! The points of a station as metrics for Prometheus: OpenMetrics text at `/metrics`.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`exposition`] | the text formats |
-//! | [`family`] | the metric of each signal, names and labels |
-//! | [`metrics`] | the metrics of a snapshot |
-//! | `http` | requests, tokens, the text that all scrapes of a snapshot share |
 
 pub mod exposition;
 pub mod family;

@@ -7,18 +7,6 @@
 //! A *point* is one value of the station: the pressure of a reading, the state of a segment, the text of an alarm. The model publishes
 //! immutable [`Snapshot`]s. A gateway waits for the next one and compares it with the one it has served last, so there is no queue
 //! that could grow, and a slow client gets the newest value of each point.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`state`] | the states of a reading, and their codes in each protocol |
-//! | [`signal`] | what a point says about its subject |
-//! | [`point`] | points and their values |
-//! | [`plant`] | the points of a station |
-//! | [`model`] | the snapshots over time |
-//! | [`command`] | writing, through the control of the station |
-//! | [`names`] | what a gateway publishes, as a table |
-//! | [`socket`] | keep-alive of the connections of clients |
-//! | [`thread`] | a gateway on a thread of its own |
 
 pub mod command;
 pub mod model;

@@ -1,12 +1,6 @@
 //! Vacuum plants identified from their data.
 //!
 //! Units: pressures in Pa, volumes in m³, gas flows in Pa m³/s, pumping speeds in m³/s, temperatures in K, times in s.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`rise`] | a rate of rise, separated into leak and outgassing |
-//! | [`plant`] | a joint fit of pump-down, base pressure and rise, and what follows from it |
-//! | [`spray`] | helium at a leak, recognised by its shape |
 
 // The plants of the tests know the crate by this name.
 #[cfg(test)]

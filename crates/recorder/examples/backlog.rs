@@ -5,7 +5,7 @@
 //! cargo run --release -p profivac-recorder --example backlog -- record.db 7 chamber foreline
 //! ```
 //!
-//! Each series has a sample a second. Prints the number of batches that wait. `contrib/archive/cases` lets a station send them.
+//! Each series has a sample a second. Prints the number of batches that wait. `contrib/archive/cases.py` lets a station send them.
 
 use profivac_recorder::clock::ClockTime;
 use profivac_recorder::{Clock, Forward, Micros, Quality, Recorder, Sample, Settings};

@@ -6,31 +6,6 @@
 //! event, alarms, audit ─────────────────────┘
 //! ```
 //!
-//! | Module | Holds |
-//! |---|---|
-//! | [`quality`] | why a sample has no pressure, or that it has one |
-//! | [`validity`] | the quality and the freshness of a reading |
-//! | [`sample`] | a pressure with its quality and time |
-//! | [`event`] | something that happened |
-//! | [`deadband`] | the deadband on the logarithm of pressure |
-//! | [`ring`] | the full sample rate around events |
-//! | [`spans`] | summaries of 10 s to 6 h |
-//! | [`error`] | why a database cannot be used |
-//! | [`schema`] | tables, versions, migrations |
-//! | `connection` | opening a database |
-//! | `lock` | one recorder per database |
-//! | [`database`] | transactions and retention |
-//! | [`audit`] | the audit trail: rows that are only added |
-//! | [`alarms`] | alarm states, their history, queued notifications |
-//! | [`reader`] | trends, samples, events |
-//! | [`export`] | samples as rows and as CSV, chunk by chunk |
-//! | `parquet` | samples as a Parquet file, with the feature of that name |
-//! | [`backup`] | a consistent copy of the database while it is written |
-//! | [`outbox`], [`batch`] | the rows once more as numbered batches for an archive, and their format |
-//! | [`clock`] | the clocks of a recorder, steps of the system clock |
-//! | [`retention`] | recorded time, and which rows are older than their retention |
-//! | [`writer`] | the thread that owns the database |
-//!
 //! Beside the database SQLite keeps its log (`-wal`, `-shm`) while it is open. The recorder keeps the lock file `-lock`, so that no
 //! other station writes to the database; this file may remain.
 //!

@@ -3,8 +3,6 @@
 //! The crate `virtual` is optimised, because its scenarios last for days. The code that reads the file is most of what the compiler
 //! would optimise there, and it runs once: so it is a crate of its own.
 
-#![allow(missing_docs, reason = "the fields are the keys of the file, and docs/scenarios.md explains them")]
-
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use toml::Spanned;

@@ -2,7 +2,7 @@
 //! numbers in decimal and IDENT, CFG and USER_PRM in hexadecimal digits.
 //!
 //! Prints a line for each event: `exchanging`, `offline`, `diagnosis FLAGS IDENT MASTER`, `inputs OCTETS`. A line of hexadecimal
-//! digits on standard input becomes the outputs. Ends with standard input. `firmware/check` runs it against a gauge in QEMU.
+//! digits on standard input becomes the outputs. Ends with standard input. `firmware/check.py` runs it against a gauge in QEMU.
 
 use profirust::Baudrate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};

@@ -4,7 +4,7 @@
 //! process, the number of faults of each kind, and whether all gauges are in data exchange at the end. PROFIVAC_BENCH_SECONDS makes
 //! it shorter.
 
-#![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
+#![allow(clippy::unwrap_used, reason = "a benchmark")]
 
 #[path = "../tests/support/mod.rs"]
 mod support;

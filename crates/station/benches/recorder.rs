@@ -3,7 +3,7 @@
 //! The year is written once and takes minutes and gigabytes: PROFIVAC_BENCH_SAMPLES sets the number of samples (by
 //! default a hundred million, one every 0.3 s).
 
-#![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
+#![allow(clippy::unwrap_used, reason = "a benchmark")]
 
 use profivac_recorder::alarms::AlarmBatch;
 use profivac_recorder::database::Database;

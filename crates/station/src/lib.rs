@@ -1,33 +1,4 @@
 //! The station software: it watches the gauges of all segments, records them, raises alarms, and serves a dashboard.
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`client_tls`] | TLS to servers of others |
-//! | [`host_name`] | host names in requests and in the station's file |
-//! | [`http_client`] | one HTTP request to a server of others |
-//! | [`visible_text`] | names, reasons and comments that users type |
-//! | [`pumpdown`] | pump-downs in the recorded pressures |
-//! | [`identification`] | plants identified from recorded pressures |
-//! | [`web`] | the dashboard, embedded in the program |
-//! | [`recording`] | the recorder as the threads share it |
-//! | [`auth`] | users, roles, sessions |
-//! | [`view`] | what the API shows |
-//! | [`bus`] | the state of the lines of all segments, and their captures |
-//! | [`plant`] | the picture of the plant, and the states of its parts |
-//! | [`snapshot`] | the latest snapshot of each segment |
-//! | [`alarm`] | alarms after ISA-18.2 |
-//! | [`config`] | the station's file |
-//! | [`alarm_editor`] | settings of alarms, changed in the file and in the running station |
-//! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
-//! | [`report`] | a page about a pump-down |
-//! | [`gateway_status`] | the state of the gateways to control systems |
-//! | [`comparison`] | pump-downs beside the usual ones |
-//! | [`webhook`] | notifications about alarms over HTTP |
-//! | [`segment`] | a thread for each port, with a master and its gauges |
-//! | [`services`] | what the threads share |
-//! | [`station`] | the running station |
-//! | [`api`] | the API over HTTP |
-//! | [`server`] | API and dashboard on a socket |
 
 // The types and handlers keep the attributes of the description, which expand to nothing then (docs/decisions, 426).
 #[cfg(not(feature = "openapi"))]

@@ -15,17 +15,6 @@
 //! plant.advance(600.0);
 //! assert!(plant.mixture(chamber).total() < 1.0);
 //! ```
-//!
-//! | Module | Holds |
-//! |---|---|
-//! | [`gas`] | gases and mixtures |
-//! | [`atmosphere`] | the air around a plant |
-//! | [`conductance`] | flow through tubes, openings and leaks |
-//! | [`pump`] | roughing, turbomolecular and capture pumps |
-//! | [`permeation`] | gas through seals |
-//! | [`surface`] | outgassing of walls |
-//! | [`sensor`] | sensors of gauges: signals and measurement errors |
-//! | [`network`] | a plant of volumes, tubes, pumps and walls, and its state over time |
 
 pub mod atmosphere;
 pub mod conductance;

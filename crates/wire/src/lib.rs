@@ -42,7 +42,7 @@
 //! The crate is `no_std` without an allocator and has no default features. `defmt` derives `defmt::Format` for the public
 //! types.
 #![no_std]
-#![warn(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 pub mod acyclic;
 pub mod address;

@@ -1,18 +1,14 @@
 //! The form of a citation: the name of a document and a list of its sections.
 //!
 //! `profibus-wire 1.9 and 1.10`, `errata-bpg-bcg-tpg 2 to 37, 39`, `BG 5530 4.4.1 (ID 205), App. D`,
-//! `profibus-wire 9.4, point 36`. Brackets after a section do not end the list. Numbers after `table`,
-//! `ID`, `step` or `part` have no anchor; the check ignores them.
+//! `profibus-wire 9.4, point 36`. Brackets after a section do not end the list; any other word does.
 
-use super::library::{Document, Library};
+use super::library::Document;
 
 /// A named document and the list of its places.
-#[derive(Debug)]
 pub struct Citation<'l> {
     /// The position of the name in the text.
     pub at: usize,
-    /// The position of the end of the list.
-    pub end: usize,
     /// The document, or a name that belongs to no document.
     pub document: Result<&'l Document, String>,
     /// Its sections and points.
@@ -20,59 +16,54 @@ pub struct Citation<'l> {
 }
 
 /// A place in a document.
-#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// One section.
     Section(String),
     /// All sections from the first to the last.
     Range(String, String),
-    /// A point of a section; of a range of points, the first and the last. Without a section the document has no such point.
-    Point(Option<String>, u32),
+    /// A point of a section; of a range of points, the first and the last.
+    Point(String, u32),
 }
 
 /// All citations in a text.
-pub fn citations<'l>(text: &str, library: &'l Library) -> Vec<Citation<'l>> {
+pub fn citations<'l>(text: &str, library: &'l [Document]) -> Vec<Citation<'l>> {
     let mut found = Vec::new();
-    let mut at = 0;
-    while let Some(rest) = text.get(at..) {
-        let Some(first) = rest.chars().next() else { break };
-        let begins = is_begin(text.get(..at).and_then(|before| before.chars().next_back()));
-        let named = if begins { name(rest, library) } else { None };
-        at = match named {
-            Some((document, length)) => {
-                let (places, end) = list(text, at + length);
-                found.push(Citation { at, end, document, places });
-                end
-            }
-            None => at + first.len_utf8(),
-        };
+    // Few words begin like a name, and this question is quick.
+    let names = library.iter().flat_map(|known| &known.names);
+    let firsts: Vec<char> = names.filter_map(|name| name.chars().next()).chain("eEpPtTB".chars()).collect();
+    let (mut at, mut before) = (0, None);
+    while let Some((rest, first)) = text.get(at..).and_then(|rest| Some((rest, rest.chars().next()?))) {
+        let inside = before.is_some_and(|char: char| char.is_alphanumeric() || "-_/.".contains(char));
+        let named = if inside || !firsts.contains(&first) { None } else { name(rest, library) };
+        if let Some((document, length)) = named {
+            let (places, end) = list(text, at + length);
+            found.push(Citation { at, document, places });
+            (at, before) = (end, None);
+        } else {
+            (at, before) = (at + first.len_utf8(), Some(first));
+        }
     }
     found
 }
 
-/// Whether a name may begin after this text.
-fn is_begin(before: Option<char>) -> bool {
-    !before.is_some_and(|char| char.is_alphanumeric() || matches!(char, '-' | '_' | '/' | '.'))
-}
-
 /// The document whose name begins a text, or a word that looks like a name and belongs to no document, with the length of the name.
-fn name<'l>(text: &str, library: &'l Library) -> Option<(Result<&'l Document, String>, usize)> {
-    if let Some((document, name)) = library.at_start_of(text) {
+fn name<'l>(text: &str, library: &'l [Document]) -> Option<(Result<&'l Document, String>, usize)> {
+    let digit = |text: &str| text.starts_with(|char: char| char.is_ascii_digit());
+    let named = library.iter().flat_map(|document| document.names.iter().map(move |name| (document, name)));
+    let begins = |name: &str| text.strip_prefix(name).is_some_and(|rest| is_end(rest, "_"));
+    if let Some((document, name)) = named.filter(|(_, name)| begins(name)).max_by_key(|(_, name)| name.len()) {
         return Some((Ok(document), name.len()));
     }
     let end = text.find(|char: char| !char.is_ascii_alphanumeric() && char != '-').unwrap_or(text.len());
     let (word, rest) = text.split_at_checked(end)?;
-    let digit = |text: &str| text.bytes().next().is_some_and(|byte| byte.is_ascii_digit());
+    let lower = word.to_ascii_lowercase();
+    let manual = ["tira", "tina", "tima"].iter().any(|begin| lower.strip_prefix(begin).is_some_and(digit));
     let section = rest.strip_prefix(' ').is_some_and(digit);
-    let manual = ["tira", "tina", "tima"].iter().any(|begin| word.strip_prefix(begin).is_some_and(digit));
-    let of_us = word.starts_with("errata-") || word.starts_with("profibus-") && section;
-    let looks_like = |known: &Document| section && known.ours && known.name().eq_ignore_ascii_case(word);
-    if manual || of_us || library.documents().any(looks_like) {
+    if manual || section && ["errata-", "profibus-"].iter().any(|begin| lower.starts_with(begin)) {
         return Some((Err(word.to_owned()), word.len()));
     }
-    let number = text.strip_prefix("BG ").filter(|number| digit(number))?;
-    let length = number.find(|char: char| !char.is_ascii_digit()).unwrap_or(number.len());
-    Some((Err(text.get(..3 + length)?.to_owned()), 3 + length))
+    let number = text.strip_prefix("BG ").and_then(number)?;
+    Some((Err(format!("BG {number}")), 3 + number.len()))
 }
 
 /// The meaning of the numbers of a list.
@@ -81,54 +72,32 @@ enum Count {
     Sections,
     Appendices,
     Points,
-    Other,
 }
 
 /// The words before numbers.
-const WORDS: [(&str, Count); 20] = [
-    ("App. ", Count::Appendices),
-    ("Appendix ", Count::Appendices),
-    ("appendix ", Count::Appendices),
-    ("Appendices ", Count::Appendices),
-    ("appendices ", Count::Appendices),
-    ("points ", Count::Points),
-    ("point ", Count::Points),
-    ("rules ", Count::Points),
-    ("rule ", Count::Points),
-    ("transitions ", Count::Points),
-    ("transition ", Count::Points),
-    ("sections ", Count::Sections),
-    ("section ", Count::Sections),
-    ("tables ", Count::Other),
-    ("table ", Count::Other),
-    ("IDs ", Count::Other),
-    ("ID ", Count::Other),
-    ("step ", Count::Other),
-    ("parts ", Count::Other),
-    ("part ", Count::Other),
+const WORDS: [(Count, &[&str]); 3] = [
+    (Count::Sections, &["section "]),
+    (Count::Appendices, &["App. ", "Appendix ", "Appendices "]),
+    (Count::Points, &["point ", "points ", "rule ", "rules ", "transition ", "transitions "]),
 ];
 
 /// The list that begins at a position in a text, and its end.
-pub fn list(text: &str, begin: usize) -> (Vec<Place>, usize) {
+fn list(text: &str, begin: usize) -> (Vec<Place>, usize) {
     let mut places = Vec::new();
-    let mut section: Option<String> = None;
-    let mut count = Count::Sections;
-    let mut to = false;
-    let mut end = begin;
+    let mut section = String::new();
+    let (mut count, mut to, mut end) = (Count::Sections, false, begin);
     let mut at = begin + text.get(begin..).map_or(0, |rest| usize::from(rest.starts_with(' ')));
     while let Some((kind, id, length)) = item(text.get(at..).unwrap_or(""), count) {
         count = kind;
         match (kind, places.last_mut()) {
-            (Count::Other, _) => {}
             (Count::Points, _) => places.extend(id.parse().ok().map(|point| Place::Point(section.clone(), point))),
             (_, Some(last @ Place::Section(_))) if to => {
-                let first = section.take().unwrap_or_default();
-                *last = Place::Range(first, id.clone());
+                *last = Place::Range(std::mem::take(&mut section), id.to_owned());
             }
-            _ => places.push(Place::Section(id.clone())),
+            _ => places.push(Place::Section(id.to_owned())),
         }
-        if matches!(kind, Count::Sections | Count::Appendices) {
-            section = Some(id);
+        if kind != Count::Points {
+            section = id.to_owned();
         }
         end = at + length;
         let Some((step, is_to)) = separator(text.get(end..).unwrap_or("")) else { break };
@@ -138,41 +107,31 @@ pub fn list(text: &str, begin: usize) -> (Vec<Place>, usize) {
 }
 
 /// A number with the word before it, if any, and its length.
-fn item(text: &str, count: Count) -> Option<(Count, String, usize)> {
-    let word = WORDS.iter().find(|(word, _)| text.starts_with(word));
-    let (count, skip) = word.map_or((count, 0), |(word, count)| (*count, word.len()));
-    let rest = text.get(skip..)?;
-    let letter = count == Count::Appendices || count == Count::Other;
-    let id =
-        if letter && rest.starts_with(|char: char| char.is_ascii_uppercase()) { rest.get(..1)? } else { number(rest)? };
-    let ends = is_end(rest.get(id.len()..)?);
+fn item(text: &str, count: Count) -> Option<(Count, &str, usize)> {
+    let behind =
+        |(count, words): &(Count, &[&str])| Some((words.iter().find_map(|word| text.strip_prefix(word))?, *count));
+    let word = WORDS.iter().find_map(behind);
+    let (rest, count) = word.unwrap_or((text, count));
+    let letter = count == Count::Appendices && rest.starts_with(|char: char| char.is_ascii_uppercase());
+    let id = if letter { rest.get(..1)? } else { number(rest)? };
     // Points are whole numbers; after them, a number with a dot is a section again.
     let count = if id.contains('.') && word.is_none() { Count::Sections } else { count };
-    ends.then(|| (count, id.to_owned(), skip + id.len()))
+    is_end(rest.get(id.len()..)?, "%_'").then_some((count, id, text.len() - rest.len() + id.len()))
 }
 
 /// The number with dots at the start of a text.
-pub fn number(text: &str) -> Option<&str> {
-    let mut end = 0;
-    for part in text.split('.') {
-        let digits = part.bytes().take_while(u8::is_ascii_digit).count();
-        if digits == 0 {
-            break;
-        }
-        end += digits + usize::from(end > 0);
-        if digits < part.len() {
-            break;
-        }
-    }
-    text.get(..end).filter(|number| !number.is_empty())
+fn number(text: &str) -> Option<&str> {
+    let length = text.find(|char: char| !char.is_ascii_digit() && char != '.').unwrap_or(text.len());
+    let number = text.get(..length)?.trim_end_matches('.');
+    (number.starts_with(|char: char| char.is_ascii_digit()) && !number.contains("..")).then_some(number)
 }
 
-/// Whether a number ends before this.
-fn is_end(rest: &str) -> bool {
+/// Whether a name or a number ends before this: no letter, digit or sign of `others`, and no hyphen within a word.
+fn is_end(rest: &str, others: &str) -> bool {
     let mut next = rest.chars();
     match next.next() {
         Some('-') => !next.next().is_some_and(char::is_alphanumeric),
-        Some(char) => !char.is_alphanumeric() && !matches!(char, '%' | '_' | '\''),
+        Some(char) => !char.is_alphanumeric() && !others.contains(char),
         None => true,
     }
 }
@@ -187,107 +146,61 @@ fn separator(text: &str) -> Option<(usize, bool)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::library::tests::library;
+    use super::super::tests::library;
     use super::*;
 
-    fn cited(text: &str) -> Vec<(String, Vec<Place>)> {
+    /// The places of the one citation in a text: `2.4`, `2.8-2.10`, `9.4#36`.
+    fn one(text: &str) -> String {
         let library = library();
-        let found = citations(text, &library).into_iter();
-        found
-            .map(|one| {
-                (one.document.map_or_else(|name| format!("?{name}"), |known| known.name().to_owned()), one.places)
-            })
-            .collect()
-    }
-
-    fn section(id: &str) -> Place {
-        Place::Section(id.to_owned())
-    }
-
-    fn range(from: &str, to: &str) -> Place {
-        Place::Range(from.to_owned(), to.to_owned())
-    }
-
-    fn point(section: &str, number: u32) -> Place {
-        Place::Point(Some(section.to_owned()), number)
-    }
-
-    fn one(text: &str) -> Vec<Place> {
-        let mut found = cited(text);
+        let found = citations(text, &library);
         assert_eq!(found.len(), 1, "{text}");
-        found.remove(0).1
+        let places = found[0].places.iter().map(|place| match place {
+            Place::Section(id) => id.clone(),
+            Place::Range(from, to) => format!("{from}-{to}"),
+            Place::Point(section, number) => format!("{section}#{number}"),
+        });
+        places.collect::<Vec<_>>().join(" ")
     }
 
     #[test]
-    fn a_section_ends_before_punctuation() {
-        for text in [
-            "bus-wire 1.2",
-            "bus-wire 1.2.",
-            "(bus-wire 1.2)",
-            "bus-wire 1.2: text",
-            "bus-wire 1.2 |",
-            "bus-wire 1.2 says 3.4",
+    fn a_section_ends_before_punctuation_and_a_quantity_is_none() {
+        for rest in
+            ["", ".", ")", ": text", " |", " says 3.4", " allows 1 to 240 octets", ", 8h", ", 50% of it", ", ID 5"]
+        {
+            assert_eq!(one(&format!("(bus-wire 1.2{rest}")), "1.2", "{rest}");
+        }
+    }
+
+    #[test]
+    fn lists_have_sections_ranges_appendices_and_points_of_the_section_before() {
+        for (text, places) in [
+            ("bus-wire 1.9 and 1.10.", "1.9 1.10"),
+            ("bus-wire 2.8 to 2.10, 3.3 and 3.8.", "2.8-2.10 3.3 3.8"),
+            ("errata-one 1, 3 to 10, and 12", "1 3-10 12"),
+            ("errata-one 25 (yes) and 153 (no)", "25 153"),
+            ("BG 12 App. D and E.", "D E"),
+            ("tira01e1 1.2, Appendix A, 3.1", "1.2 A 3.1"),
+            ("bus-wire 10, points 9 and 10.", "10 10#9 10#10"),
+            ("bus-wire 4.9, rule 4, 5.1", "4.9 4.9#4 5.1"),
+            ("bus-wire 2.6 and 3.2, transitions 8 to 11", "2.6 3.2 3.2#8 3.2#11"),
         ] {
-            assert_eq!(one(text), [section("1.2")], "{text}");
+            assert_eq!(one(text), places, "{text}");
         }
     }
 
     #[test]
-    fn lists_and_ranges() {
-        assert_eq!(one("bus-wire 1.9 and 1.10."), [section("1.9"), section("1.10")]);
-        assert_eq!(one("bus-wire 2.3, 2.4"), [section("2.3"), section("2.4")]);
-        assert_eq!(one("bus-wire 2.8 to 2.10, 3.3 and 3.8."), [range("2.8", "2.10"), section("3.3"), section("3.8")]);
-        assert_eq!(one("errata-one 1, 3 to 10, and 12"), [section("1"), range("3", "10"), section("12")]);
-    }
-
-    #[test]
-    fn points_rules_and_transitions_belong_to_the_section_before() {
-        assert_eq!(one("bus-wire 9.4, point 36)"), [section("9.4"), point("9.4", 36)]);
-        assert_eq!(one("bus-wire 10, points 9 and 10."), [section("10"), point("10", 9), point("10", 10)]);
-        assert_eq!(
-            one("bus-wire 4.9, rules 4 and 6, 5.1"),
-            [section("4.9"), point("4.9", 4), point("4.9", 6), section("5.1")]
-        );
-        assert_eq!(
-            one("bus-wire 2.6 and 3.2, transitions 8 to 11"),
-            [section("2.6"), section("3.2"), point("3.2", 8), point("3.2", 11)]
-        );
-    }
-
-    #[test]
-    fn appendices_and_what_has_no_anchor() {
-        assert_eq!(one("BG 12 App. D and E."), [section("D"), section("E")]);
-        assert_eq!(one("tira01e1 1.2, Appendix A, 3.1"), [section("1.2"), section("A"), section("3.1")]);
-        assert_eq!(one("BG 12 tables 1 to 4, Appendix B"), [section("B")]);
-        assert_eq!(one("BG 12 4.4.4, ID 107: codes"), [section("4.4.4")]);
-    }
-
-    #[test]
-    fn brackets_do_not_end_a_list() {
-        assert_eq!(one("errata-one 25 (yes) and 153 (no)"), [section("25"), section("153")]);
-        assert_eq!(one("BG 12 4.4.1 (ID 205), 4.4.4"), [section("4.4.1"), section("4.4.4")]);
-    }
-
-    #[test]
-    fn documents_follow_each_other() {
-        let names: Vec<String> =
-            cited("tira01e1 4.3, BG 12 4.3.2; errata-one 7").into_iter().map(|(name, _)| name).collect();
-        assert_eq!(names, ["tira01e1", "BG 12", "errata-one"]);
-    }
-
-    #[test]
-    fn a_quantity_is_no_section() {
-        assert_eq!(one("bus-wire 1.2 allows 1 to 240 octets"), [section("1.2")]);
-        assert_eq!(one("bus-wire 1.2, 8h"), [section("1.2")]);
-        assert_eq!(one("bus-wire 1.2, 50% of it"), [section("1.2")]);
-    }
-
-    #[test]
-    fn a_name_that_is_misspelt_is_noticed() {
-        for name in ["errata-two", "errata-one-more", "profibus-wires", "tira02e1", "tina40e9", "BG 13", "Bus-Wire"] {
-            let found = cited(&format!("after {name} 1.2"));
-            assert_eq!(found.first().map(|(name, _)| name.clone()), Some(format!("?{name}")), "{name}");
+    fn the_longest_name_wins_and_a_misspelt_one_is_noticed() {
+        let library = library();
+        let names = |text: &str| -> Vec<String> {
+            let found = citations(text, &library).into_iter();
+            found
+                .map(|one| one.document.map_or_else(|name| format!("?{name}"), |known| known.names[0].clone()))
+                .collect()
+        };
+        assert_eq!(names("tira01e1-a 4.3, BG 12 4.3.2; errata-one 7"), ["tira01e1", "BG 12", "errata-one"]);
+        for name in ["errata-two", "errata-one-more", "profibus-wires", "Profibus-wire", "tira01e12", "BG 13"] {
+            assert_eq!(names(&format!("after {name} 1.2")), [format!("?{name}")]);
         }
-        assert!(cited("profibus-gauges, the crate; my-errata-two; BG509731-A; docs/errata-two.md").is_empty());
+        assert_eq!(names("profibus-gauges, the crate; my-errata-two; BG509731-A; docs/errata-two.md"), [""; 0]);
     }
 }

@@ -126,11 +126,11 @@ fn running(
     known: Option<Micros>,
     now: Micros,
 ) -> Result<Option<PumpDown>, DatabaseError> {
-    let froms = match known {
+    let ranges = match known {
         Some(start) => vec![(before(start, 600), WIDTH_S)],
         None => vec![(before(now, FOUND_WITHIN_S), WIDTH_S), (before(now, COMPARED_FOR_S as i64), LONG_WIDTH_S)],
     };
-    for (start, width) in froms {
+    for (start, width) in ranges {
         let range = TimeRange { start, end: now };
         let found = pump_downs_in(reader, &[series.to_owned()], range, width)?;
         let Some(one) = found.last().copied() else { return Ok(None) };

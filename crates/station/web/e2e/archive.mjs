@@ -1,4 +1,4 @@
-// The page of an archive in a browser. contrib/archive/view starts stations and archives, and names their addresses: ARCHIVE without users, ARCHIVE_USERS
+// The page of an archive in a browser. contrib/archive/view.py starts stations and archives, and names their addresses: ARCHIVE without users, ARCHIVE_USERS
 // with the operator ada. PICTURES is a folder for the picture of docs/archive.md. The alarm of station-0 is acknowledged, that of station-1 is not.
 
 import assert from 'node:assert/strict'

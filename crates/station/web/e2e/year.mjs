@@ -1,4 +1,4 @@
-// How long a chart of a year takes: contrib/archive/year runs `node year.mjs ADDRESS TIMES`. The address is that of the chart. Prints medians in
+// How long a chart of a year takes: contrib/archive/year.py runs `node year.mjs ADDRESS TIMES`. The address is that of the chart. Prints medians in
 // seconds as JSON: `choice` from the choice of the year on an open page, `opened` from the navigation of a browser without a cache.
 
 import { openPage, startBrowser } from './setup.mjs'

@@ -1,4 +1,4 @@
-//! Counts the instructions of a BCG450 for each service: `firmware/check` prints them.
+//! Counts the instructions of a BCG450 for each service: `firmware/check.py` prints them.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Takes the pictures of docs/report.md, in three minutes: docs/pictures/report [FOLDER]
+# Takes the pictures of docs/report.md, in three minutes: docs/pictures/report.sh [FOLDER]
 # The demonstration is recorded, a station's file says what its gauges are, and Chromium shows the page.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -2,7 +2,7 @@
 """Writes the examples of the Python package as programs into a folder, so that mypy checks them: those of the README, of the pages in
 docs, of the notebooks and of the docstrings.
 
-    ci/python_examples FOLDER
+    ci/python_examples.py FOLDER
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Builds the book of docs/ below target/book/html, and follows every link between its pages.
 
-ci/book [--program FILE] [--mdbook FILE]
+ci/book.py [--program FILE] [--mdbook FILE]
 
 Needs mdBook. Without --mdbook it is installed below target/tools, which compiles it for a minute; ./test long runs this, ./test does not.
 Without --program it is built with `cargo build`. The pages are those of docs/SUMMARY.md and these, made anew in each run: the commands

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Builds the Debian package of this computer's architecture.
-#   contrib/debian/build                     compiles the program and writes target/debian/profivac_VERSION_ARCHITECTURE.deb
-#   contrib/debian/build --program FILE      packs this program
-#   contrib/debian/build --revision N        a higher revision of the same version; the default is 1
-#   contrib/debian/build --compression LEVEL the level of xz from 0 to 9; the default is that of dpkg-deb. A minute of a processor less at 0
+#   contrib/debian/build.sh                     compiles the program and writes target/debian/profivac_VERSION_ARCHITECTURE.deb
+#   contrib/debian/build.sh --program FILE      packs this program
+#   contrib/debian/build.sh --revision N        a higher revision of the same version; the default is 1
+#   contrib/debian/build.sh --compression LEVEL the level of xz from 0 to 9; the default is that of dpkg-deb. A minute of a processor less at 0
 # Prints the path of the package. Man pages and completions come from the program itself.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -17,7 +17,7 @@ while [ $# -gt 0 ]; do
     --revision) revision=${2:?"--revision needs a number"} ;;
     --compression) compression=(-Zxz "-z${2:?"--compression needs a level"}") ;;
     *)
-        echo 'usage: contrib/debian/build [--program FILE] [--revision N] [--compression LEVEL]' >&2
+        echo 'usage: contrib/debian/build.sh [--program FILE] [--revision N] [--compression LEVEL]' >&2
         exit 2
         ;;
     esac

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Runs profivac in a virtual machine whose kernel drives a 16550A, an FTDI adapter and a CDC-ACM device.
 
-ci/serial_vm/run PROGRAM            the steps of ./test; compares the table in docs/adapters.md
-ci/serial_vm/run PROGRAM --write    the same, and writes the table into docs/adapters.md
-ci/serial_vm/run PROGRAM STEP ...   only these steps, without the table: rates, locks, replug ...
-ci/serial_vm/run PROGRAM --long     only 100 scans and 100 reads at 9600 and 19200 bit/s on the 16550A, each with one try
+ci/serial_vm/run.py PROGRAM            the steps of ./test; compares the table in docs/adapters.md
+ci/serial_vm/run.py PROGRAM --write    the same, and writes the table into docs/adapters.md
+ci/serial_vm/run.py PROGRAM STEP ...   only these steps, without the table: rates, locks, replug ...
+ci/serial_vm/run.py PROGRAM --long     only 100 scans and 100 reads at 9600 and 19200 bit/s on the 16550A, each with one try
 
 Exit code 0: every step had its outcome. Everything else is printed.
 """

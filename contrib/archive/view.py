@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the view of all stations: contrib/archive/view PROGRAM [--browser]
+"""Checks the view of all stations: contrib/archive/view.py PROGRAM [--browser]
 
 Two stations with virtual gauges, one server of NATS, PostgreSQL and two archives, the second one with users. What the API of the view answers is
 compared with the database; an operator acknowledges an alarm of a station; wrong and hostile requests get their answer; PostgreSQL and a station are killed
@@ -23,7 +23,7 @@ import urllib.request
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-example = runpy.run_path(str(Path(__file__).with_name("example")))
+example = runpy.run_path(str(Path(__file__).with_name("example.py")))
 Example, Process, free_port, wait_for = example["Example"], example["Process"], example["free_port"], example["wait_for"]
 
 
@@ -455,6 +455,6 @@ def main(program, browser):
 if __name__ == "__main__":
     arguments = [argument for argument in sys.argv[1:] if argument != "--browser"]
     if len(arguments) != 1:
-        print("usage: contrib/archive/view PROGRAM [--browser]", file=sys.stderr)
+        print("usage: contrib/archive/view.py PROGRAM [--browser]", file=sys.stderr)
         sys.exit(2)
     main(arguments[0], "--browser" in sys.argv[1:])

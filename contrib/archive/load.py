@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How many samples an archive stores: contrib/archive/load PROGRAM LOAD [--stations 1000 --gauges 30 --samples 1 --seconds 60 --archives 2]
+"""How many samples an archive stores: contrib/archive/load.py PROGRAM LOAD [--stations 1000 --gauges 30 --samples 1 --seconds 60 --archives 2]
 
 Starts NATS, PostgreSQL and archives on this computer, publishes the batches of simulated stations with LOAD (the example `load` of
 crates/archive, built with --release), and prints the rates at which they were published and stored, and the processor time of each
@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-example = runpy.run_path(str(Path(__file__).with_name("example")))
+example = runpy.run_path(str(Path(__file__).with_name("example.py")))
 
 
 def processor_seconds(process):

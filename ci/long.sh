@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The longest proofs, which `./test long` runs: each is a longer run of a test of `./test`, or one that it leaves out.
-#   ci/long [NAME...]    all of them, or these
-#   ci/long --list       their names, and how many seconds each took on this computer when it ran last
+#   ci/long.sh [NAME...]    all of them, or these
+#   ci/long.sh --list       their names, and how many seconds each took on this computer when it ran last
 # Prints the output of each proof while it runs, a line in each minute, and its duration; the last line counts passed and failed proofs.
 # Writes into the table of docs/conformance.md when a proof has passed at its full length.
 # PROFIVAC_LONG=0.1 makes every proof whose length can be chosen a tenth as long.
@@ -36,7 +36,7 @@ proofs=(
 durations=target/long
 
 usage() {
-    printf 'usage: ci/long [--list | NAME...]\nnames: '
+    printf 'usage: ci/long.sh [--list | NAME...]\nnames: '
     printf '%s\n' "${proofs[@]%%|*}" | tr -s ' \n' ' '
     printf '\n'
 } >&2
@@ -85,38 +85,38 @@ proof_firmware() {
     need qemu-system-arm qemu-system-arm --version
     need binutils size --version
     python_environment && program && cargo build --quiet --package profivac-sim --example profirust_master &&
-        firmware/check "$program" --long --python target/venv/bin/python --profirust target/debug/examples/profirust_master
+        firmware/check.py "$program" --long --python target/venv/bin/python --profirust target/debug/examples/profirust_master
 }
 proof_ring() { PROFIVAC_RING_DEPTH=4 release profivac-dp --test ring_exploration; }
-proof_power() { need strace strace -V && power_cut && ci/power_cut/run target/debug/profivac target/debug/examples/acknowledged --random 10; }
+proof_power() { need strace strace -V && power_cut && ci/power_cut/run.py target/debug/profivac target/debug/examples/acknowledged --random 10; }
 proof_sessions() { PROFIVAC_CASES=$(times 100000) release profivac-host --lib hostile; }
 proof_plants() { PROFIVAC_PLANTS=$(times 200) release profivac-identify --test fresh; }
-proof_fuzz() { need g++ c++ --version && ci/fuzz all "$(times 120)"; }
+proof_fuzz() { need g++ c++ --version && ci/fuzz.py all "$(times 120)"; }
 proof_soak() {
     need mosquitto test -x /usr/sbin/mosquitto
     python_environment && program && target/venv/bin/python ci/gateways/soak.py "$program" "$(times 60)" 24
 }
 proof_cases() {
     need_servers && program && cargo build --quiet --release --package profivac-recorder --example backlog &&
-        contrib/archive/cases "$program" --days "$(times 7)"
+        contrib/archive/cases.py "$program" --days "$(times 7)"
 }
 proof_rates() {
     need_servers && program && cargo build --quiet --release --package profivac-archive --example load || return
-    local load=(contrib/archive/load "$program" target/release/examples/load --at-least 50000)
+    local load=(contrib/archive/load.py "$program" target/release/examples/load --at-least 50000)
     "${load[@]}" --seconds "$(times 300)" --samples 2 && "${load[@]}" --stations 1 --seconds "$(times 604800)" &&
-        browser && contrib/archive/year "$program" --at-most 0.5
+        browser && contrib/archive/year.py "$program" --at-most 0.5
 }
 proof_kills() {
-    need_servers && program && contrib/archive/example "$program" --kills "$(times 200)" &&
-        contrib/archive/example "$program" --servers 0 --kills "$(times 200)"
+    need_servers && program && contrib/archive/example.py "$program" --kills "$(times 200)" &&
+        contrib/archive/example.py "$program" --servers 0 --kills "$(times 200)"
 }
 proof_containers() {
     need iproute2 ip -V
-    python_environment && need_servers && program && target/venv/bin/python contrib/archive/containers "$program"
+    python_environment && need_servers && program && target/venv/bin/python contrib/archive/containers.py "$program"
 }
 
-proof_pictures() { need_servers && ci/pictures; }
-proof_book() { need_to_build && ci/book && RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps; }
+proof_pictures() { need_servers && ci/pictures.sh; }
+proof_book() { need_to_build && ci/book.py && RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps; }
 
 proof_stalled() {
     python_environment && program && target/venv/bin/python ci/gateways/stall.py "$program" "$(times 600)"
@@ -126,7 +126,7 @@ proof_serial() {
     need qemu-system-x86 qemu-system-x86_64 --version
     need busybox-static busybox true
     need cpio cpio --version
-    program && ci/serial_vm/run "$program" --long
+    program && ci/serial_vm/run.py "$program" --long
 }
 
 # note NAME SECONDS: writes into the table of docs/conformance.md when a proof has passed at its full length, and with which revision.

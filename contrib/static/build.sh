@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Builds the program as one static file, for any Linux of this or of another processor.
-#   contrib/static/build                        x86_64: target/static/profivac-x86_64
-#   contrib/static/build aarch64                64-bit ARM, for instance a Raspberry Pi: target/static/profivac-aarch64
-#   contrib/static/build ... --profile NAME     another profile of Cargo than release
-#   contrib/static/build ... --features LIST    parts of the program that are not built otherwise, for instance archive,opcua
-#   contrib/static/build ... --tests            only runs the unit tests of the inner crates for it, in an emulator if it is another processor
-#   contrib/static/build ... --check            then proves that the program runs in a root folder with an empty folder tmp and nothing else; as root
+#   contrib/static/build.sh                        x86_64: target/static/profivac-x86_64
+#   contrib/static/build.sh aarch64                64-bit ARM, for instance a Raspberry Pi: target/static/profivac-aarch64
+#   contrib/static/build.sh ... --profile NAME     another profile of Cargo than release
+#   contrib/static/build.sh ... --features LIST    parts of the program that are not built otherwise, for instance archive,opcua
+#   contrib/static/build.sh ... --tests            only runs the unit tests of the inner crates for it, in an emulator if it is another processor
+#   contrib/static/build.sh ... --check            then proves that the program runs in a root folder with an empty folder tmp and nothing else; as root
 # Installs what it needs as root: Debian packages, and the standard library of the target with rustup.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -25,7 +25,7 @@ while [ $# -gt 0 ]; do
     --check) is_checked=yes ;;
     --tests) only_tests=yes ;;
     *)
-        echo 'usage: contrib/static/build [x86_64 | aarch64] [--profile NAME] [--features LIST] [--check | --tests]' >&2
+        echo 'usage: contrib/static/build.sh [x86_64 | aarch64] [--profile NAME] [--features LIST] [--check | --tests]' >&2
         exit 2
         ;;
     esac
@@ -85,5 +85,5 @@ if [ "$is_checked" = yes ]; then
         echo 'only root can change into a root folder' >&2
         exit 1
     fi
-    contrib/static/check "$program" "${run[@]}"
+    contrib/static/check.py "$program" "${run[@]}"
 fi

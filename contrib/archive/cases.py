@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What an archive must survive, one case after the other: contrib/archive/cases PROGRAM [CASE...] [--days DAYS]
+"""What an archive must survive, one case after the other: contrib/archive/cases.py PROGRAM [CASE...] [--days DAYS]
 
 week       a station was without a network for DAYS (7), with a batch a second; it needs `cargo build -p profivac-recorder --example backlog`
 stopped    PostgreSQL is stopped with its connections open, and goes on; then NATS is killed: the archives say so
@@ -38,7 +38,7 @@ import urllib.request
 import zlib
 from pathlib import Path
 
-example = runpy.run_path(str(Path(__file__).with_name("example")))
+example = runpy.run_path(str(Path(__file__).with_name("example.py")))
 Example, Process, wait_for = example["Example"], example["Process"], example["wait_for"]
 DISK = 192 << 20  # octets: the smallest on which PostgreSQL makes its files
 

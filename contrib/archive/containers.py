@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the examples for Compose and Kubernetes: contrib/archive/containers PROGRAM [--files]
+"""Checks the examples for Compose and Kubernetes: contrib/archive/containers.py PROGRAM [--files]
 
 The files are compared with the schemas of the Compose specification and of Kubernetes, the references between the resources of Kubernetes are
 resolved, and nats-server and PROGRAM check the files of both examples. Then the services of compose.yaml run with their own files, commands, users,
@@ -254,9 +254,9 @@ def forward(listener, target):
 def check_compose(program, folder):
     """The programs accept the files of the composition, and a second call of `prepare` leaves its passwords."""
     shutil.copytree(HERE / "compose", folder, ignore=shutil.ignore_patterns("secrets", "record", ".env", "*.password", "*.credentials"))
-    run(folder / "prepare")
+    run(folder / "prepare.sh")
     before = (folder / "secrets/nats.env").read_text()
-    run(folder / "prepare")
+    run(folder / "prepare.sh")
     if (folder / "secrets/nats.env").read_text() != before:
         fail("a second call of prepare changes the passwords")
     run(program, "archive", folder / "archive/archive.toml", "--check")
@@ -335,7 +335,7 @@ if __name__ == "__main__":
     arguments = [argument for argument in sys.argv[1:] if argument != "--files"]
     only_files = len(arguments) < len(sys.argv) - 1
     if len(arguments) != 1 or not (only_files or os.geteuid() == 0):
-        print("usage: contrib/archive/containers PROGRAM --files; as root: contrib/archive/containers PROGRAM", file=sys.stderr)
+        print("usage: contrib/archive/containers.py PROGRAM --files; as root: contrib/archive/containers.py PROGRAM", file=sys.stderr)
         sys.exit(2)
     if not only_files and os.environ.get("PROFIVAC_NAMESPACE") != "own":
         # Networks and mounts of the check belong to it alone and vanish with it.

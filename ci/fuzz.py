@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Runs the targets of fuzz/ under libFuzzer.
 
-    ci/fuzz [TARGET] [SECONDS]   fuzzes one target, or with 'all' each, for SECONDS (60 unless given), and counts its executions
-    ci/fuzz minimise [TARGET]    puts the inputs with coverage of their own into fuzz/corpus, as many as fit
-    ci/fuzz list                 lists the targets
+    ci/fuzz.py [TARGET] [SECONDS]   fuzzes one target, or with 'all' each, for SECONDS (60 unless given), and counts its executions
+    ci/fuzz.py minimise [TARGET]    puts the inputs with coverage of their own into fuzz/corpus, as many as fit
+    ci/fuzz.py list                 lists the targets
 
 Needs a C++ compiler. Builds the targets with the installed rustc below target/libfuzzer. Works on the corpora below target/fuzz, which begin with
 those of fuzz/corpus. Adds the executions to the table in docs/fuzzing.md. Ends with 1 if a target panics, hangs or takes too much

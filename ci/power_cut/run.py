@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cuts the power at every system call that writes a store, and looks at what is left.
 
-ci/power_cut/run PROGRAM RECORDER [STORE ...] [--every N] [--random N]
+ci/power_cut/run.py PROGRAM RECORDER [STORE ...] [--every N] [--random N]
 
 PROGRAM is profivac, RECORDER the example `acknowledged` of the crate `recorder`. STORE is one or more of `gauge`, `users`, `record`;
 without one, all. The outbox of the archive is a part of the record. The program runs under strace; disk.py says which disks a power cut

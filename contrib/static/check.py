@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Proves that a program runs in a root folder with an empty folder tmp and nothing else: contrib/static/check PROGRAM [EMULATOR]
+"""Proves that a program runs in a root folder with an empty folder tmp and nothing else: contrib/static/check.py PROGRAM [EMULATOR]
 
 EMULATOR is the path of a static emulator in that folder, for instance /qemu-aarch64-static; it is copied there. Needs root.
 """
@@ -52,6 +52,6 @@ def main(program, emulator=None):
 
 if __name__ == "__main__":
     if len(sys.argv) not in (2, 3):
-        print("usage: contrib/static/check PROGRAM [EMULATOR]", file=sys.stderr)
+        print("usage: contrib/static/check.py PROGRAM [EMULATOR]", file=sys.stderr)
         sys.exit(2)
     main(*sys.argv[1:])

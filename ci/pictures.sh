@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Takes every picture of docs/pictures from the running programs, and compares names and widths with those of the pages.
-#   ci/pictures            into target/pictures; ends with 1 if a page has a picture that is not taken, or one of another width
-#   ci/pictures --write    also replaces those of docs/pictures
-#   ci/pictures --gallery  instead: every page of the dashboard, on a desk and on a phone, light and dark, at each act of the demonstration and with
+#   ci/pictures.sh            into target/pictures; ends with 1 if a page has a picture that is not taken, or one of another width
+#   ci/pictures.sh --write    also replaces those of docs/pictures
+#   ci/pictures.sh --gallery  instead: every page of the dashboard, on a desk and on a phone, light and dark, at each act of the demonstration and with
 #                          15 and 480 gauges, then its zones, its dialogs and a lost station, into target/gallery with an index.html; takes an hour
 # The drawings (*.svg) are written and compared by tests in Rust.
 set -euo pipefail
@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . ci/need.sh
 case "$*" in
 '' | --write | --gallery) ;;
-*) echo 'usage: ci/pictures [--write | --gallery]' >&2 && exit 2 ;;
+*) echo 'usage: ci/pictures.sh [--write | --gallery]' >&2 && exit 2 ;;
 esac
 need_to_build
 need chromium chromium --version
@@ -28,12 +28,12 @@ folder=$PWD/target/pictures
 rm -rf "$folder"
 mkdir -p "$folder"
 cargo build --quiet --workspace --example fake_plant --example acting_plant
-docs/pictures/report "$folder"
+docs/pictures/report.sh "$folder"
 # The report builds the program without the archive.
 cargo build --quiet --workspace --bin profivac --features profivac-cli/opcua,profivac-cli/archive
 (cd crates/station/web/e2e && npm ci --silent --no-audit --no-fund && node pictures.mjs "$folder")
-PICTURES=$folder contrib/archive/view target/debug/profivac --browser
-PICTURES=$folder ci/python_package target/debug/profivac
+PICTURES=$folder contrib/archive/view.py target/debug/profivac --browser
+PICTURES=$folder ci/python_package.sh target/debug/profivac
 
 # widths FOLDER: the name of each picture with its width.
 widths() { (cd "$1" && file -- *.png | sed -n 's/^\([^:]*\): *PNG image data, \([0-9]*\) x.*/\1 \2/p'); }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the tests of the workspace, several test programs at once: most of them wait for a line at its true speed.
 
-ci/run_tests [--long] [CARGO ARGUMENT ...] [-- TEST ARGUMENT ...]    for example: ci/run_tests -p profivac-cli --test scan
+ci/run_tests.py [--long] [CARGO ARGUMENT ...] [-- TEST ARGUMENT ...]    for example: ci/run_tests.py -p profivac-cli --test scan
 
 --long: also the tests that are ignored because they take long, one after the other in a process of their own.
 
@@ -69,7 +69,7 @@ def documentation_tests(arguments):
 
     Only their names contain `(line`, so the test programs run none of their tests. It is the same build as that of the test programs.
     """
-    os.environ["RUSTDOC"] = os.path.join(os.path.dirname(os.path.abspath(__file__)), "rustdoc")
+    os.environ["RUSTDOC"] = os.path.join(os.path.dirname(os.path.abspath(__file__)), "rustdoc.sh")
     return ["cargo", "test", "--quiet", "--no-fail-fast", *arguments, "--", "(line"], os.getcwd()
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the firmware, measures it, and runs it in QEMU against masters: firmware/check PROGRAM [OPTION...]
+"""Builds the firmware, measures it, and runs it in QEMU against masters: firmware/check.py PROGRAM [OPTION...]
 
 PROGRAM is the program `profivac`. With --long ten million random octets are sent instead of 200,000, and the power fails at every flash
 operation. PYTHON has pyprofibus and EXAMPLE is `profirust_master` of crates/sim: without them these masters are left out. DEFMT_PRINT

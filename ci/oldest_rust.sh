@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds each library with the oldest Rust that its manifest names, where that differs from the one of the workspace:
-# ci/oldest_rust. Installs these toolchains with rustup. Builds below target/oldest, so other builds stay valid.
+# ci/oldest_rust.sh. Installs these toolchains with rustup. Builds below target/oldest, so other builds stay valid.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

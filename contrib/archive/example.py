@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Stations with virtual gauges, three servers of NATS, PostgreSQL and two archives on one computer.
 
-    contrib/archive/example target/debug/profivac                  until Ctrl-C; prints how to look at the page and the database
-    contrib/archive/example target/debug/profivac --kills 200      the proof: kills processes at random, then compares every row
-    contrib/archive/example target/debug/profivac --servers 0      without NATS: the stations send to the archives over HTTPS
+    contrib/archive/example.py target/debug/profivac                  until Ctrl-C; prints how to look at the page and the database
+    contrib/archive/example.py target/debug/profivac --kills 200      the proof: kills processes at random, then compares every row
+    contrib/archive/example.py target/debug/profivac --servers 0      without NATS: the stations send to the archives over HTTPS
 
 It needs nats-server (unless --servers 0), openssl and PostgreSQL 15 or later. All files are in a temporary folder, all ports are free ones of this computer. As root it
 runs PostgreSQL as the user postgres, which the Debian package has made.

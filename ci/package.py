@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Builds the Debian package and installs, starts, upgrades and removes it in a fresh root folder.
 
-ci/package PROGRAM      packs this program; needs root, because dpkg changes into the root folder
+ci/package.py PROGRAM      packs this program; needs root, because dpkg changes into the root folder
 
 The root folder has a dpkg database of its own, with the libraries of this computer that the package depends on, and busybox as its shell.
 systemd does not run in it: systemd-analyze checks the unit, and the test starts the command of the unit itself.
@@ -43,7 +43,7 @@ def expect(condition, text):
 
 def build(program, revision):
     # The program of the tests is several times as large as that of a release: at the usual level xz takes a minute for each package.
-    command = (PROJECT / "contrib/debian/build", "--program", program, "--revision", revision, "--compression", "0")
+    command = (PROJECT / "contrib/debian/build.sh", "--program", program, "--revision", revision, "--compression", "0")
     return PROJECT / run(*command).strip()
 
 
@@ -168,7 +168,7 @@ def check_units(root):
 
 def main(program):
     if os.geteuid() != 0:
-        sys.exit("ci/package needs root: dpkg changes into the root folder of the test")
+        sys.exit("ci/package.py needs root: dpkg changes into the root folder of the test")
     first, second = build(program, "1"), build(program, "2")
     with tempfile.TemporaryDirectory() as folder:
         root = Root(Path(folder) / "root", first)
@@ -213,6 +213,6 @@ def main(program):
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        print("usage: ci/package PROGRAM", file=sys.stderr)
+        print("usage: ci/package.py PROGRAM", file=sys.stderr)
         sys.exit(2)
     main(Path(sys.argv[1]).resolve())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends the API of the demo plant every request that its description allows, and invalid ones: ci/fuzz_api PROGRAM
+"""Sends the API of the demo plant every request that its description allows, and invalid ones: ci/fuzz_api.py PROGRAM
 
 No answer may be a 5xx or differ from the description, and afterwards the station must still exchange data. Every run sends the
 same requests.

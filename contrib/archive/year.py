@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How long a year takes to draw: contrib/archive/year PROGRAM [--gauges 10] [--at-most SECONDS]
+"""How long a year takes to draw: contrib/archive/year.py PROGRAM [--gauges 10] [--at-most SECONDS]
 
 Starts PostgreSQL, NATS and an archive with a page, and adds the spans of a year of noisy pressures for each gauge, of all three levels. Then it asks the page for the
 trends of all gauges over the year, at once as the chart does, and opens the chart in Chromium, several times each. Prints the medians; one of the chart beyond
@@ -22,7 +22,7 @@ import urllib.request
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-example = runpy.run_path(str(Path(__file__).with_name("example")))
+example = runpy.run_path(str(Path(__file__).with_name("example.py")))
 TIMES = 7
 DAY = 86_400
 

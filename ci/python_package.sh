@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel of the Python package without a warning of the compiler or of clippy, installs it into a fresh environment, and checks it
 # there: tests, doctests, types, stubs, the types of the examples in the README, the pages, the notebooks and the docstrings.
-#   ci/python_package PROGRAM     PROGRAM is the program profivac, which simulates gauges on ptys and TCP ports
+#   ci/python_package.sh PROGRAM     PROGRAM is the program profivac, which simulates gauges on ptys and TCP ports
 # The wheel has the dev profile (optimisation level 1, no debug information): it compiles in a quarter of the time of a release.
 set -euo pipefail
 program=$(realpath "$1")
@@ -47,8 +47,8 @@ part() {
 export PROFIVAC=$program
 for file in ../../tests/test_*.py; do part pytest -q -c ../../pyproject.toml --rootdir=../.. -p no:cacheprovider "$file"; done
 part pytest -q --doctest-modules -p no:cacheprovider --pyargs profivac
-"$python" ../../../ci/python_examples examples
-part mypy --strict --config-file ../../pyproject.toml ../../profivac ../../tests ../../bench ../../../ci/python_examples examples
+"$python" ../../../ci/python_examples.py examples
+part mypy --strict --config-file ../../pyproject.toml ../../profivac ../../tests ../../bench ../../../ci/python_examples.py examples
 part mypy.stubtest profivac._profivac
 status=0
 for index in "${!parts[@]}"; do
