@@ -120,7 +120,7 @@ impl Slave {
         let text = if is_empty {
             "its diagnosis reports nothing".to_owned()
         } else {
-            format!("its diagnosis: {}", reports.join(", "))
+            format!("its diagnosis: {}", reports.join("; "))
         };
         let is_initial = reports.is_empty() && self.counters.exchanges == 0;
         if !is_initial {
@@ -156,15 +156,6 @@ fn block_text(block: Block<'_>) -> String {
             }
             _ => format!("device {}", Hex(content)),
         },
-        Block::Identifier(content) => {
-            let modules: Vec<String> =
-                profivac_wire::ext_diag::identifiers_with_diagnosis(content).map(|number| number.to_string()).collect();
-            if modules.is_empty() { "no module".to_owned() } else { format!("modules {}", modules.join(" ")) }
-        }
-        Block::Channel(channel) => {
-            let error = profivac_wire::ext_diag::channel_error(channel.error);
-            format!("module {} channel {}: {error}", channel.identifier, channel.number)
-        }
-        Block::Revision(revision) => format!("revision {revision}"),
+        block => block.to_string(),
     }
 }
