@@ -564,6 +564,11 @@ fn a_device_related_block_is_an_alarm_only_on_a_slave_with_dp_v1() {
     let other = [&block[..5], &[0xAC], &block[6..]].concat();
     let (slaves, events, history) = hear(DPV1, diagnosis, Some(&other));
     assert_eq!((slaves[DPV1].as_str(), events.len(), history.as_slice()), (both.as_str(), 3, &[alarm.to_owned()][..]));
+    // The first device is back, without a Set_Prm.
+    hear(DPV1, (51, &[0x5E, 1, 19, 4]), None);
+    let (slaves, events, history) = hear(DPV1, diagnosis, Some(block));
+    assert_eq!((slaves[DPV1].as_str(), events.len()), (both.as_str(), 4));
+    assert_eq!(history, [alarm, alarm]);
 }
 
 /// A master writes the unit by MS1 and reads a parameter in the parameter channel: name, value, way and requester.
