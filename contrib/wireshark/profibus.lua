@@ -64,6 +64,9 @@ local CHANNEL_ERROR = {
     [1] = "short circuit", [2] = "undervoltage", [3] = "overvoltage", [4] = "overload", [5] = "overtemperature",
     [6] = "line break", [7] = "upper limit exceeded", [8] = "lower limit exceeded", [9] = "error",
 }
+for error = 0, 31 do
+    CHANNEL_ERROR[error] = CHANNEL_ERROR[error] or error < 16 and "reserved" or "manufacturer specific"
+end
 
 -- Fields -----------------------------------------------------------------------------------------------------------------
 
@@ -118,6 +121,7 @@ bit("diag.ext_diag_overflow", "Ext_Diag_Overflow", 24, 0x000080)
 field("diag.master", ProtoField.uint8, "Master address", DEC)
 field("ident", ProtoField.uint16, "Ident number", HEX)
 field("diag.device", ProtoField.bytes, "Device-related diagnosis", base.SPACE)
+field("diag.as_dpv1", ProtoField.bytes, "As DP-V1", base.SPACE)
 field("diag.alarm", ProtoField.uint8, "Alarm or status type", HEX, ALARM)
 field("diag.slot", ProtoField.uint8, "Slot", DEC)
 field("diag.specifier", ProtoField.uint8, "Specifier", DEC, SPECIFIER, 0x03)
@@ -240,8 +244,20 @@ local function device_block(block, tree)
     end
 end
 
--- The blocks of an extended diagnosis: device, identifier, channel, revision.
-local function ext_diag(du, tree)
+-- The tree for the DP-V1 fields of a device-related block; nil if its format is the vendor's, or its type has no meaning. The fields have a tree
+-- of their own if the traffic does not decide.
+local function as_dpv1(block, tree, format)
+    if block:len() < 4 then return nil end
+    local kind = block(1, 1):uint()
+    local is_manufacturer = kind % 128 >= 32 and kind % 128 < 127
+    if not (ALARM[kind] or is_manufacturer) then return nil end
+    if format == "messages" then return tree end
+    if format == "vendor or module status" and kind ~= 0x82 then return nil end
+    return tree:add(f["diag.as_dpv1"], block):set_generated()
+end
+
+-- The blocks of an extended diagnosis: device, identifier, channel, revision. `format` is the format of the device-related ones.
+local function ext_diag(du, tree, format)
     local at = 6
     while at < du:len() do
         local header = du(at, 1):uint()
@@ -253,7 +269,8 @@ local function ext_diag(du, tree)
         end
         if kind == 0 then
             local block = tree:add(f["diag.device"], du(at, length))
-            if length >= 4 then device_block(du(at, length), block) end
+            local messages = as_dpv1(du(at, length), block, format)
+            if messages then device_block(du(at, length), messages) end
         elseif kind == 1 then
             tree:add(f["diag.identifier"], du(at, length))
         elseif kind == 2 then
@@ -267,13 +284,13 @@ local function ext_diag(du, tree)
     end
 end
 
-local function slave_diag(du, tree)
+local function slave_diag(du, tree, format)
     if du:len() < 6 then return nil end
     local status = tree:add(f["diag.status"], du(0, 3))
     for _, name in ipairs(DIAG_FIELDS) do status:add(f["diag." .. name], du(0, 3)) end
     tree:add(f["diag.master"], du(3, 1))
     tree:add(f["ident"], du(4, 2))
-    ext_diag(du, tree)
+    ext_diag(du, tree, format)
     local master = du(3, 1):uint()
     local owner = master == 255 and "no master" or "master " .. master
     local words = set_bits(du(0, 3):uint(), DIAG_BITS)
@@ -469,9 +486,9 @@ local function service_name(sap)
     return SERVICE[sap] or "SAP " .. sap
 end
 
--- The description of the data unit; nil if its service has none.
-local function data_unit(sap, du, tree, is_request)
-    if sap == 60 and not is_request then return slave_diag(du, tree) end
+-- The description of the data unit; nil if its service has none. `format` is the format of the device-related blocks in a diagnosis.
+local function data_unit(sap, du, tree, is_request, format)
+    if sap == 60 and not is_request then return slave_diag(du, tree, format) end
     if sap == 61 and is_request then return set_prm(du, tree) end
     if sap == 62 and is_request or sap == 59 and not is_request then return configuration(du, tree) end
     if sap == 58 and is_request then return global_control(du, tree) end
@@ -511,9 +528,53 @@ local answer_of, request_of, repeats, service_of, silent = {}, {}, {}, {}, {}
 -- The request that waits for its answer, the last request to each station, and whether damaged octets came since.
 local pending, last_to, disturbed = nil, {}, {}
 
+-- What the answers of each station show about DP-V1: the mode of its last Set_Prm ("V0", "V1"), whether it has DP-V1, its ident number. By packet
+-- number, the format of the device-related blocks in a diagnosis. `crates/explain/src/dpv1.rs` has the rules.
+local dpv1, block_format = {}, {}
+
 function proto.init()
     answer_of, request_of, repeats, service_of, silent = {}, {}, {}, {}, {}
     pending, last_to, disturbed = nil, {}, {}
+    dpv1, block_format = {}, {}
+end
+
+local function enter(known, mode)
+    known.has_dpv1 = known.has_dpv1 or known.mode == "V1"
+    known.mode = mode
+end
+
+-- Takes the answer to a request, with its status and its data unit.
+local function learn_dpv1(number, request, code, du)
+    local sap, is_refusal = request.dsap, code and (code >= 1 and code <= 3 or not STATUS[code])
+    if sap == nil or is_refusal then return end
+    local known = dpv1[request.da] or {}
+    dpv1[request.da] = known
+    if sap <= 49 then
+        known.has_dpv1 = true
+    elseif sap == 50 or sap == 51 then
+        enter(known, "V1")
+    elseif sap == 61 and request.prm and (code or 0) == 0 then
+        enter(known, request.prm)
+    elseif sap == 60 and du and du:len() >= 6 then
+        local ident = du(4, 2):uint()
+        if known.ident and known.ident ~= ident then
+            known = {}
+            dpv1[request.da] = known
+        end
+        known.ident = ident
+        if math.floor(du(0, 1):uint() / 0x40) % 2 == 1 then known.mode = nil end
+        if known.mode == "V1" or known.mode == nil and known.has_dpv1 then
+            block_format[number] = "messages"
+        elseif known.mode == "V0" and not known.has_dpv1 then
+            block_format[number] = "vendor or module status"
+        end
+    end
+end
+
+-- The mode of a Set_Prm; nil for one that does not lock the slave.
+local function prm_mode(du)
+    if du:len() < 7 or math.floor(du(0, 1):uint() / 0x40) ~= 2 then return nil end
+    return du:len() > 7 and du(7, 1):uint() >= 0x80 and "V1" or "V0"
 end
 
 -- A request without an answer ends with the next request or token.
@@ -551,6 +612,7 @@ local function add_answer(pinfo, answer)
         local opens = pending.dsap ~= nil and pending.dsap <= 49 and answer.dsap == pending.ssap
         if not (stations and (plain or saps or opens)) then return end
     end
+    learn_dpv1(pinfo.number, pending, answer and answer.code, answer and answer.du)
     answer_of[pending.number], request_of[pinfo.number] = pinfo.number, pending.number
     service_of[pinfo.number] = pending.service
     pending = nil
@@ -609,8 +671,10 @@ local function frame(body, tree, pinfo)
             stations.service = is_status and FUNCTION[code] or service_name(dsap)
             stations.key = tostring(body:bytes())
             stations.is_counted = math.floor(fc / 16) % 2 == 1
+            stations.prm = dsap == 61 and du and prm_mode(du) or nil
             add_request(pinfo, stations)
         else
+            stations.code, stations.du = code, du
             add_answer(pinfo, stations)
         end
     end
@@ -635,7 +699,7 @@ local function frame(body, tree, pinfo)
         local said
         if du then
             local item = tree:add(f["data"], du)
-            said = data_unit(sap, du, item, is_request)
+            said = data_unit(sap, du, item, is_request, block_format[pinfo.number])
             if not said then said = tostring(du:bytes():tohex(false, " ")) end
         elseif is_request and sap ~= nil and sap <= 51 then
             said = "poll"

@@ -457,6 +457,55 @@ fn a_bare_refusal_names_the_service_and_module_status_has_slot_and_specifier() {
     assert!(messages.contains("UE: refuses a request that is not in the capture"), "{messages}");
 }
 
+/// The rules are those of `decode`, for a device that is not known: profibus-wire 2.3.2.
+#[test]
+fn a_device_related_block_is_an_alarm_where_the_traffic_shows_dp_v1() {
+    let folder = Folder::new();
+    let dialogue = [
+        ("60 6D", "08 08 0C 00 02 AA AB 04 02 03 09"),
+        ("61 5D 88 02 05 0B AA AB 01 00 00 00", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 03 09 04 82 00 01 83 41 B1 83 41 AF"),
+        // MS2 refused, and answered: the slave may have a format for each mode.
+        ("48 5D 5E 00 11 08", "03"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 04 09"),
+        ("48 5D 5E 00 11 08", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 05 09"),
+        ("61 5D 88 02 05 0B AA AB 01 80 00 00", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 06 09"),
+        ("61 5D 40 02 05 0B AA AB 01", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 07 09"),
+        // Prm_Fault, MS1, and another device at the address.
+        ("61 5D 88 02 05 0B AA AB 01 00 00 00", "SC"),
+        ("60 7D", "08 48 0D 00 FF AA AB 04 02 08 09"),
+        ("51 5D 5E 00 11 08", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AB 04 02 09 09"),
+        ("60 5D", "08 08 0C 00 02 AA AC 04 02 0A 09 04 00 01 01 04 FE 01 01"),
+    ];
+    let telegrams = dialogue.map(|(asked, message)| {
+        let (sap, octets) = request(asked);
+        [octets, answer(sap, message)]
+    });
+    let capture = capture_without_times(&folder, telegrams.as_flattened());
+    let fields = ["profibus.diag.device", "profibus.diag.as_dpv1", "profibus.diag.alarm"];
+    let rows = rows(&capture, &fields);
+    let blocks: Vec<&str> = rows.iter().map(String::as_str).filter(|row| !row.starts_with('|')).collect();
+    let expected = [
+        "04 02 03 09|04 02 03 09|0x02",
+        "04 02 03 09,04 82 00 01|04 82 00 01|0x82",
+        "04 02 04 09||",
+        "04 02 05 09|04 02 05 09|0x02",
+        "04 02 06 09||0x02",
+        "04 02 07 09||0x02",
+        "04 02 08 09||0x02",
+        "04 02 09 09||0x02",
+        "04 02 0a 09,04 00 01 01,04 fe 01 01|04 02 0a 09,04 fe 01 01|0x02,0xfe",
+    ];
+    assert_eq!(blocks, expected);
+    let tree = tshark(&capture, &["-V"]);
+    assert!(tree.contains("Error of the channel: manufacturer specific (17)"), "{tree}");
+    assert!(tree.contains("Error of the channel: reserved (15)"), "{tree}");
+}
+
 /// The same telegrams through the flight recorder of a segment.
 #[test]
 fn a_capture_of_the_flight_recorder_is_read_by_wireshark_and_by_decode() {

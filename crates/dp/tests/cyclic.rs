@@ -511,7 +511,7 @@ fn the_extended_diagnosis_is_returned_entry_by_entry() {
         (
             true,
             [
-                "reserved alarm of slot 34, sequence number 6, disappears, others remain",
+                "reserved alarm 17 of slot 34, sequence number 6, disappears, others remain",
                 "process alarm of slot 3, \
               sequence number 0, appears: 50 01 02 03 04",
             ],

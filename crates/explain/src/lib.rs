@@ -15,6 +15,7 @@
 //! | ports | [`tap`] | octets with times, from a port that only listens |
 //! | cycles | [`cycle`] | requests with their answers |
 //! | names | [`names`], `refusal` (private) | parameters, values and reasons in the words of the manuals |
+//! | diagnosis | [`dpv1`] | the format of device-related blocks |
 //! | stations | [`slave`], [`ring`], `cyclic` and `acyclic` (private) | device, owner and state of each station |
 //! | sentences | [`explainer`], [`note`] | a sentence about each change |
 
@@ -22,6 +23,7 @@ mod acyclic;
 pub mod cycle;
 mod cyclic;
 pub mod divider;
+pub mod dpv1;
 pub mod explainer;
 pub mod frame;
 pub mod input;

@@ -368,6 +368,6 @@ fn a_diagnosis_without_modules_has_a_whole_sentence() {
     let diag =
         |fc, ext: &[u8]| request(2, 60, fc, &[]) + &answer(2, 60, &[&[8, 0x0C, 0, 2, 0x08, 0xE6][..], ext].concat());
     let texts = sentences(&(diag(0x6D, &[0x42, 0]) + &diag(0x5D, &[0x05, 0x82, 0, 0, 0])));
-    assert_eq!(texts[1], "its diagnosis: Ext_Diag, no module");
-    assert_eq!(texts[2], "its diagnosis: Ext_Diag, module status of slot 0: all valid");
+    assert_eq!(texts[1], "its diagnosis: Ext_Diag; disturbed modules: none");
+    assert_eq!(texts[2], "its diagnosis: Ext_Diag; module status of slot 0: all valid");
 }

@@ -162,7 +162,7 @@ impl fmt::Display for Event {
                 write!(f, "the diagnosis of station {station} reports nothing")
             }
             Change::Diagnosis(reports) => {
-                write!(f, "the diagnosis of station {station} reports {}", reports.join(", "))
+                write!(f, "the diagnosis of station {station} reports {}", reports.join("; "))
             }
             Change::Owner(None) => write!(f, "station {station} has no owner any more"),
             Change::Owner(Some(owner)) => write!(f, "station {station} belongs to master {owner}"),

@@ -6,8 +6,10 @@ use crate::histogram::Histogram;
 use crate::parameters::Parameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::cycle::Request;
+use profivac_explain::dpv1::{DeviceBlocks, Dpv1Traffic};
 use profivac_explain::names::DeviceTables;
-use profivac_wire::diag::{NO_MASTER, StationStatus};
+use profivac_explain::slave::diagnosis_reports;
+use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -104,6 +106,8 @@ pub struct Station {
     pub cycle_state: CycleState,
     /// The last request to it.
     pub last: Option<LastRequest>,
+    /// The traffic that shows whether it is a DP-V1 slave.
+    pub dpv1: Dpv1Traffic,
     /// The last diagnoses with different contents, oldest first.
     pub diagnoses: VecDeque<Diagnosis>,
     /// The octets of the last diagnosis.
@@ -161,6 +165,7 @@ impl Station {
             cycle: Histogram::default(),
             cycle_state: CycleState::default(),
             last: None,
+            dpv1: Dpv1Traffic::default(),
             diagnoses: VecDeque::new(),
             diagnosis_octets: Vec::new(),
             status: None,
@@ -197,6 +202,23 @@ impl Station {
             (None, Some(_)) if is_recent(self.wanted_at) => StationState::NotConfigured,
             (None, Some(_)) => StationState::NoMaster,
         })
+    }
+
+    /// The format of the device-related blocks in its diagnosis.
+    #[must_use]
+    pub fn device_blocks(&self) -> DeviceBlocks {
+        self.dpv1.device_blocks(self.knowledge.model().map(|(model, _)| model.features.dpv1))
+    }
+
+    /// Words the last diagnosis again: the traffic behind it has shown the format of its blocks. The diagnosis of another device keeps its
+    /// words.
+    pub fn reword_diagnosis(&mut self) {
+        let (ident, device_blocks) = (self.knowledge.ident(), self.device_blocks());
+        if let (Some(last), Ok(diag)) = (self.diagnoses.back_mut(), SlaveDiag::parse(&self.diagnosis_octets))
+            && ident == Some(diag.ident)
+        {
+            last.reports = diagnosis_reports(&diag, device_blocks);
+        }
     }
 
     /// The owner as its diagnosis names it.

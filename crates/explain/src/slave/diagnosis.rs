@@ -1,14 +1,14 @@
 //! The notes about a diagnosis: the result of a start-up, the owner, lost parameters, and what the device reports.
 
 use super::{Slave, releases};
+use crate::dpv1::DeviceBlocks;
 use crate::note::{Kind, Notes};
 use crate::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
 use profivac_client::identify::device_names;
 use profivac_dp::link::Baud;
 use profivac_host::scan::SlaveStatus;
-use profivac_sim::describe::Hex;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
-use profivac_wire::ext_diag::{Block, Blocks, MessageKind};
+use profivac_wire::ext_diag::{Block, Blocks};
 use profivac_wire::prm::SetPrm;
 
 /// The contents of the last Slave_Diag.
@@ -16,7 +16,8 @@ use profivac_wire::prm::SetPrm;
 pub(super) struct Diagnosis {
     pub(super) status: StationStatus,
     pub(super) owner: u8,
-    pub(super) ext_diag: Vec<u8>,
+    /// What it reports, as text.
+    reports: Vec<String>,
 }
 
 /// The status bits of the start-up; all others are diagnosis.
@@ -34,13 +35,11 @@ const ORDINARY: StationStatus = StationStatus::ALWAYS_ONE
 impl Slave {
     pub(super) fn diagnosed(&mut self, du: &[u8], baud: Baud, notes: &mut Notes<'_>) {
         let (Ok(diag), Some(parsed)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
-        let before = self.diagnosis.replace(Diagnosis {
-            status: diag.status,
-            owner: diag.master_add,
-            ext_diag: diag.ext_diag.to_vec(),
-        });
-        let refused = self.start_up_result(&diag, notes);
         self.identify(diag.ident);
+        let reports = diagnosis_reports(&diag, self.device_blocks());
+        let now = Diagnosis { status: diag.status, owner: diag.master_add, reports: reports.clone() };
+        let before = self.diagnosis.replace(now);
+        let refused = self.start_up_result(&diag, notes);
         let Some(before) = before else {
             let owner =
                 parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
@@ -48,7 +47,7 @@ impl Slave {
             let devices = if devices.is_empty() { "an unknown device" } else { &devices };
             let text = format!("is present: {devices} (ident {:04X}), {owner}, {}", diag.ident, parsed.state_text());
             notes.about(self.address, Kind::Presence, text);
-            return self.report_diagnosis(&diag, notes);
+            return self.report_diagnosis(&reports, notes);
         };
         if !refused {
             self.report_lost_parameters(&before, &diag, baud, notes);
@@ -56,9 +55,8 @@ impl Slave {
         if before.owner != diag.master_add {
             notes.about(self.address, Kind::Owner, owner_change(before.owner, diag.master_add));
         }
-        let contents = |diagnosis: &Diagnosis| (diagnosis.status - PROGRESS - ORDINARY, diagnosis.ext_diag.clone());
-        if self.diagnosis.as_ref().map(contents) != Some(contents(&before)) {
-            self.report_diagnosis(&diag, notes);
+        if before.reports != reports {
+            self.report_diagnosis(&reports, notes);
         }
         let is_ready = !diag.status.intersects(PROGRESS);
         if is_ready && before.status.intersects(PROGRESS) {
@@ -71,7 +69,6 @@ impl Slave {
         let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
         (self.prm.is_new, self.cfg_is_new) = (false, false);
         let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
-            self.identify(diag.ident);
             format!("Set_Prm refused: {}", set_prm_reason(&self.prm.octets, self.tables.model, diag.ident))
         } else if cfg && diag.status.contains(StationStatus::CFG_FAULT) {
             let refused = RefusedConfiguration {
@@ -114,16 +111,14 @@ impl Slave {
     }
 
     /// Adds a note about the contents of a diagnosis beyond the start-up.
-    fn report_diagnosis(&self, diag: &SlaveDiag<'_>, notes: &mut Notes<'_>) {
-        let reports = diagnosis_reports(diag);
-        let is_empty = self.diagnosis.is_some() && reports.is_empty();
-        let text = if is_empty {
-            "its diagnosis reports nothing".to_owned()
-        } else {
-            format!("its diagnosis: {}", reports.join(", "))
-        };
+    fn report_diagnosis(&self, reports: &[String], notes: &mut Notes<'_>) {
         let is_initial = reports.is_empty() && self.counters.exchanges == 0;
         if !is_initial {
+            let text = if reports.is_empty() {
+                "its diagnosis reports nothing".to_owned()
+            } else {
+                format!("its diagnosis: {}", reports.join("; "))
+            };
             notes.about(self.address, Kind::Diagnosis, text);
         }
     }
@@ -140,31 +135,12 @@ fn owner_change(before: u8, now: u8) -> String {
 
 /// What a diagnosis reports beyond the start-up: the status bits and the blocks of the extended diagnosis, each as text.
 #[must_use]
-pub fn diagnosis_reports(diag: &SlaveDiag<'_>) -> Vec<String> {
+pub fn diagnosis_reports(diag: &SlaveDiag<'_>, device_blocks: DeviceBlocks) -> Vec<String> {
     let status = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned);
-    let blocks =
-        Blocks::new(diag.ext_diag).map(|block| block.map_or_else(|_| "a damaged block".to_owned(), block_text));
+    let blocks = Blocks::new(diag.ext_diag).map(|block| match block {
+        Ok(Block::Device(content)) => device_blocks.text(content),
+        Ok(block) => block.to_string(),
+        Err(_) => "a damaged block".to_owned(),
+    });
     status.chain(blocks).collect()
-}
-
-/// A block of an extended diagnosis as text.
-fn block_text(block: Block<'_>) -> String {
-    match block {
-        Block::Device(content) => match profivac_wire::ext_diag::Message::parse(content) {
-            Ok(message) if matches!(message.kind, MessageKind::Alarm(1..=6) | MessageKind::Status(1..=3)) => {
-                message.to_string()
-            }
-            _ => format!("device {}", Hex(content)),
-        },
-        Block::Identifier(content) => {
-            let modules: Vec<String> =
-                profivac_wire::ext_diag::identifiers_with_diagnosis(content).map(|number| number.to_string()).collect();
-            if modules.is_empty() { "no module".to_owned() } else { format!("modules {}", modules.join(" ")) }
-        }
-        Block::Channel(channel) => {
-            let error = profivac_wire::ext_diag::channel_error(channel.error);
-            format!("module {} channel {}: {error}", channel.identifier, channel.number)
-        }
-        Block::Revision(revision) => format!("revision {revision}"),
-    }
 }

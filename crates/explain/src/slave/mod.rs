@@ -7,6 +7,7 @@ pub use diagnosis::diagnosis_reports;
 use crate::acyclic::Records;
 use crate::cycle::{Answer, Request, status_text};
 use crate::cyclic::Cyclic;
+use crate::dpv1::{DeviceBlocks, Dpv1Traffic};
 use crate::names::DeviceTables;
 use crate::note::{Kind, Notes, octets};
 use diagnosis::Diagnosis;
@@ -62,6 +63,7 @@ pub struct Slave {
     /// No diagnosis has shown the result of Chk_Cfg yet.
     cfg_is_new: bool,
     diagnosis: Option<Diagnosis>,
+    dpv1: Dpv1Traffic,
     records: Records,
     cyclic: Cyclic,
     unanswered_in_a_row: u32,
@@ -85,6 +87,7 @@ impl Slave {
             prm: Parameters::default(),
             cfg_is_new: false,
             diagnosis: None,
+            dpv1: Dpv1Traffic::default(),
             records: Records::default(),
             cyclic: Cyclic::default(),
             unanswered_in_a_row: 0,
@@ -158,6 +161,7 @@ impl Slave {
         }
         self.unanswered_in_a_row = 0;
         self.report_refusal(request, answer, notes);
+        self.dpv1.answered(request, answer);
         match request.sap {
             Sap::SlaveDiag => self.diagnosed(answer.du, baud, notes),
             Sap::SetPrm => self.parameterised(request, answer, notes),
@@ -257,6 +261,11 @@ impl Slave {
                 format!("does not take another address: {}", status_text(answer.status)),
             );
         }
+    }
+
+    /// The format of the device-related blocks in its diagnosis.
+    fn device_blocks(&self) -> DeviceBlocks {
+        self.dpv1.device_blocks(self.tables.model.map(|model| model.features.dpv1))
     }
 
     /// All devices with its Ident_Number.

@@ -71,8 +71,13 @@ impl Observer {
 
     /// Takes the contents of an answer.
     fn take_answer(&mut self, slave: u8, request: &Request, answer: Answer<'_>, start: BitTime) {
+        if request.sap == Sap::Default {
+            return self.exchanged(slave, request, answer, start);
+        }
+        let Some(station) = self.station_mut(slave) else { return };
+        let before = station.device_blocks();
+        station.dpv1.answered(request, answer);
         match request.sap {
-            Sap::Default => self.exchanged(slave, request, answer, start),
             Sap::SlaveDiag => self.diagnosed(slave, answer.du),
             Sap::SetPrm if answer.is_ack() => self.parameterised(slave, request),
             Sap::ChkCfg if answer.is_ack() => self.configured(slave, request.master, &request.du),
@@ -84,6 +89,9 @@ impl Observer {
             }
             sap if is_acyclic(sap) => self.record_answered(slave, request, answer.du, start),
             _ => {}
+        }
+        if let Some(station) = self.station_mut(slave).filter(|station| station.device_blocks() != before) {
+            station.reword_diagnosis();
         }
     }
 }

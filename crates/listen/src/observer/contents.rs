@@ -70,12 +70,16 @@ impl Observer {
             return;
         }
         let Ok(diag) = SlaveDiag::parse(du) else { return };
+        if station.knowledge.ident() == Some(diag.ident) {
+            // The words for the format that this diagnosis shows: they are no change of the contents.
+            station.reword_diagnosis();
+        }
         station.diagnosis_octets.clear();
         station.diagnosis_octets.extend_from_slice(du);
         station.status = Some(diag.status);
         let owner = station.owner.replace(diag.master_add);
         identify(station, diag.ident);
-        let reports = diagnosis_reports(&diag);
+        let reports = diagnosis_reports(&diag, station.device_blocks());
         let is_report = station.diagnoses.back().map_or(!reports.is_empty(), |before| before.reports != reports);
         if station.diagnoses.back().is_none_or(|before| before.reports != reports) {
             if station.diagnoses.len() >= MAX_DIAGNOSES {

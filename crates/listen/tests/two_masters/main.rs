@@ -509,6 +509,68 @@ fn the_history_of_a_diagnosis_has_the_last_contents_with_their_ages() {
     assert_eq!(report.stations[1].diagnosis_history.len(), MAX_DIAGNOSES - 1);
 }
 
+/// Two slaves send the same octets, which are a process alarm or the vendor's. Their Set_Prm comes behind the first diagnosis.
+#[test]
+fn a_device_related_block_is_an_alarm_only_on_a_slave_with_dp_v1() {
+    const DPV0: usize = 0;
+    const DPV1: usize = 1;
+    let baud = Baud::B19200;
+    let mut listener = Listener::new(baud);
+    let mut now_ms = 0;
+    let mut hear = |slave: usize, (sap, request): (u8, &[u8]), answer: Option<&[u8]>| {
+        now_ms += 100;
+        let start = BitTime(baud.tbit_of_ms(now_ms));
+        let address = 8 + slave as u8;
+        let fc = if now_ms % 200 == 0 { 0x5D } else { 0x7D };
+        let request = emit(address, 1, Some((sap, 62)), fc, request);
+        let answer_at = start + 11 * request.len() as u64 + 40;
+        listener.hear(&Chunk { start: Some(start), octets: request, ..Chunk::default() });
+        let octets = answer.map_or_else(|| vec![0xE5], |du| emit(1, address, Some((62, sap)), 0x08, du));
+        listener.hear(&Chunk { start: Some(answer_at), octets, ..Chunk::default() });
+        let report = BusReport::of(&listener.observer);
+        let of = |slave: usize| report.stations[1 + slave].diagnosis.get(1).cloned().unwrap_or_default();
+        let events = report.events.iter().filter(|event| event.kind == EventKind::Diagnosis);
+        let history = report.stations.iter().flat_map(|station| &station.diagnosis_history);
+        let history: Vec<String> = history.map(|it| it.reports.get(1).cloned().unwrap_or_default()).collect();
+        let slaves: Vec<String> = (0..report.stations.len() - 1).map(of).collect();
+        (slaves, events.map(|event| event.text.clone()).collect::<Vec<_>>(), history)
+    };
+    let block: &[u8] = &[0x08, 0x0C, 0, 1, 0xAA, 0xAB, 0x04, 0x02, 0x03, 0x09];
+    let diagnosis = (60, &[][..]);
+    let set_prm = |status| [0x88, 20, 11, 11, 0xAA, 0xAB, 1, status, 0, 0];
+    let alarm = "process alarm of slot 3, sequence number 1, appears";
+    let both = format!("device-related octets 02 03 09 (as DP-V1: {alarm})");
+    hear(DPV0, diagnosis, Some(block));
+    let (slaves, events, _) = hear(DPV1, diagnosis, Some(block));
+    assert_eq!(slaves, [both.as_str(), both.as_str()]);
+    assert!(events.iter().all(|text| text.ends_with(&format!("reports Ext_Diag; {both}"))), "{events:?}");
+    assert_eq!(events.len(), 2);
+    // The live list has other words at once. The contents are the same: no event, and nothing in the history.
+    hear(DPV0, (61, &set_prm(0x00)), None);
+    let (slaves, ..) = hear(DPV1, (61, &set_prm(0x80)), None);
+    assert_eq!(slaves, ["vendor-specific octets 02 03 09", alarm]);
+    hear(DPV0, diagnosis, Some(block));
+    let (slaves, events, history) = hear(DPV1, diagnosis, Some(block));
+    assert_eq!((slaves[DPV1].as_str(), events.len(), history.len()), (alarm, 2, 0));
+    // A diagnosis with Prm_Fault and the same block takes the mode back: other words, no other contents.
+    let refused = [&[0x48, 0x0D], &block[2..]].concat();
+    let (slaves, events, history) = hear(DPV1, diagnosis, Some(&refused));
+    assert_eq!((slaves[DPV1].as_str(), events.len(), history.len()), (both.as_str(), 2, 0));
+    let (slaves, ..) = hear(DPV1, (51, &[0x5E, 1, 19, 4]), None);
+    assert_eq!(slaves, ["vendor-specific octets 02 03 09", alarm]);
+    // Set_Prm for another device, then another device at the address: the words of the first one stay in the history.
+    let [high, low] = model_named("tpg300").unwrap().ident.to_be_bytes();
+    hear(DPV1, (61, &[0x88, 20, 11, 11, high, low, 1]), None);
+    let other = [&block[..5], &[0xAC], &block[6..]].concat();
+    let (slaves, events, history) = hear(DPV1, diagnosis, Some(&other));
+    assert_eq!((slaves[DPV1].as_str(), events.len(), history.as_slice()), (both.as_str(), 3, &[alarm.to_owned()][..]));
+    // The first device is back, without a Set_Prm.
+    hear(DPV1, (51, &[0x5E, 1, 19, 4]), None);
+    let (slaves, events, history) = hear(DPV1, diagnosis, Some(block));
+    assert_eq!((slaves[DPV1].as_str(), events.len()), (both.as_str(), 4));
+    assert_eq!(history, [alarm, alarm]);
+}
+
 /// A master writes the unit by MS1 and reads a parameter in the parameter channel: name, value, way and requester.
 #[test]
 fn parameters_that_pass_are_shown_with_name_value_and_requester() {

@@ -2,6 +2,7 @@
 
 use super::{CHANNEL, LENGTH};
 use crate::octets::{Reader, TooLong, TooShort, Writer};
+use core::fmt::{self, Display, Formatter};
 
 /// A channel-related block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +18,8 @@ pub struct Channel {
     pub number: u8,
     /// Width of the channel.
     pub organisation: Organisation,
-    /// Error type, 0 to 31: see [`channel_error`].
-    pub error: u8,
+    /// Error type.
+    pub error: ChannelError,
 }
 
 impl Channel {
@@ -30,13 +31,13 @@ impl Channel {
             output: channel & 0x80 != 0,
             number: channel & LENGTH,
             organisation: Organisation::from_bits(kind >> 5),
-            error: kind & 0x1F,
+            error: ChannelError(kind & 0x1F),
         })
     }
 
     pub(super) fn emit(self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         let direction = if self.input { 0x40 } else { 0 } | if self.output { 0x80 } else { 0 };
-        let kind = (self.organisation as u8) << 5 | self.error & 0x1F;
+        let kind = (self.organisation as u8) << 5 | self.error.0 & 0x1F;
         writer.octets(&[CHANNEL | self.identifier & LENGTH, direction | self.number & LENGTH, kind])
     }
 }
@@ -69,14 +70,14 @@ impl Organisation {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Unknown => "unknown width",
+            Self::Unknown => "reserved width 0",
             Self::Bit => "bit",
             Self::TwoBits => "2 bit",
             Self::FourBits => "4 bit",
             Self::Byte => "byte",
             Self::Word => "word",
             Self::TwoWords => "2 words",
-            Self::Reserved => "reserved width",
+            Self::Reserved => "reserved width 7",
         }
     }
 
@@ -94,20 +95,33 @@ impl Organisation {
     }
 }
 
-/// The name of an error type in a channel-related block.
-#[must_use]
-pub const fn channel_error(error: u8) -> &'static str {
-    match error {
-        1 => "short circuit",
-        2 => "undervoltage",
-        3 => "overvoltage",
-        4 => "overload",
-        5 => "overtemperature",
-        6 => "line break",
-        7 => "upper limit exceeded",
-        8 => "lower limit exceeded",
-        9 => "error",
-        16..=31 => "manufacturer specific",
-        _ => "reserved",
+/// The error type of a channel-related block, 0 to 31. As text it is the name in the standard; a type without one, reserved or
+/// of the manufacturer, keeps its number.
+///
+/// ```
+/// use profivac_wire::ext_diag::ChannelError;
+///
+/// assert_eq!(ChannelError(6).to_string(), "line break");
+/// assert_eq!(ChannelError(17).to_string(), "manufacturer specific error 17");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ChannelError(pub u8);
+
+impl Display for ChannelError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            1 => "short circuit",
+            2 => "undervoltage",
+            3 => "overvoltage",
+            4 => "overload",
+            5 => "overtemperature",
+            6 => "line break",
+            7 => "upper limit exceeded",
+            8 => "lower limit exceeded",
+            9 => "error",
+            16..=31 => return write!(f, "manufacturer specific error {}", self.0),
+            number => return write!(f, "reserved error {number}"),
+        })
     }
 }

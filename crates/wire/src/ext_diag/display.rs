@@ -1,8 +1,7 @@
 //! Extended diagnosis in English.
 
 use super::{
-    Block, Channel, Message, MessageKind, ModuleState, SpecifierChange, channel_error, identifiers_with_diagnosis,
-    module_states,
+    Block, Channel, Message, MessageKind, ModuleState, SpecifierChange, identifiers_with_diagnosis, module_states,
 };
 use core::fmt::{self, Display, Formatter};
 
@@ -32,17 +31,13 @@ impl Display for Channel {
             (false, false) => "",
         };
         let Self { identifier, number, organisation, error, .. } = self;
-        write!(f, "module {identifier}, {direction}channel {number} ({}): ", organisation.name())?;
-        match error {
-            1..=9 => f.write_str(channel_error(*error)),
-            error => write!(f, "{} error {error}", channel_error(*error)),
-        }
+        write!(f, "module {identifier}, {direction}channel {number} ({}): {error}", organisation.name())
     }
 }
 
 impl Display for Message<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of slot {}", self.kind.name(), self.slot)?;
+        write!(f, "{} of slot {}", self.kind, self.slot)?;
         if matches!(self.kind, MessageKind::Alarm(_)) {
             write!(f, ", sequence number {}", self.specifier.seq_nr())?;
         }
@@ -142,6 +137,7 @@ mod tests {
             ("01 01 13", "diagnostic alarm of slot 1, sequence number 2, disappears, others remain"),
             ("82 00 00 E4", "module status of slot 0: 1 invalid data, 2 wrong module, 3 no module"),
             ("82 00 02 00", "module status of slot 0, disappears: all valid"),
+            ("FE 00 01 04", "manufacturer specific status 126 of slot 0, appears: 04"),
         ] {
             assert_eq!(Message::parse(&hex(content)).unwrap().to_string(), words);
         }

@@ -1,6 +1,7 @@
 //! Alarms and status messages: device-related blocks of a DP-V1 device. profibus-wire 2.3.2.
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
+use core::fmt::{self, Display, Formatter};
 
 /// The content of a device-related block of a DP-V1 device: an alarm, which the master acknowledges, or a status.
 ///
@@ -65,6 +66,12 @@ impl MessageKind {
     /// Module_Status: two bits of [`ModuleState`] per module.
     pub const MODULE_STATUS: Self = Self::Status(2);
 
+    /// Whether the standard gives the type neither a meaning nor to the manufacturer.
+    #[must_use]
+    pub const fn is_reserved(self) -> bool {
+        matches!(self, Self::Alarm(0 | 7..=31 | 127..) | Self::Status(0 | 4..=29 | 127..))
+    }
+
     pub(super) const fn from_octet(octet: u8) -> Self {
         if octet & 0x80 == 0 { Self::Alarm(octet) } else { Self::Status(octet & 0x7F) }
     }
@@ -75,27 +82,28 @@ impl MessageKind {
             Self::Status(kind) => kind | 0x80,
         }
     }
+}
 
-    /// The name of the type, in English.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
+/// The name of the type in English. A type without a name, reserved or of the manufacturer, keeps its number.
+impl Display for MessageKind {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Self::Alarm(1) => "diagnostic alarm",
             Self::Alarm(2) => "process alarm",
             Self::Alarm(3) => "pull alarm",
             Self::Alarm(4) => "plug alarm",
             Self::Alarm(5) => "status alarm",
             Self::Alarm(6) => "update alarm",
-            Self::Alarm(32..=126) => "manufacturer specific alarm",
-            Self::Alarm(_) => "reserved alarm",
+            Self::Alarm(kind @ 32..=126) => return write!(f, "manufacturer specific alarm {kind}"),
+            Self::Alarm(kind) => return write!(f, "reserved alarm {kind}"),
             Self::Status(1) => "status message",
             Self::Status(2) => "module status",
             Self::Status(3) => "DXB link status",
             Self::Status(30) => "PrmCmdAck",
             Self::Status(31) => "Red_State",
-            Self::Status(32..=126) => "manufacturer specific status",
-            Self::Status(_) => "reserved status",
-        }
+            Self::Status(kind @ 32..=126) => return write!(f, "manufacturer specific status {kind}"),
+            Self::Status(kind) => return write!(f, "reserved status {kind}"),
+        })
     }
 }
 

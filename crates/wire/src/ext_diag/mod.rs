@@ -5,7 +5,7 @@
 //! [`Display`](core::fmt::Display) in English.
 //!
 //! ```
-//! use profivac_wire::ext_diag::{Block, Blocks, Channel, Organisation, channel_error};
+//! use profivac_wire::ext_diag::{Block, Blocks, Channel, ChannelError, Organisation};
 //! use profivac_wire::ext_diag::{Message, MessageKind, ModuleState, SpecifierChange, module_states};
 //!
 //! // Module_Status of two modules, then a short circuit at input 3 of the identifier 1.
@@ -13,14 +13,14 @@
 //! let mut blocks = Blocks::new(&octets);
 //! let Some(Ok(Block::Device(content))) = blocks.next() else { panic!("expected a device-related block") };
 //! let message = Message::parse(content)?;
-//! assert_eq!((message.kind, message.kind.name()), (MessageKind::MODULE_STATUS, "module status"));
+//! assert_eq!((message.kind, message.kind.to_string().as_str()), (MessageKind::MODULE_STATUS, "module status"));
 //! let states: Vec<_> = module_states(message.data).take(2).collect();
 //! assert_eq!(states, [ModuleState::Valid, ModuleState::Invalid]);
 //!
 //! let Some(Ok(block @ Block::Channel(channel))) = blocks.next() else { panic!("expected a channel-related block") };
 //! assert_eq!((channel.identifier, channel.number, channel.input), (1, 3, true));
-//! assert_eq!((channel.organisation.name(), channel_error(channel.error)), ("bit", "short circuit"));
-//! assert_eq!(channel, Channel { organisation: Organisation::Bit, error: 1, output: false, ..channel });
+//! assert_eq!((channel.organisation.name(), channel.error.to_string().as_str()), ("bit", "short circuit"));
+//! assert_eq!(channel, Channel { organisation: Organisation::Bit, error: ChannelError(1), output: false, ..channel });
 //! let mut out = [0; 3];
 //! assert_eq!(block.emit(&mut out)?, 3);
 //! assert_eq!(out, octets[5..]);
@@ -38,7 +38,7 @@ mod channel;
 mod display;
 mod message;
 
-pub use channel::{Channel, Organisation, channel_error};
+pub use channel::{Channel, ChannelError, Organisation};
 pub use message::{Message, MessageKind, ModuleState, Specifier, SpecifierChange, module_states};
 
 use crate::octets::{Reader, TooLong, TooShort, Writer};
@@ -151,6 +151,8 @@ mod tests {
     use super::*;
     use crate::diag::SlaveDiag;
     use crate::testing::{du, hex};
+    use std::collections::BTreeSet;
+    use std::string::{String, ToString};
     use std::vec::Vec;
 
     /// profibus-wire 2.3.1, the example of the standard.
@@ -171,9 +173,10 @@ mod tests {
             output: false,
             number: 2,
             organisation: Organisation::Bit,
-            error: 4,
+            error: ChannelError(4),
         };
-        let other = Channel { identifier: 12, number: 6, organisation: Organisation::Word, error: 7, ..channel };
+        let other =
+            Channel { identifier: 12, number: 6, organisation: Organisation::Word, error: ChannelError(7), ..channel };
         [
             Block::Device(&[0x11, 0x22, 0x33]),
             Block::Identifier(&[0x01, 0x10, 0x04, 0x00]),
@@ -191,7 +194,10 @@ mod tests {
         let Some(Ok(Block::Device(content))) = Blocks::new(&octets).next() else { panic!("a device-related block") };
         assert_eq!(Message::parse(content), Ok(alarm));
         assert_eq!((alarm.specifier.seq_nr(), alarm.specifier.add_ack()), (1, false));
-        assert_eq!((alarm.specifier.change(), alarm.kind.name()), (SpecifierChange::Appears, "diagnostic alarm"));
+        assert_eq!(
+            (alarm.specifier.change(), alarm.kind.to_string().as_str()),
+            (SpecifierChange::Appears, "diagnostic alarm")
+        );
         let octets = ext_diag(STATUS);
         let status = Message { kind: MessageKind::Status(1), slot: 2, specifier: Specifier(0), data: &[5, 1, 0x2C] };
         assert_eq!(Message::parse(&octets[1..]), Ok(status));
@@ -261,28 +267,54 @@ mod tests {
         let [Block::Identifier(identifiers), Block::Device(content)] = blocks[..] else { panic!("two blocks") };
         assert_eq!(identifiers_with_diagnosis(identifiers).count(), 0);
         let message = Message::parse(content).unwrap();
-        assert_eq!((message.kind, message.kind.name()), (MessageKind::MODULE_STATUS, "module status"));
+        assert_eq!(message.kind, MessageKind::MODULE_STATUS);
         use ModuleState::{Invalid, Missing, Valid, Wrong};
         assert!(module_states(message.data).take(5).eq([Valid, Invalid, Wrong, Missing, Valid]));
         assert_eq!(module_states(message.data).count(), 64);
     }
 
     #[test]
-    fn types_have_their_names() {
+    fn types_have_their_names_and_a_type_without_a_name_keeps_its_number() {
         for (octet, name) in [
+            (0x00, "reserved alarm 0"),
             (0x02, "process alarm"),
-            (0x20, "manufacturer specific alarm"),
-            (0x7F, "reserved alarm"),
+            (0x07, "reserved alarm 7"),
+            (0x1F, "reserved alarm 31"),
+            (0x20, "manufacturer specific alarm 32"),
+            (0x7E, "manufacturer specific alarm 126"),
+            (0x7F, "reserved alarm 127"),
+            (0x84, "reserved status 4"),
             (0x9E, "PrmCmdAck"),
-            (0xFE, "manufacturer specific status"),
-            (0xFF, "reserved status"),
+            (0xA0, "manufacturer specific status 32"),
+            (0xFE, "manufacturer specific status 126"),
+            (0xFF, "reserved status 127"),
         ] {
-            assert_eq!(MessageKind::from_octet(octet).name(), name);
+            let kind = MessageKind::from_octet(octet);
+            assert_eq!((kind.to_string().as_str(), kind.is_reserved()), (name, name.starts_with("reserved")));
         }
-        assert_eq!(
-            (channel_error(1), channel_error(10), channel_error(16)),
-            ("short circuit", "reserved", "manufacturer specific")
-        );
+        for (error, name) in [
+            (0, "reserved error 0"),
+            (1, "short circuit"),
+            (9, "error"),
+            (10, "reserved error 10"),
+            (15, "reserved error 15"),
+            (16, "manufacturer specific error 16"),
+            (31, "manufacturer specific error 31"),
+        ] {
+            assert_eq!(ChannelError(error).to_string(), name);
+        }
+    }
+
+    /// Each of the 256 third octets of a channel-related block has a text of its own: no number is lost.
+    #[test]
+    fn every_width_and_error_of_a_channel_has_a_text_of_its_own() {
+        let texts: BTreeSet<String> =
+            (0..=0xFF).map(|kind| Blocks::new(&[0x82, 0xC3, kind]).next().unwrap().unwrap().to_string()).collect();
+        assert_eq!(texts.len(), 256);
+    }
+
+    #[test]
+    fn a_specifier_has_a_sequence_number_an_acknowledgement_and_a_change() {
         assert_eq!(Specifier(0x17).seq_nr(), 2);
         assert!(Specifier(0x17).add_ack());
         assert_eq!(Specifier(0x17).change(), SpecifierChange::DisappearsOthersRemain);
