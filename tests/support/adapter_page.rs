@@ -1,5 +1,7 @@
 //! The tables that tests print into docs/adapters.md, for tests of several crates.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 use std::path::Path;
 
 /// Fails if the page has another table than `table` between the marks of `name`. With PROFIVAC_BLESS=1 writes it there.

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
+use crate::golden;
 use profivac_archive::view::description;
 
 /// The page builds without the archive, so it needs the description as a file. `PROFIVAC_BLESS=1` writes it; afterwards

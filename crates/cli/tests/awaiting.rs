@@ -2,17 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-#[allow(dead_code, reason = "the tests call only block_on")]
-#[path = "../../client/examples/watch.rs"]
-mod watch;
-
-use common::Program;
+use crate::common::Program;
+use crate::examples::watch::block_on;
 use profivac_client::{AsyncBus, Bus, ErrorKind, ms2};
 use std::task::{Context, Waker};
 use std::thread;
 use std::time::Duration;
-use watch::block_on;
 
 fn bus(simulation: &Program, timeout: Duration) -> AsyncBus {
     Bus::builder(format!("tcp://{}", simulation.ready())).timeout(timeout).open_async().unwrap()

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, run};
+use crate::common::{Folder, Program, run};
 
 /// Runs a command and checks its exit code and standard error. Standard output stays empty.
 #[track_caller]

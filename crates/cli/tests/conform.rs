@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Program, run};
+use crate::common::{Program, run};
 use profivac_conform::checks;
 
 fn on_tcp(devices: &[&str]) -> (Program, String) {

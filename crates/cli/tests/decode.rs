@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, run};
+use crate::common::{Folder, Program, run};
 
 /// The log of a master: words, times, an answer in two pieces with a pause, damaged octets, an octet that cannot be parsed.
 const LOG: &str = "\

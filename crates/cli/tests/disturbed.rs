@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program};
+use crate::common::{Folder, Program};
 use serde_json::Value;
 
 /// The number of exchanges with each slave.

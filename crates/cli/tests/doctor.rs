@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, run};
+use crate::common::{Folder, Program, run};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};

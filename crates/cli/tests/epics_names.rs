@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, run};
+use crate::common::{Folder, run};
 use std::process::Output;
 
 const PLANT: &str = r#"

@@ -2,16 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
 #[path = "../../client/examples/clone_settings.rs"]
 mod clone_settings;
 #[path = "../../client/examples/read_all.rs"]
 mod read_all;
 #[path = "../../client/examples/watch.rs"]
-mod watch;
+pub mod watch;
 
-use common::{Folder, Program};
+use crate::common::{Folder, Program};
 use profivac_client::{Bus, BusBuilder};
 use std::ops::ControlFlow;
 

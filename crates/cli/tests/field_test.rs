@@ -5,9 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, octets, run};
+use crate::common::{Folder, Program, octets, run};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::io::{Read, Write};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program};
+use crate::common::{End, Folder, Program};
 
 const TEXT: &str = "00 11 22 33 44 55 66 77 88 99 AA BB CC DD EE FF";
 

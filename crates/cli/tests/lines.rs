@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program};
+use crate::common::{End, Folder, Program};
 
 fn simulation(folder: &Folder) -> Program {
     let program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5", "bcg450@126"]);

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program, run, sd2};
+use crate::common::{End, Folder, Program, run, sd2};
 use serde_json::Value;
 
 /// A simulation on its own pty.

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program, sd2};
+use crate::common::{End, Folder, Program, sd2};
 
 /// A BCG450 whose switch is set outside 0 to 125, on its own line.
 fn simulation(folder: &Folder, arguments: &[&str]) -> (Program, End) {

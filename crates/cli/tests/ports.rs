@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program, run};
+use crate::common::{End, Folder, Program, run};
 use rustix::fs::{Mode, OFlags};
 use std::net::TcpListener;
 use std::os::fd::OwnedFd;

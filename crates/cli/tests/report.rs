@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::Folder;
+use crate::common::Folder;
 use profivac_recorder::{Deadband, Micros, Quality, Recorder, Retention, Sample, Settings};
 use std::fs;
 use std::path::Path;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program, octets, run, sd2};
+use crate::common::{End, Folder, Program, octets, run, sd2};
 use std::time::Duration;
 
 /// A slot time of 200 ms, in bit times, so that a loaded computer misses no answer.

@@ -2,14 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-#[allow(dead_code, reason = "the test does not use the timeout")]
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
-use common::{Folder, Program, run};
+use crate::common::{Folder, Program, run};
+use crate::until::until;
 use serde_json::Value;
-use until::until;
 
 const TEXT: &str = "\
 title = \"a chamber that is vented\"

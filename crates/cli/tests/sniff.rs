@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, octets, run};
+use crate::common::{Folder, Program, octets, run};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, Folder, Program, sd1, sd2};
+use crate::common::{End, Folder, Program, sd1, sd2};
 
 const FDL_STATUS_5: &str = "10 05 02 49 50 16";
 const FDL_STATUS_6: &str = "10 06 02 49 51 16";

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{End, run, sd2};
+use crate::common::{End, run, sd2};
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
 use profivac_host::port::{Port, TcpServer};

@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, Program, get, run, until};
+use crate::common::{Folder, Program, get, run, until};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Folder, all_shown_on_terminal, interrupted_on_terminal, run, run_with};
+use crate::common::{Folder, all_shown_on_terminal, interrupted_on_terminal, run, run_with};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Output;

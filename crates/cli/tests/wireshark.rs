@@ -3,11 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
-use common::{Folder, run};
+use crate::common::{Folder, run};
+use crate::golden;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_listen::flight::{FlightLimits, FlightRecorder};
 use profivac_listen::{Chunk, Divider, TimeSource};

@@ -4,20 +4,17 @@
 
 #[path = "support/changing_port.rs"]
 mod changing_port;
-#[allow(dead_code, reason = "the test does not use the timeout")]
-#[path = "../../../tests/support/until.rs"]
-mod until;
 #[allow(dead_code, reason = "the tests call only block_on")]
 #[path = "../examples/watch.rs"]
 mod watch;
 
+use crate::until::until;
 use changing_port::{Change, ChangingPort};
 use profivac_client::{Bus, ms2};
 use profivac_host::port::Port;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
-use until::until;
 use watch::block_on;
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6

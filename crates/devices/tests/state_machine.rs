@@ -2,10 +2,7 @@
 //! errata-pxg55x-img400 19 and 77.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "this is test code")]
 
-#[allow(dead_code, reason = "the tables are printed elsewhere")]
-#[path = "support/golden.rs"]
-mod golden;
-
+use crate::support::golden;
 use profivac_devices::profile::{DeviceState, StateEvent, TRANSITIONS};
 use std::fmt::Write;
 

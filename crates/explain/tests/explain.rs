@@ -3,11 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod decoded;
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
-use decoded::decoded;
+use crate::decoded::decoded;
+use crate::golden;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::Model;
 use profivac_dp::link::active::{Active, BusParameters};

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod decoded;
-
+use crate::decoded;
 use profivac_dp::link::Baud;
 use profivac_explain::Decoder;
 use profivac_explain::frame::{Piece, PieceKind};

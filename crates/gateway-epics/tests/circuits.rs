@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::Plant;
+use crate::common::Plant;
 use profivac_gateway_epics::ca;
 use profivac_gateway_epics::connection::{Broken, MAX_OUT, Protocol, Slots};
 use profivac_gateway_epics::database::World;

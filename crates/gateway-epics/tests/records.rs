@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-
-use common::{Plant, config, parsed};
+use crate::common::{Plant, config, parsed};
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
 use profivac_gateway_epics::database::World;

@@ -2,11 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod common;
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
-use common::config;
+use crate::common::config;
+use crate::until::{TIMEOUT, until};
 use profivac_gateway::ReadModel;
 use profivac_gateway_epics::ca::message;
 use profivac_recorder::{Recorder, Settings};
@@ -14,7 +11,6 @@ use profivac_station::services::Services;
 use std::io::{Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::sync::Arc;
-use until::{TIMEOUT, until};
 
 fn header(command: u16, data_type: u16, count: u16, first: u32, second: u32, payload: &[u8]) -> Vec<u8> {
     let mut octets = Vec::new();

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
+use crate::until::until;
 use profivac_gateway::command::is_writable;
 use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
 use profivac_recorder::Micros;
@@ -22,7 +20,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
-use until::until;
 
 const SEGMENT: &str = "baud = 1500000\ndevices = [\"bcg450@5\", \"psg550@6\"]\n";
 

@@ -2,19 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-#[path = "../../../tests/support/foreign_bus.rs"]
-mod foreign_bus;
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
-use foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
+use crate::foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
+use crate::until::until;
 use profivac_gateway::signal::{LINE_STATES, QUALITIES};
 use profivac_gateway::{PointValue, ReadModel, Signal, Snapshot, State, Value};
 use profivac_station::config::Config;
 use profivac_station::station::Station;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, LazyLock};
-use until::until;
 
 /// Waits for a snapshot that `is_it`.
 fn snapshot_that(what: &str, model: &ReadModel, is_it: impl Fn(&Snapshot) -> bool) -> Arc<Snapshot> {

@@ -2,16 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
+use crate::until::until;
 use profivac_gateway::{Point, PointValue, ReadModel, Signal, Snapshot, State, Value};
 use profivac_station::config::Config;
 use profivac_station::station::Station;
 use std::path::Path;
 use std::sync::Arc;
 use tempfile::TempDir;
-use until::until;
 
 const SEGMENT: &str = r#"
 baud = 1500000

@@ -2,18 +2,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
 #[path = "fresh/plants.rs"]
 #[allow(dead_code, reason = "the numbers that are compared in another test")]
 mod plants;
-mod support;
 
+use crate::golden;
+use crate::support::normal;
 use profivac_identify::plant::{Phase, PlantRecord, Residual, Volume, identify};
 use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
 use profivac_vacuum::Gas;
 use std::fmt::Write;
-use support::normal;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;

@@ -2,15 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod support;
-
+use crate::support::normal;
 use profivac_identify::plant::{Dose, NotIdentified, Phase, PlantRecord, Remedy, Volume, identify, identify_unless};
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::pump::Roughing;
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
 use std::cell::Cell;
-use support::normal;
 
 const HOUR_S: f64 = 3600.0;
 

@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod support;
-
+use crate::support::normal;
 use profivac_identify::rise::{Cause, GasDependence, NoRise, Rise, RiseSetup, analyse};
 use profivac_vacuum::network::Outside;
 use profivac_vacuum::surface::{Material, Surface};
 use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, Network};
-use support::normal;
 
 const VOLUME_M3: f64 = 0.1;
 const HOUR_S: f64 = 3600.0;

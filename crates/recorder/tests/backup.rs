@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod common;
-
-use common::keep_everything;
+use crate::common::keep_everything;
 use profivac_recorder::backup::{BackupError, Existing};
 use profivac_recorder::{Micros, Quality, Reader, Recorder, Sample};
 use std::fs;

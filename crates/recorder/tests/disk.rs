@@ -2,11 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod common;
-#[path = "../../../tests/support/until.rs"]
-mod until;
-
-use common::{Fixture, keep_everything};
+use crate::common::{Fixture, keep_everything};
+use crate::until::until;
 use profivac_recorder::alarms::{AlarmBatch, StoredAlarm, StoredPlantState};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
@@ -21,7 +18,6 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use until::until;
 
 fn samples(fixture: &Fixture) -> Vec<Sample> {
     fixture.reader().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap()

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-mod common;
-
-use common::keep_everything;
+use crate::common::keep_everything;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use profivac_recorder::{Chunks, Micros, Quality, Reader, Recorder, Sample, Settings};

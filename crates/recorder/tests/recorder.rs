@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod common;
-
-use common::{Fixture, keep_everything};
+use crate::common::{Fixture, keep_everything};
 use profivac_recorder::{Event, EventKind, Export, Micros, Quality, Reader, Recorder, Sample, Settings};
 use std::sync::Arc;
 use std::time::Duration;

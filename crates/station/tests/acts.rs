@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support::memory_station::{ENGINEER, MemoryStation, OPERATOR, Outside, VIEWER};
+use crate::support::until;
 use profivac_station::auth::{Actor, Role, User};
 use profivac_station::control::AuthorityAction;
 use profivac_station::control::error::Unavailable;
@@ -12,8 +12,6 @@ use profivac_station::view::BusStationState;
 use serde_json::{Value, json};
 use std::sync::{Arc, Barrier};
 use std::time::Instant;
-use support::memory_station::{ENGINEER, MemoryStation, OPERATOR, Outside, VIEWER};
-use support::until;
 
 const DEGAS: &str = "ba.degas-on";
 const SAFE_VALUE: &str = "pirani.safe-value";

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::{inputs, snapshot};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::auth::Role;
 use profivac_station::config::Config;
@@ -11,7 +11,6 @@ use profivac_station::services::Services;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
-use support::inputs::{inputs, snapshot};
 use tempfile::TempDir;
 
 const FILE: &str = r#"

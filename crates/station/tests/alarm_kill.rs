@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::database;
+use crate::support::inputs::{actor, inputs};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::{Micros, Quality, Reader};
 use profivac_station::alarm::{AlarmState, Condition, NotificationTarget, Priority, Rule, Series};
@@ -13,8 +14,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
-use support::database;
-use support::inputs::{actor, inputs};
 
 /// The environment variable that tells the child process the folder of its database.
 const FOLDER: &str = "PROFIVAC_TEST_ALARMS_INTO";

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::{inputs, snapshot};
 use profivac_recorder::Quality;
 use profivac_station::auth::Role;
 use profivac_station::config::Config;
@@ -13,7 +13,6 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::sync::Arc;
-use support::inputs::{inputs, snapshot};
 use tempfile::TempDir;
 
 const FILE: &str = r#"# The hall, as it was built.

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod support;
-
+use crate::support;
 use profivac_recorder::Micros;
 use profivac_station::alarm::AlarmState;
 use profivac_station::alarm::view::AlarmView;

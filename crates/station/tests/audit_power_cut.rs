@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::database;
+use crate::support::inputs::{gauge, segment};
 use profivac_devices::bcg450::table::MODEL;
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::{AuditAction, Micros, Reader, Recorder, Settings};
@@ -18,8 +19,6 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
-use support::database;
-use support::inputs::{gauge, segment};
 
 /// The environment variable that tells the child process the folder of its database.
 const FOLDER: &str = "PROFIVAC_TEST_ACT_INTO";

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};

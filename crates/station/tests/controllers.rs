@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support::memory_station::{ENGINEER, MemoryStation, OPERATOR, VIEWER};
 use profivac_station::view::BusStationState;
 use serde_json::{Value, json};
-use support::memory_station::{ENGINEER, MemoryStation, OPERATOR, VIEWER};
 
 const CONTROLLERS: [&str; 2] = ["tpg300@5", "tpg500@5"];
 

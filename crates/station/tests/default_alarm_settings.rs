@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
 use profivac_station::auth::Role;
 use profivac_station::config::Config;
@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
-use support::inputs::{inputs, silent};
 use tempfile::TempDir;
 
 const FILE: &str = r#"# The hall, as it was built.

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support::memory_station::MemoryStation;
+use crate::support::until;
 use profivac_station::view::{BusStationState, Gauge};
 use profivac_virtual::action_text::ActionText;
-use support::memory_station::MemoryStation;
-use support::until;
 
 fn set_fault(station: &MemoryStation, name: &'static str, present: bool) {
     station.outside(move |segment| {

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::inputs;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::{Config, Email};
 use profivac_station::services::Services;
@@ -16,7 +16,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use support::inputs::inputs;
 use tempfile::TempDir;
 
 /// The longest wait, enough for a busy computer.

@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support::tcp_segment::{Fault, TcpSegment};
+use crate::support::{TIMEOUT, until};
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::auth::{Actor, Role, User};
@@ -16,8 +16,6 @@ use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Gauge};
 use std::sync::Arc;
 use std::time::Instant;
-use support::tcp_segment::{Fault, TcpSegment};
-use support::{TIMEOUT, until};
 use tempfile::TempDir;
 
 struct Fixture {

@@ -2,11 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-#[path = "../../../tests/support/foreign_bus.rs"]
-mod foreign_bus;
-mod support;
-
-use foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
+use crate::foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
+use crate::support;
+use crate::support::memory_station::MemoryStation;
+use crate::support::until;
 use jiff::tz::TimeZone;
 use profivac_listen::gauge::Origin;
 use profivac_listen::station::StationState;
@@ -21,8 +20,6 @@ use profivac_station::view::{BusStationState, Reading, SegmentState};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use support::memory_station::MemoryStation;
-use support::until;
 
 /// A device with several telegrams of five octets.
 const AMBIGUOUS: &str = "psg550";

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
+use crate::golden;
 use profivac_station::api::description;
 
 /// The dashboard builds without the station, so it needs the description as a file. `PROFIVAC_BLESS=1` writes it; afterwards

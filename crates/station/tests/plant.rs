@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support::until;
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::auth::{Actor, Role, User};
@@ -18,7 +17,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use support::until;
 use tempfile::TempDir;
 
 struct Fixture {

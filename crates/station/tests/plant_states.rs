@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::inputs;
 use profivac_recorder::{Micros, Quality, Reader};
 use profivac_station::alarm::{NotificationTarget, Priority};
 use profivac_station::auth::Role;
@@ -12,7 +12,6 @@ use profivac_station::services::Services;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
-use support::inputs::inputs;
 use tempfile::TempDir;
 
 const FILE: &str = r#"

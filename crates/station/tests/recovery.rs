@@ -3,13 +3,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::tcp_segment::{Fault, TcpSegment, config};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
-use support::tcp_segment::{Fault, TcpSegment, config};
 
 const DEVICES: [&str; 3] = ["bcg450@5", "psg550@6", "tpg300@7"];
 

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
+use crate::golden;
 use jiff::tz::{TimeZone, offset};
 use profivac_recorder::{Deadband, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
 use profivac_station::config::Config;

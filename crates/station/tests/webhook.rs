@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-mod support;
-
+use crate::support;
+use crate::support::inputs::inputs;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::{Config, Webhook};
@@ -17,7 +17,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
-use support::inputs::inputs;
 use tempfile::TempDir;
 use tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use tokio_rustls::rustls::{ServerConfig, ServerConnection, StreamOwned, crypto};

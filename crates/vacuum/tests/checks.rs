@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../../../tests/support/golden.rs"]
-mod golden;
-
+use crate::golden;
 use profivac_vacuum::atmosphere::{ROOM_K, STANDARD_PA, WATER_SATURATED_PA};
 use profivac_vacuum::conductance::{
     Bulk, SHARP_DISCHARGE, choked_factor, discharge, long_tube_factor, mean_speed_m_per_s, transmission,

@@ -1,8 +1,8 @@
 //! A serial adapter as a state machine without port and clock: a character in at a time, characters out at a later time.
 //!
 //! It has the documented behaviour of an adapter: the packets of its USB endpoint or the trigger of its FIFO, the time for which it
-//! holds characters back, the USB frames, and lost characters. [`ModelPort`](crate::simulated::ModelPort) drives it in simulated time,
-//! [`Relay`](crate::relay::Relay) in front of a pty.
+//! holds characters back, the USB frames, and lost characters. [`ModelPort`](crate::adapter_models::simulated::ModelPort) drives it in simulated time,
+//! [`Relay`](crate::adapter_models::relay::Relay) in front of a pty.
 
 use profivac_dp::link::{Baud, CHARACTER_TBIT};
 use profivac_host::clock::duration_of;

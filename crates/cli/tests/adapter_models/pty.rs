@@ -1,9 +1,9 @@
 //! The program through models of adapters in front of a pty, in real time: the delays of the adapter are those of the model, and a loaded
 //! computer adds its own.
 
-use crate::adapter::{Adapter, UNKNOWN, timer, usb};
+use crate::adapter_models::adapter::{Adapter, UNKNOWN, timer, usb};
+use crate::adapter_models::relay::Relay;
 use crate::common::{Folder, Program, run};
-use crate::relay::Relay;
 use profivac_dp::link::Baud;
 
 /// The rates at which each model is tried.

@@ -1,6 +1,6 @@
 //! The model of an adapter between two ptys, in real time: a program on one of them, a virtual gauge on the other.
 
-use crate::adapter::{Adapter, AdapterModel};
+use crate::adapter_models::adapter::{Adapter, AdapterModel};
 use profivac_dp::link::{Baud, CHARACTER_TBIT};
 use profivac_host::clock::duration_of;
 use profivac_host::port::{Character, Port, Pty};

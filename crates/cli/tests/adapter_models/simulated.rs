@@ -1,6 +1,6 @@
 //! The model of an adapter as a port in simulated time, with stations at the other end of its line.
 
-use crate::adapter::{Adapter, AdapterModel};
+use crate::adapter_models::adapter::{Adapter, AdapterModel};
 use profivac_dp::link::{Baud, BitTime, Receiver};
 use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::line::{Line, Pace, Stations};

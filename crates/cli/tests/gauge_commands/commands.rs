@@ -1,7 +1,7 @@
 //! `address`, `completions`, and the help texts.
 
 use crate::common::run;
-use crate::{Line, PATIENTLY, without_late_answers};
+use crate::gauge_commands::{Line, PATIENTLY, without_late_answers};
 
 fn text(octets: Vec<u8>) -> String {
     String::from_utf8(octets).unwrap()

@@ -1,7 +1,7 @@
 //! `list` and `dump`: the complete tree.
 
 use crate::common::run;
-use crate::{Line, compare};
+use crate::gauge_commands::{Line, compare};
 use serde_json::Value;
 
 const DEVICES: [&str; 12] = [

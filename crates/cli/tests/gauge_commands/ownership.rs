@@ -1,7 +1,7 @@
 //! `--via ms1` and `--via pkw`: announced, refused where another master owns the slave, unit kept, unlocked at the end.
 
-use crate::Line;
 use crate::common::{End, Program, run, sd2};
+use crate::gauge_commands::Line;
 
 /// Slave_Diag of a slave without an owner that waits for parameters.
 const FREE: &str = "68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16";

@@ -1,7 +1,7 @@
 //! `read`: by names and numbers, with units and codes, on every family, and its errors.
 
-use crate::Line;
 use crate::common::{End, Program, octets, run, sd2};
+use crate::gauge_commands::Line;
 use serde_json::{Value, json};
 use std::time::Duration;
 

@@ -1,6 +1,6 @@
 //! `dump --out`, `diff` and `restore`: the settings of a gauge and its replacement.
 
-use crate::Line;
+use crate::gauge_commands::Line;
 use serde_json::Value;
 use std::fs;
 

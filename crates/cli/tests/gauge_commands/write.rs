@@ -1,7 +1,7 @@
 //! `write`: values and commands, the checks before anything is sent, and refusals of the gauge.
 
-use crate::Line;
 use crate::common::{interrupted_on_terminal, run_on_terminal};
+use crate::gauge_commands::Line;
 use serde_json::{Value, json};
 
 #[test]

@@ -5,9 +5,9 @@
 
 use crate::common::{Folder, Program, text};
 use crate::golden;
-use crate::profirust_master;
-use crate::pyprofibus_rows::{Outcome, Rows};
-use crate::slave::Slave;
+use crate::peers::profirust_master;
+use crate::peers::pyprofibus_rows::{Outcome, Rows};
+use crate::peers::slave::Slave;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
 use profivac_virtual::device_spec::DeviceSpec;

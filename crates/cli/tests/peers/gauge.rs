@@ -3,9 +3,9 @@
 //! A second copy, independent of the tables of the device: a test with expectations from the tables would accept
 //! every mistake in them.
 
-use crate::ADDRESS;
 use crate::common::octets;
-use crate::slave::Slave;
+use crate::peers::ADDRESS;
+use crate::peers::slave::Slave;
 
 /// Ident number.
 const IDENT: u16 = 0x08E6;

@@ -1,7 +1,7 @@
 //! profirust in a thread. Its own ports refuse a pty and its clock is the wall clock, so the test supplies port and time.
 
-use crate::slave::Slave;
-use crate::watched::{Event, Watched};
+use crate::peers::slave::Slave;
+use crate::peers::watched::{Event, Watched};
 use profirust::Baudrate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralEvent, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};

@@ -1,8 +1,8 @@
 //! pyprofibus as a process: `pyprofibus_master.py` reports events, line by line.
 
 use crate::common::text;
-use crate::slave::Slave;
-use crate::watched::{Event, Watched};
+use crate::peers::slave::Slave;
+use crate::peers::watched::{Event, Watched};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

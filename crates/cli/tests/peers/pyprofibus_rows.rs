@@ -1,8 +1,8 @@
 //! One pyprofibus for many slaves, one after the other: `pyprofibus_rows.py` answers line for line.
 
 use crate::common::text;
-use crate::pyprofibus_master::{program, python};
-use crate::slave::Slave;
+use crate::peers::pyprofibus_master::{program, python};
+use crate::peers::slave::Slave;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;

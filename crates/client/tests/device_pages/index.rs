@@ -1,7 +1,7 @@
 //! The list of the pages, and how to read them.
 
-use crate::Page;
-use crate::page::{HEADER, table};
+use crate::device_pages::Page;
+use crate::device_pages::page::{HEADER, table};
 
 /// The text that all pages share.
 const READING: &str = "

@@ -1,6 +1,6 @@
 //! One page: the tables of a model as Markdown.
 
-use crate::{Page, words};
+use crate::device_pages::{Page, words};
 use profivac_client::cyclic::unranged_instances;
 use profivac_devices::model::{ChannelRules, Configuration, Model, PlacedBlock, Row, Telegram};
 use profivac_dp::slave::Dpv1Error as Negative;

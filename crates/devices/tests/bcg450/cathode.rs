@@ -1,7 +1,7 @@
 //! Emission and degas. tira41d1 3.3.3.5 to 3.3.3.9 and 2.3, (95) to (102).
 
+use crate::bcg450::{COMMANDS, Gauge, exchanging, float, of_instance};
 use crate::support::Tester;
-use crate::{COMMANDS, Gauge, exchanging, float, of_instance};
 use profivac_devices::{Action, SimulatedDevice, Switch};
 
 /// Hot Cathode Block State Command.

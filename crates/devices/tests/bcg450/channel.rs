@@ -1,7 +1,7 @@
 //! The parameter channel in the cyclic data. tira41d1 2.2.1, (17) to (26).
 
+use crate::bcg450::{Gauge, exchanging};
 use crate::support::{Tester, hex};
-use crate::{Gauge, exchanging};
 
 const CHANNEL: &str = "C6 87 8E 0A 0A 05 05 05 08";
 

@@ -1,8 +1,8 @@
 //! Exception Status, its two records and their copies. tira41d1 3.1.1.10 to 3.1.1.20, (42) to (54).
 
+use crate::bcg450::{FLOATS, Gauge, exchanging, of_instance};
 use crate::support::Tester;
 use crate::support::hex;
-use crate::{FLOATS, Gauge, exchanging, of_instance};
 use profivac_wire::Sap;
 
 /// A fault; Exception Status in EXECUTING at 1e-3 mbar, ID 27 and ID 28.
@@ -91,7 +91,7 @@ pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
 #[test]
 fn the_reading_is_invalid_outside_executing() {
     for mbar in [1e-9, 1e-3, 1.0, 1000.0] {
-        let mut tester = crate::tester();
+        let mut tester = crate::bcg450::tester();
         tester.pressure_mbar(mbar);
         assert_eq!((tester.get(0, 26), tester.get(1, 120)), (vec![0xA0], vec![0x01]), "{mbar} mbar");
         copies_are_equal(&mut tester);

@@ -1,7 +1,7 @@
 //! The BCG450-SP in cyclic exchange: all configurations and all unit strings; all others are refused. tira41d1 1.4, 1.5, 2.3.
 
+use crate::bcg450::tester;
 use crate::support::hex;
-use crate::tester;
 use profivac_wire::Sap;
 
 /// errata-bpg-bcg-tpg, corrected tables: configuration, outputs, inputs. Outputs have 0, 2, 8 or 10 octets (11).

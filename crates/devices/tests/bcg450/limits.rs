@@ -1,8 +1,8 @@
 //! Full scale, overrange and underrange of every instance in every unit and type. tira41d1 3.2.2.6 to 3.2.4.10 and the
 //! computed table of errata-bpg-bcg-tpg.
 
+use crate::bcg450::{float, of_instance, tester};
 use crate::support::hex;
-use crate::{float, of_instance, tester};
 
 /// COUNTS, Torr, Micron, mbar, Pascal
 const UNITS: [&str; 5] = ["03 E9", "05 15", "05 16", "05 1C", "05 1D"];
@@ -84,7 +84,7 @@ fn the_exchange_overwrites_unit_and_type() {
 #[test]
 fn unit_and_type_change_in_idle_outside_the_exchange_only() {
     let mut tester = tester();
-    let refused = |tester: &mut crate::support::Tester<crate::Gauge>| {
+    let refused = |tester: &mut crate::support::Tester<crate::bcg450::Gauge>| {
         assert_eq!(tester.put(1, 21, &[3]), Err(17));
         assert_eq!(tester.put(1, 22, &hex("05 15")), Err(17));
         assert_eq!((tester.get(1, 22), tester.get(1, 21)), (hex("05 1C"), vec![8]));

@@ -1,8 +1,8 @@
 //! Identity, station address and nonvolatile memory. tira41d1 1.2, 3.1, Appendix A, (8), (34) to (37), (73).
 
+use crate::bcg450::{FLOATS, Gauge, MBAR, gauge, tester};
 use crate::support::counting_store::CountingStore;
 use crate::support::{Tester, hex, off, sense_all};
-use crate::{FLOATS, Gauge, MBAR, gauge, tester};
 use profivac_devices::bcg450::{Bcg450, table};
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store};
@@ -33,7 +33,7 @@ fn the_identity_is_that_of_the_manual() {
     assert_eq!(tester.get(0, 16), hex("00 01 00 00"));
     assert_eq!(tester.get(1, 16), hex("00 03 00 00"));
     for (instance, block_type) in [(1, "00 0D 00 00"), (2, "00 10 00 00"), (3, "00 0E 00 00"), (4, "01 00 00 00")] {
-        assert_eq!(crate::of_instance(&mut tester, instance, 101), hex(block_type));
+        assert_eq!(crate::bcg450::of_instance(&mut tester, instance, 101), hex(block_type));
     }
 }
 
@@ -51,7 +51,7 @@ fn a_new_gauge_has_the_values_of_the_factory() {
         (5, 201, "00"),
         (6, 202, "00 32"),
     ] {
-        assert_eq!(crate::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(crate::bcg450::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 
@@ -197,7 +197,7 @@ fn a_stored_value_out_of_range_is_ignored() {
     for (instance, index, octets) in
         [(1, 39, "00"), (2, 39, "00"), (3, 40, "00 00 00 00"), (1, 22, "05 1C"), (5, 202, "00 32")]
     {
-        assert_eq!(crate::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
+        assert_eq!(crate::bcg450::of_instance(&mut tester, instance, index), hex(octets), "{instance}/{index}");
     }
 }
 
@@ -215,7 +215,7 @@ fn a_device_without_power_reports_off() {
 /// (29): the instance that one master selects is the one that all masters read.
 #[test]
 fn all_masters_share_one_selector() {
-    let mut tester = crate::exchanging("C6 87 8E 0A 0A 05 05 05 08", 1e-3);
+    let mut tester = crate::bcg450::exchanging("C6 87 8E 0A 0A 05 05 05 08", 1e-3);
     for instance in 1..=6 {
         tester.write(Relation::Ms2(0), 1, 46, &[instance]).unwrap();
         assert_eq!(tester.read(Relation::Ms1, 1, 46), Ok(vec![instance]));
@@ -226,6 +226,6 @@ fn all_masters_share_one_selector() {
 #[test]
 fn the_block_type_of_slot_1_is_the_same_for_every_instance() {
     let mut tester = tester();
-    let types: Vec<_> = (1..=6).map(|instance| crate::of_instance(&mut tester, instance, 16)).collect();
+    let types: Vec<_> = (1..=6).map(|instance| crate::bcg450::of_instance(&mut tester, instance, 16)).collect();
     assert_eq!(types, vec![hex("00 03 00 00"); 6]);
 }

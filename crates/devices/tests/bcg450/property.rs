@@ -1,10 +1,10 @@
 //! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
 //! no stored value is lost.
 
-use crate::exceptions::copies_are_equal;
+use crate::bcg450::exceptions::copies_are_equal;
+use crate::bcg450::{Gauge, of_instance, tester};
 use crate::support::Tester;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, of_instance, tester};
 use profivac_devices::bcg450::table;
 use profivac_devices::{Action, Potentiometer, Switch};
 

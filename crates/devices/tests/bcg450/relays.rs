@@ -1,7 +1,7 @@
 //! Set points, relays and the atmosphere functions. tira41d1 3.2.5, 3.3.5, (106) to (116).
 
+use crate::bcg450::{FLOATS, Gauge, exchanging, float, of_instance};
 use crate::support::{Tester, hex};
-use crate::{FLOATS, Gauge, exchanging, float, of_instance};
 use profivac_devices::{Action, Potentiometer, SimulatedDevice};
 
 fn turn(tester: &mut Tester<Gauge>, potentiometer: Potentiometer, volts: f64) {
@@ -38,7 +38,7 @@ fn the_threshold_is_read_in_the_unit_of_the_device() {
         tester.put(1, 22, &hex("03 E9")).unwrap();
         let counts = 2000.0 * (f64::from(mbar).log10() + 12.5);
         assert!((f64::from(float(&mut tester, 5, 19)) - counts).abs() < 0.5, "{u} V");
-        tester.bring_up(&hex(crate::MBAR), &hex(FLOATS));
+        tester.bring_up(&hex(crate::bcg450::MBAR), &hex(FLOATS));
     }
     turn(&mut tester, Potentiometer::A, 77.0);
     assert_eq!(float(&mut tester, 5, 19).round(), 1000.0, "a potentiometer ends at 10 V");
@@ -223,7 +223,7 @@ fn the_ambient_sensor_is_adjusted_to_the_diaphragm() {
     tester.device().settle();
     tester.unlock();
     tester.pressure_mbar(1.0);
-    tester.bring_up(&hex(crate::MBAR), &hex(FLOATS));
+    tester.bring_up(&hex(crate::bcg450::MBAR), &hex(FLOATS));
     tester.pressure_mbar(990.0);
     assert_eq!(relays(&mut tester), [false, false], "after power too");
     tester.pressure_mbar(1001.0);

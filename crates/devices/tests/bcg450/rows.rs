@@ -1,8 +1,8 @@
 //! Every row of tira41d1, by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
+use crate::bcg450::{Gauge, gauge};
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
-use crate::{Gauge, gauge};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::table;
 use profivac_devices::model::Location;

@@ -1,7 +1,7 @@
 //! Safe state and safe value. tira41d1 3.2.2.7, 3.2.2.8, (74) to (76).
 
+use crate::bcg450::{FLOATS, exchanging, float, of_instance, tester};
 use crate::support::hex;
-use crate::{FLOATS, exchanging, float, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 
 /// The process value of the last cycle.

@@ -1,7 +1,7 @@
 //! The device state machine. tira41d1 3.1.2, (84) to (92).
 
+use crate::bcg450::{COMMANDS, FLOATS, Gauge, MBAR, exchanging, gauge, tester};
 use crate::support::{Tester, hex, selftest};
-use crate::{COMMANDS, FLOATS, Gauge, MBAR, exchanging, gauge, tester};
 use profivac_devices::model::Fault;
 use profivac_devices::{Action, SimulatedDevice};
 use profivac_dp::link::Baud;

@@ -1,8 +1,8 @@
 //! Emission and degas of channels 1 (BAG) and 2 (EXT). BG 5530 4.4.4, Appendix E; errata-pxg55x-img400 116 to 118, 147
 //! to 152.
 
+use crate::img400::{COMMANDS, Controller, FLOATS, HPA, controller, every_combination, exchanging};
 use crate::support::{Tester, hex};
-use crate::{COMMANDS, Controller, FLOATS, HPA, controller, every_combination, exchanging};
 use profivac_devices::img400::{Gauges, IonGauge};
 use profivac_devices::{Action, SimulatedDevice};
 

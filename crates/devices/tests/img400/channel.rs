@@ -1,8 +1,8 @@
 //! The parameter channel: the walk-throughs of BG 5530 appendices D and E, with errata-pxg55x-img400 158 and 159
 //! applied.
 
+use crate::img400::{CHANNEL, Controller, exchanging};
 use crate::support::{Tester, hex};
-use crate::{CHANNEL, Controller, exchanging};
 
 /// The request of the master and the answer in the channel.
 fn line(tester: &mut Tester<Controller>, request: &str, answer: &str) {

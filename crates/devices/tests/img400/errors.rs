@@ -1,8 +1,8 @@
 //! Exception Status, Channel Status and Reset Error Condition. BG 5530 4.4.1; errata-pxg55x-img400 35 to 38, 121 to
 //! 128.
 
+use crate::img400::{COMMANDS, Controller, FLOATS, exchanging};
 use crate::support::Tester;
-use crate::{COMMANDS, Controller, FLOATS, exchanging};
 use profivac_devices::SimulatedDevice;
 
 /// All gauges are on and in their ranges: no exception.

@@ -1,7 +1,7 @@
 //! Cyclic exchange: all configurations, all unit strings, every combination of gauges. BG 5530 4.2, 4.3.3, Appendix A.
 
+use crate::img400::{Controller, controller, every_combination, tester};
 use crate::support::{Tester, hex};
-use crate::{Controller, controller, every_combination, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::{Gauges, IonGauge, OtherGauge};
 

@@ -1,7 +1,7 @@
 //! Nonvolatile values. BG 5530 tables 1 to 4, Appendix B; errata-pxg55x-img400 26, 119, 143, 153, 154.
 
+use crate::img400::{COMMANDS, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use crate::support::{Tester, hex, off};
-use crate::{COMMANDS, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use profivac_devices::img400::{Gauges, Img400, table};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;

@@ -1,9 +1,9 @@
 //! Random actions of masters, operators and the power supply: the controller is in a named state, its copies are equal,
 //! and no stored value is lost.
 
+use crate::img400::{Controller, controller, every_combination, float};
 use crate::support::random::Random;
 use crate::support::{Tester, sense_all};
-use crate::{Controller, controller, every_combination, float};
 use profivac_devices::img400::table;
 use profivac_devices::model::{DataType, Row};
 use profivac_devices::{Action, SimulatedDevice, StateReport};
@@ -278,7 +278,7 @@ fn a_million_steps_leave_a_named_state_and_equal_copies() {
 #[test]
 fn any_octets_as_parameters_or_outputs_leave_the_device_working() {
     let mut random = Random::new(40);
-    let mut tester = crate::tester();
+    let mut tester = crate::img400::tester();
     for _ in 0..50_000 {
         let length = random.below(12);
         let octets = random.octets(length);

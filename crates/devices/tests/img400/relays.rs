@@ -1,7 +1,7 @@
 //! The seven trip points. BG 5530 4.4.3; errata-pxg55x-img400 32, 137 to 146.
 
+use crate::img400::{COMMANDS, Controller, FLOATS, exchanging, float, put_float, tester};
 use crate::support::{Tester, hex};
-use crate::{COMMANDS, Controller, FLOATS, exchanging, float, put_float, tester};
 
 /// Indices of a trip block.
 const LOW: u8 = 19;

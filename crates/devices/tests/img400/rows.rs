@@ -1,8 +1,8 @@
 //! Every row of BG 5530 by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
+use crate::img400::{Controller, controller};
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
-use crate::{Controller, controller};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::{Gauges, table};
 use profivac_devices::model::Location;

@@ -1,8 +1,8 @@
 //! The device state machine where the IMG 400 differs, and Safe State. BG 5530 4.4.1, 4.4.2; errata-pxg55x-img400 19 to
 //! 28, 32 to 36.
 
+use crate::img400::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use crate::support::{Tester, hex, selftest};
-use crate::{CHANNEL, COMMANDS, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::img400::Gauges;
 use profivac_dp::link::Baud;

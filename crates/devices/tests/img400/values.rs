@@ -1,7 +1,7 @@
 //! Units, types, limits and adjustment. BG 5530 4.4.2; errata-pxg55x-img400 14 to 18, 32, 130 to 136, 143.
 
+use crate::img400::{CHANNEL, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use crate::support::{Tester, hex};
-use crate::{CHANNEL, Controller, FLOATS, HPA, controller, exchanging, float, put_float, tester};
 use profivac_devices::img400::{Gauges, IonGauge, OtherGauge};
 
 const INTEGERS: &str = "45 88 05 03 03 03 03";

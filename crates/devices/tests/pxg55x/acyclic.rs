@@ -1,7 +1,7 @@
 //! Acyclic dialogues to the octet, by a class 1 and by a class 2 master: 4.1, chapter 5.
 
+use crate::pxg55x::{CHANNEL, Gauge, gauge, pcg, psg, tester};
 use crate::support::{Tester, hex};
-use crate::{CHANNEL, Gauge, gauge, pcg, psg, tester};
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
 

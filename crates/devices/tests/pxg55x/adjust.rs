@@ -1,7 +1,7 @@
 //! Zero and gain adjust, auto zero, Pirani OFF: 8.1.1, 8.1.11, 8.2.1, 8.3.1, 12.2.5, (78) to (80), (91), (107).
 
+use crate::pxg55x::{FLOATS, Gauge, exchanging, executing, float, of_instance, pcg, psg, restart};
 use crate::support::Tester;
-use crate::{FLOATS, Gauge, exchanging, executing, float, of_instance, pcg, psg, restart};
 use profivac_devices::SimulatedDevice;
 
 /// AIBlockAdjust Command; the target value is ignored.

@@ -1,8 +1,8 @@
 //! The parameter channel, as far as it differs from the BCG450: 4.3, (1) to (12), (53), (54). The tests of the BCG450 cover
 //! the common rules.
 
+use crate::pxg55x::{CHANNEL, Gauge, exchanging, float, of_instance, pcg};
 use crate::support::{Tester, hex};
-use crate::{CHANNEL, Gauge, exchanging, float, of_instance, pcg};
 
 /// An instruction after AK 0, and its answer.
 fn instruct(tester: &mut Tester<Gauge>, request: &str) -> Vec<u8> {

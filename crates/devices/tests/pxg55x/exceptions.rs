@@ -1,7 +1,7 @@
 //! Exception Status, its two records and their copies. 7.1.11 to 7.1.13, 7.1.16 to 7.1.21, (71) to (75).
 
+use crate::pxg55x::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
 use crate::support::{Tester, hex};
-use crate::{FLOATS, Gauge, exchanging, of_instance, pcg, pcg_without_atm, psg};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_wire::Sap;
@@ -161,7 +161,7 @@ fn the_discrete_outputs_report_an_error() {
 #[test]
 fn exception_status_is_a0_in_idle_without_a_fault() {
     for kind in Pxg55xModel::all() {
-        let mut tester = crate::tester(kind);
+        let mut tester = crate::pxg55x::tester(kind);
         tester.pressure_mbar(100.0);
         assert_eq!((tester.get(0, 26), tester.get(1, 120), tester.get(1, 23)), (vec![0xA0], vec![1], vec![0]));
         copies_are_equal(&mut tester);

@@ -1,7 +1,7 @@
 //! All models in cyclic exchange: every configuration and every user parameter string; all others are refused. 3.7, 3.8, 4.4.
 
+use crate::pxg55x::{COUNTS, MBAR, PASCAL, TORR, TTR, tester};
 use crate::support::hex;
-use crate::{COUNTS, MBAR, PASCAL, TORR, TTR, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_wire::Sap;
 

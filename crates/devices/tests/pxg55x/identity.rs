@@ -1,7 +1,7 @@
 //! The identity of a gauge: 7.1.1 to 7.1.9, 7.1.15, 7.1.22, chapter 5; and its station address, 3.3.
 
+use crate::pxg55x::{Gauge, gauge, pcg, pcg_without_atm, psg, tester};
 use crate::support::Tester;
-use crate::{Gauge, gauge, pcg, pcg_without_atm, psg, tester};
 use profivac_devices::model::Fault;
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::pxg55x::Pxg55xModel;
@@ -69,10 +69,10 @@ fn a_block_type_is_a_word_and_two_zeros() {
     }
     // The selected blocks have the indices (70).
     for (instance, transducer) in [(1, [0, 14, 0, 0]), (2, [0, 13, 0, 0]), (3, [1, 0, 0, 0])] {
-        assert_eq!(crate::of_instance(&mut tester, instance, 16), [0, 2, 0, 0]);
-        assert_eq!(crate::of_instance(&mut tester, instance, 101), transducer, "instance {instance}");
+        assert_eq!(crate::pxg55x::of_instance(&mut tester, instance, 16), [0, 2, 0, 0]);
+        assert_eq!(crate::pxg55x::of_instance(&mut tester, instance, 101), transducer, "instance {instance}");
     }
-    assert_eq!(crate::of_instance(&mut crate::tester(psg()), 1, 101), [0, 13, 0, 0]);
+    assert_eq!(crate::pxg55x::of_instance(&mut crate::pxg55x::tester(psg()), 1, 101), [0, 13, 0, 0]);
 }
 
 /// (110)

@@ -1,8 +1,8 @@
 //! Nonvolatile values, the factory reset, and the run hours. 7.1.14, 7.1.23, 7.2.2, (76), (85),
 //! (102).
 
+use crate::pxg55x::{CHANNEL, FLOATS, Gauge, MBAR, exchanging, float, of_instance, pcg, psg, restart, tester};
 use crate::support::{Tester, hex, off};
-use crate::{CHANNEL, FLOATS, Gauge, MBAR, exchanging, float, of_instance, pcg, psg, restart, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Octets;
 use profivac_devices::profile::Setup;
@@ -125,7 +125,7 @@ fn a_new_gauge_has_the_trip_points_of_the_factory() {
     }
     assert_eq!((of_instance(&mut tester, 1, 41), of_instance(&mut tester, 2, 201)), (vec![0], vec![0]));
     for slot in [2, 3] {
-        let floats = [17, 19, 31, 32].map(|index| crate::float_of(&tester.get(slot, index)));
+        let floats = [17, 19, 31, 32].map(|index| crate::pxg55x::float_of(&tester.get(slot, index)));
         assert_eq!(floats, [5e-5, 5e-5, 5e-6, 5e-6]);
         assert_eq!([18, 20, 202].map(|index| tester.get(slot, index)), [[0], [1], [0]]);
     }

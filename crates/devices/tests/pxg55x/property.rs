@@ -1,10 +1,10 @@
 //! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
 //! no stored value is lost.
 
-use crate::exceptions::copies_are_equal;
+use crate::pxg55x::exceptions::copies_are_equal;
+use crate::pxg55x::{Gauge, TTR, hex, of_instance, pcg, pcg_without_atm, psg, tester};
 use crate::support::Tester;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, TTR, hex, of_instance, pcg, pcg_without_atm, psg, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::{Action, Switch};
 

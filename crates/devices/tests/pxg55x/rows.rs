@@ -1,8 +1,8 @@
 //! Every row of tira56e1, by MS1, MS2 and parameter channel, and the tables as a text to compare with the manual.
 
+use crate::pxg55x::{Gauge, gauge};
 use crate::support::rows::{Kind as SampleKind, Rig, Sample};
 use crate::support::{golden, sense_all};
-use crate::{Gauge, gauge};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Location;
 use profivac_devices::pxg55x::Pxg55xModel;

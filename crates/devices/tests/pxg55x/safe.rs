@@ -1,8 +1,8 @@
 //! Safe State and Safe Value: 8.1.9, 8.1.10, (32) to (35).
 
-use crate::{CHANNEL, FLOATS, exchanging, float, float_of, of_instance, pcg, psg};
+use crate::pxg55x::{CHANNEL, FLOATS, exchanging, float, float_of, of_instance, pcg, psg};
 
-fn process_value(tester: &mut crate::support::Tester<crate::Gauge>) -> f32 {
+fn process_value(tester: &mut crate::support::Tester<crate::pxg55x::Gauge>) -> f32 {
     float_of(&tester.exchange(&[])[3..])
 }
 
@@ -30,7 +30,7 @@ fn each_safe_state_shows_its_value_outside_executing_and_with_an_alarm() {
 
 #[test]
 fn before_the_first_valid_value_hold_last_value_is_zero() {
-    let mut tester = crate::tester(psg());
+    let mut tester = crate::pxg55x::tester(psg());
     tester.pressure_mbar(100.0);
     tester.put(1, 39, &[2]).unwrap();
     assert_eq!(float(&mut tester, 1, 19), 0.0);
@@ -61,7 +61,7 @@ fn every_instance_has_its_own_safe_state() {
 /// "If this value is set to zero, it will remain on zero when the data unit is changed."
 #[test]
 fn a_safe_value_is_converted_but_zero_stays_zero() {
-    let mut tester = crate::tester(psg());
+    let mut tester = crate::pxg55x::tester(psg());
     tester.put(1, 40, &1000f32.to_be_bytes()).unwrap();
     for (unit, value) in [([0x13, 0x01], 750.061_7), ([0x13, 0x09], 100_000.0), ([0x10, 0x01], 31_672.326)] {
         tester.put(1, 22, &unit).unwrap();

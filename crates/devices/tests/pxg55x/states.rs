@@ -1,7 +1,7 @@
 //! The device state machine, as far as it differs from the BCG450, and the NET LED. 7.2, 3.4.
 
+use crate::pxg55x::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, exchanging, gauge, pcg, psg, tester};
 use crate::support::{Tester, hex, selftest};
-use crate::{CHANNEL, FLOATS, Gauge, MBAR, RELAYS, exchanging, gauge, pcg, psg, tester};
 use profivac_devices::model::Fault;
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::{Action, SimulatedDevice};
@@ -148,8 +148,8 @@ fn unit_and_data_type_are_one_for_all_blocks() {
         tester.put(slot, unit, &hex("10 01")).unwrap();
         tester.put(slot, number, &[3]).unwrap();
         for instance in 1..=3 {
-            assert_eq!(crate::of_instance(&mut tester, instance, 22), hex("10 01"));
-            assert_eq!(crate::of_instance(&mut tester, instance, 21), [3]);
+            assert_eq!(crate::pxg55x::of_instance(&mut tester, instance, 22), hex("10 01"));
+            assert_eq!(crate::pxg55x::of_instance(&mut tester, instance, 21), [3]);
         }
         for slot in [2, 3] {
             assert_eq!((tester.get(slot, 28), tester.get(slot, 29)), (hex("10 01"), vec![3]));

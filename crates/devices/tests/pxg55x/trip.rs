@@ -1,7 +1,7 @@
 //! Trip points, atmosphere detection, push buttons, discrete outputs and relays. Chapters 10 and 11, (93) to (105).
 
+use crate::pxg55x::{COUNTS, Gauge, MBAR, PASCAL, RELAYS, TORR, exchanging, float_of, pcg, pcg_without_atm, psg};
 use crate::support::{Tester, hex};
-use crate::{COUNTS, Gauge, MBAR, PASCAL, RELAYS, TORR, exchanging, float_of, pcg, pcg_without_atm, psg};
 use profivac_devices::pxg55x::Pxg55xModel;
 use profivac_devices::{Action, SimulatedDevice};
 
@@ -66,7 +66,7 @@ fn status(tester: &mut Tester<Gauge>, slot: u8) -> bool {
 
 /// A gauge that exchanges with relays in its telegram; both points of both slots off.
 fn bench(kind: Pxg55xModel, user: &str, cfg: &str) -> Tester<Gauge> {
-    let mut tester = crate::tester(kind);
+    let mut tester = crate::pxg55x::tester(kind);
     tester.pressure_mbar(500.0);
     tester.bring_up(&hex(user), &hex(cfg));
     for slot in [2, 3] {
@@ -190,7 +190,7 @@ fn an_enabled_trip_point_starts_without_a_condition() {
 /// (32): the two switching points keep their pressure when the unit changes.
 #[test]
 fn a_hysteresis_keeps_its_switching_points_in_every_unit() {
-    let mut tester = crate::executing(psg(), 500.0);
+    let mut tester = crate::pxg55x::executing(psg(), 500.0);
     tester.command(5).unwrap();
     for (index, mbar) in [(LOW_POINT, 100.0), (LOW_HYSTERESIS, 900.0), (HIGH_POINT, 100.0), (HIGH_HYSTERESIS, 90.0)] {
         put(&mut tester, 2, index, mbar).unwrap();
@@ -283,7 +283,7 @@ fn the_calculated_point_follows_the_atmosphere() {
 #[test]
 fn modes_that_calculate_need_an_atmosphere_sensor() {
     for (kind, calculating) in [(pcg(), Ok(())), (pcg_without_atm(), Err(2)), (psg(), Err(2))] {
-        let mut tester = crate::tester(kind);
+        let mut tester = crate::pxg55x::tester(kind);
         for (mode, result) in [(0, Ok(())), (1, calculating), (2, calculating), (3, Err(2)), (4, Ok(())), (5, Err(2))] {
             assert_eq!(tester.put(2, MODE, &[mode]), result, "mode {mode}");
         }
@@ -342,7 +342,7 @@ fn a_push_button_stores_a_trip_point_at_a_valid_pressure_only() {
             tester.fault(fault, false);
         }
     }
-    crate::restart(&mut tester);
+    crate::pxg55x::restart(&mut tester);
     assert_eq!(float_of(&tester.get(2, LOW_POINT)), 30.0);
     tester.device().operate(Action::Button(1)).unwrap();
     assert_eq!(float_of(&tester.get(2, LOW_POINT)), 30.0, "not in IDLE");
@@ -397,7 +397,7 @@ fn a_trip_point_compares_the_active_value() {
 
 #[test]
 fn the_discrete_output_of_a_trip_point_is_instance_1() {
-    let mut tester = crate::tester(psg());
+    let mut tester = crate::pxg55x::tester(psg());
     for slot in [2, 3] {
         assert_eq!(tester.get(slot, 26), [1]);
     }

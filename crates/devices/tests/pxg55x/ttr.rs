@@ -1,7 +1,7 @@
 //! TTR compatibility mode: 3.8, 4.4.1, (49), (50).
 
+use crate::pxg55x::{FLOATS, Gauge, MBAR, TTR, float, of_instance, pcg, psg, tester};
 use crate::support::{Tester, hex};
-use crate::{FLOATS, Gauge, MBAR, TTR, float, of_instance, pcg, psg, tester};
 use profivac_devices::pxg55x::Pxg55xModel;
 
 fn in_ttr_mode(kind: Pxg55xModel, mbar: f64) -> Tester<Gauge> {

@@ -1,8 +1,10 @@
 //! Pressures as numbers: conversions, scales, saturation, and which instance measures. 8.1.3, 8.3.3, 9.1.2, (14) to
 //! (18), (67), (81) to (83), (86).
 
+use crate::pxg55x::{
+    COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, exchanging, executing, float, of_instance, pcg, psg, tester,
+};
 use crate::support::{Tester, hex};
-use crate::{COUNTS, FLOATS, Gauge, MBAR, PASCAL, TORR, exchanging, executing, float, of_instance, pcg, psg, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::pxg55x::Pxg55xModel;
 
@@ -142,7 +144,7 @@ fn a_change_of_unit_changes_no_pressure() {
         tester.put(slot, index, &250f32.to_be_bytes()).unwrap();
         for (unit, value) in values {
             tester.put(1, 22, &hex(unit)).unwrap();
-            let found = crate::float_of(&tester.get(slot, index));
+            let found = crate::pxg55x::float_of(&tester.get(slot, index));
             assert!((found / value - 1.0).abs() < 1e-6, "{slot}/{index} in {unit}: {found} instead of {value}");
         }
     }

@@ -1,7 +1,7 @@
 //! MS1 and MS2 as `docs/spec` describes them. profibus-wire 4 and 5.
 
-use crate::model::{DL, Model, RR, RS, Reply, Request, State, TEN_MS};
-use crate::process::{Process, Refusal, Via};
+use crate::slave_model::model::{DL, Model, RR, RS, Reply, Request, State, TEN_MS};
+use crate::slave_model::process::{Process, Refusal, Via};
 
 /// The shortest Send_Timeout at 1.5 Mbit/s, in units of 10 ms. Section 4.6.2.
 const MIN_SEND_TIMEOUT: u16 = 100;

@@ -1,6 +1,6 @@
 //! Faults on purpose: each is a change of the answers of a slave, and the comparison must find it.
 
-use crate::line::Fault;
+use crate::slave_model::line::Fault;
 
 /// Name and change.
 pub const FAULTS: &[(&str, Fault)] = &[

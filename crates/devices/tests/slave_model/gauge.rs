@@ -1,12 +1,12 @@
-//! Gauges and controllers: access, codes and the parameter channel follow the page, values follow [`crate::contents`].
+//! Gauges and controllers: access, codes and the parameter channel follow the page, values follow [`crate::slave_model::contents`].
 
-use crate::contents::{Content, Contents, Key, Reason, Verdict};
-use crate::line::Driven;
-use crate::model::DeviceDiagnosis;
-use crate::open_points::OF_THE_DEVICE;
-use crate::page::{Page, Row};
-use crate::process::{Process, Refusal, Via};
-use crate::tables::Table;
+use crate::slave_model::contents::{Content, Contents, Key, Reason, Verdict};
+use crate::slave_model::line::Driven;
+use crate::slave_model::model::DeviceDiagnosis;
+use crate::slave_model::open_points::OF_THE_DEVICE;
+use crate::slave_model::page::{Page, Row};
+use crate::slave_model::process::{Process, Refusal, Via};
+use crate::slave_model::tables::Table;
 use fastrand::Rng;
 use profivac_devices::SimulatedDevice;
 use profivac_devices::profile::{Behaviour, BlockDevice};

@@ -1,8 +1,8 @@
 //! The real slave and the model on one line, in bit times.
 
-use crate::model::{DeviceDiagnosis, Model, State};
-use crate::process::Process;
-use crate::telegram::Receiver as NaiveReceiver;
+use crate::slave_model::model::{DeviceDiagnosis, Model, State};
+use crate::slave_model::process::Process;
+use crate::slave_model::telegram::Receiver as NaiveReceiver;
 use profivac_dp::link::{BitTime, Received, Receiver, Station};
 use profivac_dp::slave::{Device, Slave, SlaveState};
 use std::fmt;

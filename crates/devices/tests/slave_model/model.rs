@@ -1,12 +1,12 @@
 //! The slave as `docs/spec` describes it: layer 2 and DP-V0. One function for each service.
 //!
 //! Where `docs/spec` leaves a point open, the model has the behaviour of the slave, and the point is a row of
-//! [`crate::open_points::OPEN`]; `open(N)` beside the code names the row.
+//! [`crate::slave_model::open_points::OPEN`]; `open(N)` beside the code names the row.
 
-use crate::acyclic::{Connection, Job};
-use crate::process::{Process, Refusal};
-use crate::tables::Table;
-use crate::telegram::{Frame, sd1, sd2, with_saps};
+use crate::slave_model::acyclic::{Connection, Job};
+use crate::slave_model::process::{Process, Refusal};
+use crate::slave_model::tables::Table;
+use crate::slave_model::telegram::{Frame, sd1, sd2, with_saps};
 use std::collections::BTreeMap;
 
 /// The states of section 3.1, without Power-On, in which a slave is silent.

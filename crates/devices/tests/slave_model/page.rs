@@ -1,6 +1,6 @@
 //! The tables of a gauge, from its page in `docs/devices`.
 
-use crate::tables::{Configuration, Table};
+use crate::slave_model::tables::{Configuration, Table};
 use std::ops::Range;
 
 /// A parameter of one slot.

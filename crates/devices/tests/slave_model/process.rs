@@ -1,6 +1,6 @@
 //! The application behind the model: what the octets of inputs and records are.
 
-use crate::tables::Table;
+use crate::slave_model::tables::Table;
 use fastrand::Rng;
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@
 //! A line has places (slot, or slot:instance), index, octets (`n`: by data type), and the access of class 1 and class 2:
 //! `rwrw`. For a device without MS1 and MS2 it is the access of the parameter channel.
 
-use crate::page::Page;
+use crate::slave_model::page::Page;
 use std::collections::BTreeSet;
 
 /// tira41d1 3, errata-bpg-bcg-tpg 42, 43, 71, 93, 110, 115.

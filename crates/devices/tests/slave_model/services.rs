@@ -1,10 +1,10 @@
 //! Random services of four masters. The state of the model guides them, so that they come deep.
 
-use crate::acyclic::{Connection, Job};
-use crate::line::{Event, Step};
-use crate::model::{DeviceDiagnosis, Model, State};
-use crate::process::Process;
-use crate::telegram::{sd1, sd2, sd3, with_saps};
+use crate::slave_model::acyclic::{Connection, Job};
+use crate::slave_model::line::{Event, Step};
+use crate::slave_model::model::{DeviceDiagnosis, Model, State};
+use crate::slave_model::process::Process;
+use crate::slave_model::telegram::{sd1, sd2, sd3, with_saps};
 use fastrand::Rng;
 
 /// Two class 1 masters and two class 2 masters.

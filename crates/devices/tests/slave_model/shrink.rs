@@ -1,6 +1,6 @@
 //! The shortest list of steps that still shows a difference.
 
-use crate::line::{Driven, Line, Step, shown};
+use crate::slave_model::line::{Driven, Line, Step, shown};
 
 /// The number of the first step with a difference.
 fn differs<D: Driven>(steps: &[Step], pair: &impl Fn() -> Line<D>) -> Option<usize> {

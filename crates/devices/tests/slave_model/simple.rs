@@ -1,9 +1,9 @@
 //! The simple device for the real slave. What its octets are it has in common with the model; what is called when is the slave's.
 
-use crate::line::Driven;
-use crate::model::DeviceDiagnosis;
-use crate::process::{Process, Refusal, Simple, Via};
-use crate::tables::Table;
+use crate::slave_model::line::Driven;
+use crate::slave_model::model::DeviceDiagnosis;
+use crate::slave_model::process::{Process, Refusal, Simple, Via};
+use crate::slave_model::tables::Table;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::address::SetSlaveAdd;

@@ -2,7 +2,7 @@
 //! channel. IF300P/IF301P manual 3.2.1.2, 3.2.2, 3.2.4.1.
 
 use crate::support::{Tester, hex};
-use crate::{COLD, Controller, PIRANI, controller};
+use crate::tpg::{COLD, Controller, PIRANI, controller};
 use profivac_devices::model::Fault;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;

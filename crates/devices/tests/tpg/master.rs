@@ -1,7 +1,7 @@
 //! A TPG500 on the tester, in exchange with four floats.
 
 use crate::support::{Tester, hex};
-use crate::{Controller, controller};
+use crate::tpg::{Controller, controller};
 use profivac_devices::model::Fault;
 use profivac_devices::tpg::TpgGauge;
 use profivac_devices::{Action, SimulatedDevice};

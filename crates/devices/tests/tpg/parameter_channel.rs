@@ -1,8 +1,8 @@
 //! The parameter channel of TPG300 and TPG500, line by line: the examples of the manual with errata-bpg-bcg-tpg
 //! applied, every refusal, repetition and width. IF300P/IF301P manual 3.2.2.1, 3.2.4.2, 4.1.
 
-use crate::BOARDS;
-use crate::master::Exchange;
+use crate::tpg::BOARDS;
+use crate::tpg::master::Exchange;
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Fault;
 

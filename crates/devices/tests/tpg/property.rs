@@ -1,12 +1,12 @@
 //! Random actions of master, operators and the power supply: statuses and relays agree, sets stay in order, and stored
 //! settings are restored.
 
-use crate::master::{
+use crate::support::random::Random;
+use crate::tpg::master::{
     ACCESS_CODE, Exchange, FILTER, LOWER, SETPOINT_STATUS, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
     VOLATILITY,
 };
-use crate::support::random::Random;
-use crate::{COLD, PIRANI, controller};
+use crate::tpg::{COLD, PIRANI, controller};
 use profivac_devices::model::{DataType, Row};
 use profivac_devices::tpg::{TpgGauge, table};
 use profivac_devices::{Action, SimulatedDevice};

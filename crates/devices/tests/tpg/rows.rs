@@ -3,7 +3,7 @@
 
 use crate::support::rows::{Kind, Rig, Sample};
 use crate::support::{golden, sense_all};
-use crate::{BOARDS, Controller, controller};
+use crate::tpg::{BOARDS, Controller, controller};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Location;
 use profivac_devices::tpg::table;

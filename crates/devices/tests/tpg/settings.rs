@@ -1,12 +1,12 @@
 //! The settings of a master: units, filters, access code, storage on request. IF300P/IF301P manual
 //! 3.2.3.2, 3.2.4.1; errata-bpg-bcg-tpg 131, 132, 143, 146, 147, 149.
 
-use crate::master::{
+use crate::support::{Tester, off};
+use crate::tpg::master::{
     A1, ACCESS_CODE, B1, Exchange, FILTER, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
     VOLATILITY,
 };
-use crate::support::{Tester, off};
-use crate::{BOARDS, Controller, controller};
+use crate::tpg::{BOARDS, Controller, controller};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::tpg::{Tpg, table};

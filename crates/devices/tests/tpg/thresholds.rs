@@ -1,9 +1,9 @@
 //! Relays and cold cathodes, and their thresholds. IF300P/IF301P manual 3.2.3.2, 3.2.4.2; errata-bpg-bcg-tpg 137 to 144.
 
-use crate::master::{
+use crate::tpg::master::{
     A1, B1, COLD_CATHODE_B, Exchange, LOWER, RELAY_1, SOURCE, UNDERRANGE_CONTROL, UNIT, UPPER, VALIDATION,
 };
-use crate::{BOARDS, COLD, PIRANI};
+use crate::tpg::{BOARDS, COLD, PIRANI};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Fault;
 

@@ -1,7 +1,7 @@
 //! The adjustment of the Pirani at atmospheric pressure. tira36e1 3.2.1.1, 3.3.2.5, (103).
 
 use crate::support::Tester;
-use crate::{FLOATS, Gauge, KINDS, exchanging, float, of_instance, restart, tester};
+use crate::xpg400::{FLOATS, Gauge, KINDS, exchanging, float, of_instance, restart, tester};
 use profivac_devices::SimulatedDevice;
 
 /// AI Block Adjust Command.

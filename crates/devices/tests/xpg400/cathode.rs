@@ -1,7 +1,7 @@
 //! Emission and degas. tira36e1 3.3.3.5 to 3.3.3.8, Appendix C, (93) to (99).
 
 use crate::support::Tester;
-use crate::{FLOATS, Gauge, exchanging, float, of_instance, switch};
+use crate::xpg400::{FLOATS, Gauge, exchanging, float, of_instance, switch};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
 
@@ -80,7 +80,7 @@ fn emission_status_switches_the_emission() {
 
 #[test]
 fn a_failed_sensor_has_no_emission() {
-    for kind in crate::KINDS {
+    for kind in crate::xpg400::KINDS {
         let mut tester = exchanging(kind, FLOATS, 1e-4);
         for fault in ["sensor1", "sensor2", "electronics1", "electronics2"] {
             assert_eq!(of_instance(&mut tester, 2, 105), [1], "before {fault}");

@@ -1,7 +1,7 @@
 //! The parameter channel in the cyclic data. tira36e1 2.2.1, (17) to (26).
 
 use crate::support::{Tester, hex};
-use crate::{Gauge, KINDS, exchanging, switch};
+use crate::xpg400::{Gauge, KINDS, exchanging, switch};
 use profivac_devices::Switch;
 use profivac_devices::xpg400::Xpg400Model;
 

@@ -1,7 +1,7 @@
 //! Exception Status, its two records and their copies. tira36e1 3.1.1.10 to 3.1.1.20, (38) to (58).
 
 use crate::support::{Tester, hex};
-use crate::{FLOATS, Gauge, KINDS, exchanging, of_instance};
+use crate::xpg400::{FLOATS, Gauge, KINDS, exchanging, of_instance};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 
@@ -43,7 +43,7 @@ fn every_fault_sets_its_bits_while_it_is_active() {
 #[test]
 fn the_faults_are_those_of_the_list() {
     for kind in KINDS {
-        let mut listed: Vec<&str> = crate::gauge(kind).faults().names().collect();
+        let mut listed: Vec<&str> = crate::xpg400::gauge(kind).faults().names().collect();
         let mut tested: Vec<&str> = FAULTS.iter().map(|(fault, ..)| *fault).filter(|fault| !fault.is_empty()).collect();
         listed.sort_unstable();
         tested.sort_unstable();
@@ -87,7 +87,7 @@ pub fn copies_are_equal(tester: &mut Tester<Gauge>) {
 #[test]
 fn the_reading_is_invalid_outside_executing() {
     for (kind, mbar) in KINDS.into_iter().flat_map(|kind| [1e-5, 1e-1, 1000.0].map(|mbar| (kind, mbar))) {
-        let mut tester = crate::tester(kind);
+        let mut tester = crate::xpg400::tester(kind);
         tester.pressure_mbar(mbar);
         assert_eq!((tester.get(0, 26), tester.get(1, 120)), (vec![0xA0], vec![0x01]), "{kind:?} {mbar} mbar");
         copies_are_equal(&mut tester);

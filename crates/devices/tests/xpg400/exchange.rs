@@ -1,7 +1,7 @@
 //! Cyclic exchange: all configurations and all unit strings; all others are refused. tira36e1 1.3, 1.4, 1.5, 2.3.
 
 use crate::support::{Tester, hex};
-use crate::{Gauge, KINDS, MBAR, tester};
+use crate::xpg400::{Gauge, KINDS, MBAR, tester};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_dp::slave::Device;
 use profivac_wire::Sap;
@@ -28,7 +28,7 @@ const AT_0_012_MBAR: [(Xpg400Model, u8, f64, u16); 2] =
 
 #[test]
 fn the_ident_numbers_are_those_of_the_manual() {
-    assert_eq!(KINDS.map(|kind| crate::gauge(kind).ident_number()), [0x06A9, 0x06A8]);
+    assert_eq!(KINDS.map(|kind| crate::xpg400::gauge(kind).ident_number()), [0x06A9, 0x06A8]);
 }
 
 /// (10), (14), (15): inputs are what the slave sends; the table has the contents; lengths are consistent.
@@ -91,7 +91,7 @@ fn telegram_3_follows_the_pressure_over_the_whole_range() {
             tester.pressure_mbar(*mbar);
             let du = tester.exchange(&[]);
             assert_eq!(du[..3], *status, "{kind:?} {mbar} mbar");
-            let value = f64::from(crate::float_of(&du[3..]));
+            let value = f64::from(crate::xpg400::float_of(&du[3..]));
             assert!((value / mbar - 1.0).abs() < 1e-6, "{kind:?}: {mbar} mbar reads {value}");
         }
     }

@@ -2,7 +2,7 @@
 //! computed table of errata-bpg-bcg-tpg.
 
 use crate::support::{Tester, hex};
-use crate::{Gauge, KINDS, float, of_instance, tester};
+use crate::xpg400::{Gauge, KINDS, float, of_instance, tester};
 use profivac_devices::Potentiometer;
 use profivac_devices::xpg400::Xpg400Model;
 
@@ -91,10 +91,10 @@ fn counts_mean_the_pressure_of_the_printed_formulas() {
         (Xpg400Model::Hpg, 3, |counts| (counts - 22999.0) / 2444.0),
     ];
     for (kind, instance, exponent) in formulas {
-        let mut tester = crate::exchanging(kind, crate::FLOATS, 1.3e-2);
-        crate::set_points::turn(&mut tester, Potentiometer::A, 5.0);
+        let mut tester = crate::xpg400::exchanging(kind, crate::xpg400::FLOATS, 1.3e-2);
+        crate::xpg400::set_points::turn(&mut tester, Potentiometer::A, 5.0);
         let mbar = f64::from(float(&mut tester, instance, 19));
-        tester.bring_up(&hex("00 00 00 03 E9"), &hex(crate::FLOATS));
+        tester.bring_up(&hex("00 00 00 03 E9"), &hex(crate::xpg400::FLOATS));
         let counts = f64::from(float(&mut tester, instance, 19));
         assert!((10f64.powf(exponent(counts)) / mbar - 1.0).abs() < 1e-4, "{kind:?} {instance}: {counts}, {mbar} mbar");
     }
@@ -144,7 +144,7 @@ fn unit_and_type_change_in_idle_outside_the_exchange_only() {
     };
     tester.command(4).unwrap();
     refused(&mut tester);
-    tester.bring_up(&hex(crate::MBAR), &hex(crate::FLOATS));
+    tester.bring_up(&hex(crate::xpg400::MBAR), &hex(crate::xpg400::FLOATS));
     tester.command(5).unwrap();
     refused(&mut tester);
     tester.unlock();

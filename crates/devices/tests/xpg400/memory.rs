@@ -2,7 +2,7 @@
 
 use crate::support::counting_store::CountingStore;
 use crate::support::{Tester, hex, off};
-use crate::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
+use crate::xpg400::{FLOATS, Gauge, KINDS, exchanging, gauge, of_instance, restart, tester};
 use profivac_devices::profile::{SerialNumber, Setup};
 use profivac_devices::store::{Key, RamStore, Store};
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};

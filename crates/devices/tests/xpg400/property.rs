@@ -1,11 +1,11 @@
 //! Random actions of masters, operators and the power supply: the gauge is in a named state, its copies are equal, and
 //! no stored value is lost.
 
-use crate::exceptions::copies_are_equal;
 use crate::support::Tester;
 use crate::support::random::Random;
 use crate::support::walk::{Particular, Walk};
-use crate::{Gauge, KINDS, of_instance, tester};
+use crate::xpg400::exceptions::copies_are_equal;
+use crate::xpg400::{Gauge, KINDS, of_instance, tester};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_devices::{Action, Potentiometer, Switch};
 

@@ -2,7 +2,7 @@
 
 use crate::support::rows::{Kind::Command, Kind::Presentation, Kind::Value, Rig, Sample};
 use crate::support::{golden, rows, sense_all};
-use crate::{Gauge, KINDS, gauge};
+use crate::xpg400::{Gauge, KINDS, gauge};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::model::Location;
 use profivac_devices::xpg400::Xpg400Model;
@@ -150,7 +150,7 @@ fn each_gauge_has_the_rows_of_its_variant() {
         (1, 3, 201, [false, false]),
     ] {
         for (kind, there) in KINDS.into_iter().zip(kinds) {
-            let mut tester = crate::tester(kind);
+            let mut tester = crate::xpg400::tester(kind);
             tester.put(1, 46, &[instance]).unwrap();
             let read = tester.read(Relation::Ms2(0), slot, index);
             assert_eq!(read.map_err(|refusal| refusal.code_2).err(), (!there).then_some(3), "{kind:?} {slot}/{index}");

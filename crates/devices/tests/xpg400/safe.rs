@@ -1,7 +1,7 @@
 //! Safe state and safe value. tira36e1 3.2.2.7, 3.2.2.8, (74) to (76).
 
 use crate::support::hex;
-use crate::{FLOATS, KINDS, exchanging, float, float_of, of_instance, tester};
+use crate::xpg400::{FLOATS, KINDS, exchanging, float, float_of, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 

@@ -1,7 +1,7 @@
 //! Set points and relays. tira36e1 3.2.4, (106) to (109).
 
 use crate::support::{Tester, hex};
-use crate::{FLOATS, Gauge, KINDS, exchanging, float, of_instance};
+use crate::xpg400::{FLOATS, Gauge, KINDS, exchanging, float, of_instance};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_devices::{Action, Potentiometer, SimulatedDevice};
 

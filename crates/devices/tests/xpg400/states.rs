@@ -1,7 +1,7 @@
 //! The device state machine. tira36e1 3.1.2, (84) to (92).
 
 use crate::support::{Tester, hex, selftest};
-use crate::{FLOATS, Gauge, KINDS, MBAR, exchanging, of_instance, tester};
+use crate::xpg400::{FLOATS, Gauge, KINDS, MBAR, exchanging, of_instance, tester};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::xpg400::Xpg400Model;
 

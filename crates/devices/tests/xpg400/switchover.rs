@@ -1,7 +1,7 @@
 //! The switches on the side of the HPG400-SP. tira36e1 3.1.1.13, 3.1.1.14, 3.2.1.4, (38), (66), (77), (82).
 
 use crate::support::hex;
-use crate::{FLOATS, exchanging, float_of, of_instance, restart, switch, tester};
+use crate::xpg400::{FLOATS, exchanging, float_of, of_instance, restart, switch, tester};
 use profivac_devices::xpg400::Xpg400Model;
 use profivac_devices::{Action, Switch, UnsupportedAction};
 
@@ -98,7 +98,7 @@ fn a_gauge_rejects_a_position_or_a_switch_that_it_does_not_have() {
         assert!(switch(&mut tester, Switch::CalAdj(position)).is_err(), "{position}");
     }
     assert_eq!((float_of(&tester.get(0, 202)), tester.get(0, 203)), (1.0, vec![0]));
-    let mut tester = crate::tester(Xpg400Model::Bpg);
+    let mut tester = crate::xpg400::tester(Xpg400Model::Bpg);
     let action = Action::Switch(Switch::LowHigh(1));
     assert_eq!(switch(&mut tester, Switch::LowHigh(1)), Err(UnsupportedAction { action }));
 }

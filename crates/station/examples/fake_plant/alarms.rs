@@ -1,6 +1,6 @@
 //! The alarms of the example: some are raised from the beginning, one is acknowledged, one is out of service.
 
-use crate::gauges::Fake;
+use super::gauges::Fake;
 use profivac_station::alarm::thread::inputs;
 use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::{Config, Email};

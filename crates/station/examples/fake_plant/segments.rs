@@ -1,6 +1,6 @@
 //! Segments with their stations, and their events.
 
-use crate::gauges::Fake;
+use super::gauges::Fake;
 use profivac_recorder::EventKind;
 use profivac_station::view::{BusStation, BusStationState, Segment, SegmentState};
 

@@ -1,8 +1,8 @@
 //! Users who lose their session or their role while they have control authority: it is released, and armed commands are never sent.
 
+use crate::security::test_station::{Answer, Page, Request, TestStation};
 use crate::support;
 use crate::support::memory_station::MemoryStation;
-use crate::test_station::{Answer, Page, Request, TestStation};
 use profivac_station::auth::Role;
 use serde_json::{Value, json};
 
@@ -61,7 +61,7 @@ fn a_login_as_another_user_releases_control_authority() {
     let (_gauge, station) = acting_station();
     let olga = station.login("olga");
     armed(&station, &olga);
-    assert_eq!(Request::login("vera", crate::test_station::PASSWORD).cookie(&olga).to(&station).status, 200);
+    assert_eq!(Request::login("vera", crate::security::test_station::PASSWORD).cookie(&olga).to(&station).status, 200);
     assert_eq!(station.services.control().holder(), None);
 }
 

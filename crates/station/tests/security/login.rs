@@ -1,6 +1,6 @@
 //! Logins, passwords and the event log.
 
-use crate::test_station::{PASSWORD, Page, Request, TestStation};
+use crate::security::test_station::{PASSWORD, Page, Request, TestStation};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::auth::users::Users;
@@ -190,7 +190,7 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     let services = std::sync::Arc::new(Services::new("hall".to_owned(), file, recorder));
     let everywhere: SocketAddr = "0.0.0.0:0".parse().unwrap();
     let start = |access: Access, with_tls: bool| {
-        let tls = with_tls.then(|| crate::test_station::certificate(&folder));
+        let tls = with_tls.then(|| crate::security::test_station::certificate(&folder));
         let setup = Setup { tls, ..Setup::new(everywhere, access) };
         Server::start(std::sync::Arc::clone(&services), setup).map(drop).map_err(|error| error.to_string())
     };

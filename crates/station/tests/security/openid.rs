@@ -1,7 +1,7 @@
 //! Logins at an OpenID provider that is right, wrong, silent or hostile.
 
-use crate::test_provider::{Reply, SigningKey, TestProvider, description, message, token, with_signature};
-use crate::test_station::{Answer, PASSWORD, Page, Request, TestStation};
+use crate::security::test_provider::{Reply, SigningKey, TestProvider, description, message, token, with_signature};
+use crate::security::test_station::{Answer, PASSWORD, Page, Request, TestStation};
 use profivac_station::auth::Access;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::{Limits, Server, Setup};

@@ -1,6 +1,6 @@
 //! Forged and malformed requests, and the headers of every answer.
 
-use crate::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
+use crate::security::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;

@@ -1,6 +1,6 @@
 //! Sessions and their cookies.
 
-use crate::test_station::{Answer, Page, Request, TIMEOUT, TestStation};
+use crate::security::test_station::{Answer, Page, Request, TIMEOUT, TestStation};
 use profivac_station::auth::Role;
 use profivac_station::auth::users::Users;
 use serde_json::{Value, json};
@@ -34,7 +34,7 @@ fn a_session_identifier_chosen_by_the_client_is_refused() {
     let station = TestStation::new();
     let chosen = format!("cookie: profivac-{}={}", station.port(), "ab".repeat(32));
     assert_eq!(Request::get("/api/gauges").header(&chosen).to(&station).status, 401);
-    let answer = Request::login("ada", crate::test_station::PASSWORD).header(&chosen).to(&station);
+    let answer = Request::login("ada", crate::security::test_station::PASSWORD).header(&chosen).to(&station);
     assert!(!answer.header("set-cookie").unwrap().contains(&"ab".repeat(32)));
     assert_eq!(Request::get("/api/gauges").header(&chosen).to(&station).status, 401);
 }
@@ -43,7 +43,7 @@ fn a_session_identifier_chosen_by_the_client_is_refused() {
 fn a_second_login_ends_the_session_before() {
     let station = TestStation::new();
     let old = station.login("vera");
-    let new = Page::of(&Request::login("ada", crate::test_station::PASSWORD).cookie(&old).to(&station));
+    let new = Page::of(&Request::login("ada", crate::security::test_station::PASSWORD).cookie(&old).to(&station));
     assert_ne!(old, new);
     assert_eq!((status(&station, &old), status(&station, &new)), (401, 200));
 }
@@ -88,7 +88,7 @@ fn a_new_role_applies_at_once() {
 #[test]
 fn the_cookie_is_limited_to_the_page_of_this_host() {
     let station = TestStation::new();
-    let answer = Request::login("ada", crate::test_station::PASSWORD).to(&station);
+    let answer = Request::login("ada", crate::security::test_station::PASSWORD).to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     let (_, attributes) = cookie.split_once("; ").unwrap();
     assert_eq!(attributes, "Path=/; HttpOnly; SameSite=Strict");
@@ -101,8 +101,10 @@ fn the_cookie_is_limited_to_the_page_of_this_host() {
 fn behind_a_proxy_the_cookie_is_secure() {
     let station = TestStation::with(|setup, _| setup.hosts = vec!["vacuum.example".to_owned()]);
     let origin = "origin: https://vacuum.example";
-    let answer =
-        Request::login("ada", crate::test_station::PASSWORD).host("vacuum.example").header(origin).to(&station);
+    let answer = Request::login("ada", crate::security::test_station::PASSWORD)
+        .host("vacuum.example")
+        .header(origin)
+        .to(&station);
     let cookie = answer.header("set-cookie").unwrap();
     assert!(cookie.starts_with("__Host-profivac-") && cookie.ends_with("; Secure"), "{cookie}");
     let page = Page::of(&answer);

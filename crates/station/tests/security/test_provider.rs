@@ -1,6 +1,6 @@
 //! An OpenID provider on loopback that says what a test tells it, signed or not.
 
-use crate::test_station::TIMEOUT;
+use crate::security::test_station::TIMEOUT;
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use profivac_station::auth::Role;

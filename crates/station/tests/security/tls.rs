@@ -1,6 +1,6 @@
 //! TLS.
 
-use crate::test_station::{Answer, PASSWORD, Page, Request, TestStation, certificate, renew, tls};
+use crate::security::test_station::{Answer, PASSWORD, Page, Request, TestStation, certificate, renew, tls};
 use profivac_station::config::TlsFiles;
 use profivac_station::server::{Keys, Limits};
 use std::fs;

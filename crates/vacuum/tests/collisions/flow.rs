@@ -1,7 +1,7 @@
 //! Gas flows from a large space through a tube into vacuum, or into a gas of lower pressure: direct simulation (Bird 1994).
 
-use crate::gas::{self, Model, Molecule};
-use crate::tube::{Tube, WEIGHT_STEP};
+use crate::collisions::gas::{self, Model, Molecule};
+use crate::collisions::tube::{Tube, WEIGHT_STEP};
 use fastrand::Rng;
 use std::f64::consts::PI;
 

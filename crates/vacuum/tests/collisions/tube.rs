@@ -1,6 +1,6 @@
 //! The tube, the space before and behind it, its cells, and the paths of molecules between its walls.
 
-use crate::gas::{self, Model, Molecule};
+use crate::collisions::gas::{self, Model, Molecule};
 use fastrand::Rng;
 use std::f64::consts::PI;
 

@@ -2,7 +2,8 @@
 //! compared in every run.
 
 use super::picture::{Curve, Picture, Scale};
-use super::{devices, golden, scenario};
+use super::{devices, scenario};
+use crate::golden;
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
 use std::fmt::Write;

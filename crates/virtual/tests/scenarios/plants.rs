@@ -3,7 +3,8 @@
 
 use super::hand::*;
 use super::picture::{Curve, Picture, Scale};
-use super::{devices, golden, scenario};
+use super::{devices, scenario};
+use crate::golden;
 use profivac_devices::StateReport;
 use profivac_vacuum::Gas;
 use profivac_virtual::scenario::{INCLUDED, Included, MasterPresence, Part, Run};

@@ -1,7 +1,8 @@
 //! The readings of every device in nitrogen, argon and helium from 1e-11 to 2000 mbar as tables, and their properties:
 //! the switchover between the parts of a gauge, each with its own factor for the gas.
 
-use super::{around, device, golden, indicated, shown, start};
+use super::{around, device, indicated, shown, start};
+use crate::golden;
 use profivac_vacuum::Gas;
 use profivac_virtual::device::VirtualDevice;
 use std::fmt::Write;

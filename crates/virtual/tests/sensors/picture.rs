@@ -1,7 +1,8 @@
 //! The picture in `docs/sensors.md`: the readings of two gauges in nitrogen, argon and helium.
 
 use super::curves::sweep_of;
-use super::{golden, shown};
+use super::shown;
+use crate::golden;
 use profivac_vacuum::Gas;
 use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! The line in bit times: telegram by telegram, without a clock.
 
-use crate::rig::{BAUD, Line, MASTER};
+use crate::twelve_devices::rig::{BAUD, Line, MASTER};
 use profivac_devices::{Principle, SimulatedDevice};
 use profivac_dp::link::active::{Active, BusParameters};
 use profivac_dp::link::{BitTime, CHARACTER_TBIT, Listening, Station};

@@ -1,6 +1,6 @@
 //! Brings every device up in every configuration, with every user parameter string of its table.
 
-use crate::rig::{Line, patient, until};
+use crate::twelve_devices::rig::{Line, patient, until};
 use profivac_devices::model::{Configuration, Field, Model, UserPrm};
 use profivac_dp::master::{Mode, SlaveParameters};
 

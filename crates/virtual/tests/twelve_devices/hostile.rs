@@ -1,9 +1,9 @@
 //! Interruptions of a write: the line is unplugged, the device is switched off, another master writes, the address changes.
 //! Each ends soon and with a clear error.
 
-use crate::FIRST;
-use crate::real_time::{Bench, TIMEOUT, bus_of, conditions};
-use crate::rig::{BAUD, patient};
+use crate::twelve_devices::FIRST;
+use crate::twelve_devices::real_time::{Bench, TIMEOUT, bus_of, conditions};
+use crate::twelve_devices::rig::{BAUD, patient};
 use profivac_client::address::{self, AddressError};
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;

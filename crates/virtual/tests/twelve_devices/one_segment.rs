@@ -1,8 +1,8 @@
 //! All twelve devices in data exchange at the same time, each in its own vacuum: acyclic requests disturb no data exchange,
 //! and no value comes from another device.
 
-use crate::real_time::{Bench, TIMEOUT, bus_of, conditions};
-use crate::rig::{BAUD, patient, rows};
+use crate::twelve_devices::real_time::{Bench, TIMEOUT, bus_of, conditions};
+use crate::twelve_devices::rig::{BAUD, patient, rows};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2;
 use profivac_devices::model::{Access, Model};
@@ -22,7 +22,7 @@ const DPV1_ENABLE: u8 = 0x80;
 
 /// The vacuum of each device in mbar: its reading is nearer to this than to that of any other.
 fn pressure_mbar(address: u8) -> f64 {
-    2e-3 * 1.2_f64.powi(i32::from(address - crate::FIRST))
+    2e-3 * 1.2_f64.powi(i32::from(address - crate::twelve_devices::FIRST))
 }
 
 /// The serial number of a device.
@@ -32,7 +32,7 @@ fn serial(address: u8) -> String {
 
 /// The device specs.
 pub fn named() -> Vec<String> {
-    let all = crate::all();
+    let all = crate::twelve_devices::all();
     all.into_iter().map(|(address, model)| format!("{}@{address}:serial={}", model.name, serial(address))).collect()
 }
 
@@ -53,7 +53,7 @@ impl Plant {
         });
         let mut session = bench.session(bus_of(EXCHANGING, LOOKING));
         let find = |(address, _)| CyclicSlave::find(&mut session, address, EXCHANGING).unwrap();
-        let watched: Vec<_> = crate::all().into_iter().map(find).collect();
+        let watched: Vec<_> = crate::twelve_devices::all().into_iter().map(find).collect();
         for slave in &watched {
             let usual = slave.parameters(BAUD);
             let mut user_prm = usual.user_prm.to_vec();
@@ -66,7 +66,7 @@ impl Plant {
         }
         session.master().set_mode(Mode::Operate);
         let mut plant = Self { session, bench, watched, begun: Instant::now() };
-        plant.until("bring-up", |plant| plant.session.master().exchanging() == crate::all().len());
+        plant.until("bring-up", |plant| plant.session.master().exchanging() == crate::twelve_devices::all().len());
         plant
     }
 
@@ -98,7 +98,7 @@ impl Plant {
             let counters = master.counters(address).unwrap();
             (address, (counters.exchanges, counters.starts))
         };
-        crate::all().into_iter().map(|(address, _)| counted(address)).collect()
+        crate::twelve_devices::all().into_iter().map(|(address, _)| counted(address)).collect()
     }
 
     /// Every device is exchanged with at least once more, and none was restarted.
@@ -139,8 +139,10 @@ fn is_serial_of(record: &[u8], address: u8) -> bool {
 pub fn requests_beside_the_exchange(bench: Bench) {
     let mut plant = Plant::new(bench);
     let before = plant.exchanges();
-    let locations: Vec<_> =
-        crate::all().into_iter().filter_map(|(address, model)| Some((address, serial_location(model)?))).collect();
+    let locations: Vec<_> = crate::twelve_devices::all()
+        .into_iter()
+        .filter_map(|(address, model)| Some((address, serial_location(model)?)))
+        .collect();
     assert!(locations.len() >= 9, "{locations:?}");
     for few in locations.chunks(4) {
         let open =
@@ -162,7 +164,7 @@ pub fn requests_beside_the_exchange(bench: Bench) {
             plant.until("closing", |plant| plant.session.master().outcome(*connection).is_some());
         }
     }
-    for (address, model) in crate::all().into_iter().filter(|(_, model)| model.features.ms1) {
+    for (address, model) in crate::twelve_devices::all().into_iter().filter(|(_, model)| model.features.ms1) {
         let readable = rows(model).into_iter().find(|(_, row)| row.access.contains(Access::READ_1));
         let (location, row) = readable.unwrap();
         let parameters = Ms1Parameters::new(BAUD);
@@ -180,7 +182,7 @@ pub fn a_second_master_looks(bench: Bench) {
     let reader = std::thread::spawn(move || {
         let port = profivac_virtual::open::port(&name, BAUD).unwrap();
         let mut session = BusSession::new(port, BAUD, bus_of(LOOKING, LOOKING), TIMEOUT).unwrap();
-        for (address, model) in crate::all() {
+        for (address, model) in crate::twelve_devices::all() {
             if let Some((slot, index)) = serial_location(model) {
                 let record = ms2::read(&mut session, address, slot, index).unwrap();
                 tell.send((address, record, session.masters().collect::<Vec<_>>())).unwrap();

@@ -1,6 +1,6 @@
 //! The line in real time: a master at one end of a port, and virtual devices in a thread at the other.
 
-use crate::rig::{BAUD, Line, MASTER};
+use crate::twelve_devices::rig::{BAUD, Line, MASTER};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::BusParameters;
 use profivac_host::clock::tbit_of;

@@ -1,6 +1,6 @@
 //! Walks through the parameters of a device: reads each by every service, writes and restores the writable ones.
 
-use crate::rig::{Line, Rig, Told, Way, rows};
+use crate::twelve_devices::rig::{Line, Rig, Told, Way, rows};
 use profivac_devices::model::{Access, DataType, Location, Model, Row};
 use std::collections::BTreeSet;
 

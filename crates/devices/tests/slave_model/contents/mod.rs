@@ -50,7 +50,7 @@ pub enum Rule {
     Limit(f64),
     /// A stored pressure in mbar as delivered, if it is known. Any number can be stored.
     Kept(Option<f64>),
-    /// The device knows: the reason is in [`crate::open_points::OF_THE_DEVICE`].
+    /// The device knows: the reason is in [`crate::slave_model::open_points::OF_THE_DEVICE`].
     Device(u8),
     /// The particular device has its own rule.
     Own,

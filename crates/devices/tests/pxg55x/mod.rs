@@ -14,16 +14,14 @@ mod property;
 mod rows;
 mod safe;
 mod states;
-#[path = "../support/mod.rs"]
-mod support;
 mod trip;
 mod ttr;
 mod values;
 
+use crate::support::{Tester, hex};
 use profivac_devices::profile::Setup;
 use profivac_devices::pxg55x::{Pxg55x, Pxg55xModel};
 use profivac_devices::store::RamStore;
-use support::{Tester, hex};
 
 type Gauge = Pxg55x<RamStore>;
 

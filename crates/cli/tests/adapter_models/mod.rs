@@ -4,16 +4,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod adapter;
-#[path = "../../../../tests/support/adapter_page.rs"]
-mod adapter_page;
 mod pty;
 mod relay;
 mod simulated;
 
+use crate::adapter_page;
 use adapter::{ADAPTERS, Adapter, FRAME, Holding, Loss, timer, usb};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::{Gauge, identify, settings};

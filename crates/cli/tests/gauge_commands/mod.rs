@@ -2,12 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod commands;
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod harmless;
 mod list;
 mod ownership;
@@ -15,7 +10,8 @@ mod read;
 mod settings;
 mod write;
 
-use common::{Folder, Program, run};
+use crate::common::{Folder, Program, run};
+use crate::golden;
 
 /// A loaded computer delays answers; the slot time is longer than usual, so that no answer comes too late.
 const PATIENTLY: &str = "--slot-time=4000";

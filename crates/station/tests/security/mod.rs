@@ -8,8 +8,6 @@ mod login;
 mod openid;
 mod requests;
 mod sessions;
-#[path = "../support/mod.rs"]
-mod support;
 mod test_provider;
 mod test_station;
 mod tls;

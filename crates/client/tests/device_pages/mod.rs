@@ -3,12 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod index;
 mod page;
 mod words;
 
+use crate::golden;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_devices::pxg55x::table;

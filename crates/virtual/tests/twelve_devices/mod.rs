@@ -5,14 +5,13 @@
 
 mod bit_time;
 mod bring_up;
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod hostile;
 mod one_segment;
 mod real_time;
 mod rig;
 mod walk;
 
+use crate::golden;
 use bit_time::InBitTime;
 use profivac_devices::model::Model;
 use profivac_virtual::device_spec::DEVICES;

@@ -7,20 +7,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod every_device;
 mod gauge;
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod profirust_master;
 mod pyprofibus_master;
 mod pyprofibus_rows;
 mod slave;
 mod watched;
 
-use common::{Folder, Program};
+use crate::common::{Folder, Program};
 use gauge::{CONFIGURATIONS, Cfg, UNITS, UnitString};
 use slave::Slave;
 use std::path::Path;

@@ -4,8 +4,6 @@
 
 mod curves;
 mod finite;
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod hand;
 mod picture;
 mod plants;

@@ -13,13 +13,11 @@ mod relays;
 mod rows;
 mod safe;
 mod states;
-#[path = "../support/mod.rs"]
-mod support;
 
+use crate::support::{Tester, hex};
 use profivac_devices::bcg450::Bcg450;
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use support::{Tester, hex};
 
 type Gauge = Bcg450<RamStore>;
 

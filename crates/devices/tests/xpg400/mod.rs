@@ -15,15 +15,13 @@ mod rows;
 mod safe;
 mod set_points;
 mod states;
-#[path = "../support/mod.rs"]
-mod support;
 mod switchover;
 
+use crate::support::{Tester, hex};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
 use profivac_devices::xpg400::{Xpg400, Xpg400Model};
 use profivac_devices::{Action, SimulatedDevice, Switch, UnsupportedAction};
-use support::{Tester, hex};
 
 type Gauge = Xpg400<RamStore>;
 

@@ -17,8 +17,6 @@ mod limits;
 mod notify;
 mod plant_states;
 mod random;
-#[path = "../support/mod.rs"]
-mod support;
 
 use profivac_recorder::Micros;
 use profivac_station::alarm::{

@@ -11,14 +11,12 @@ mod property;
 mod relays;
 mod rows;
 mod states;
-#[path = "../support/mod.rs"]
-mod support;
 mod values;
 
+use crate::support::{Tester, hex};
 use profivac_devices::img400::{Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::profile::Setup;
 use profivac_devices::store::RamStore;
-use support::{Tester, hex};
 
 type Controller = Img400<RamStore>;
 

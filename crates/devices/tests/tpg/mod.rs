@@ -8,8 +8,6 @@ mod parameter_channel;
 mod property;
 mod rows;
 mod settings;
-#[path = "../support/mod.rs"]
-mod support;
 mod thresholds;
 
 use profivac_devices::profile::Setup;

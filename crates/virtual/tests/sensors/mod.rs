@@ -6,8 +6,6 @@
 mod adjust;
 mod curves;
 mod drive;
-#[path = "../../../../tests/support/golden.rs"]
-mod golden;
 mod picture;
 mod time;
 

@@ -1,0 +1,20 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
+mod address;
+mod device_pages;
+mod drops;
+mod lost;
+mod malformed;
+mod ranges;
+mod selector;
+mod structured_text;
+mod typed;
+mod unit;
+mod watch;

@@ -1,0 +1,11 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
+mod circuits;
+mod common;
+mod records;
+mod sockets;

@@ -1,0 +1,13 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
+mod fresh;
+mod pictures;
+mod plant;
+mod rise;
+mod spray;
+mod support;

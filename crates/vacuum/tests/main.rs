@@ -1,0 +1,12 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+
+mod checks;
+mod closed_forms;
+mod collisions;
+mod extremes;
+mod steps;
