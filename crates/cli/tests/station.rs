@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::common::{Folder, Program, get, run, run_with, until};
+use crate::until::pause;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -180,7 +181,7 @@ fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
     let end = Instant::now() + TIMEOUT;
     while !login(password).starts_with("HTTP/1.1 401") {
         assert!(Instant::now() < end, "a removed user still logs in");
-        std::thread::yield_now();
+        pause();
     }
     station.terminate();
     assert_eq!(station.exit_code(), 0);
@@ -283,7 +284,7 @@ fn the_dashboard_of_the_demonstration_shows_all_devices() {
             break;
         }
         assert!(Instant::now() < end, "{gauges}");
-        std::thread::yield_now();
+        pause();
     }
     let blocks = get(address, "/api/gauges/bcg450%205/blocks");
     assert!(blocks.starts_with("HTTP/1.1 200") && blocks.contains("\"Safe Value\""), "{blocks}");

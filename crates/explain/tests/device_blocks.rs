@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod decoded;
-
-use decoded::decoded;
+use crate::decoded::decoded;
 use profivac_devices::catalog::MODELS;
 use profivac_dp::link::Baud;
 use profivac_explain::dpv1::DeviceBlocks;

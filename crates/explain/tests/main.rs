@@ -6,5 +6,6 @@ mod every_file;
 mod golden;
 
 mod decoded;
+mod device_blocks;
 mod explain;
 mod layouts;

@@ -4,6 +4,7 @@
 
 use crate::support;
 use crate::support::inputs::inputs;
+use crate::until::pause;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::{Config, Email};
 use profivac_station::services::Services;
@@ -130,7 +131,7 @@ impl Fixture {
                 return view;
             }
             assert!(Instant::now() < end, "timed out: {view:?}");
-            std::thread::yield_now();
+            pause();
         }
     }
 

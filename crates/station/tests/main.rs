@@ -6,6 +6,8 @@ mod every_file;
 mod foreign_bus;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
+#[path = "../../../tests/support/until.rs"]
+mod until;
 
 mod acts;
 mod alarm_api;

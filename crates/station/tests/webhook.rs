@@ -4,6 +4,7 @@
 
 use crate::support;
 use crate::support::inputs::inputs;
+use crate::until::pause;
 use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::{Config, Webhook};
@@ -134,7 +135,7 @@ impl Fixture {
                 return view;
             }
             assert!(Instant::now() < end, "timed out: {view:?}");
-            std::thread::yield_now();
+            pause();
         }
     }
 
@@ -432,7 +433,7 @@ fn an_alarm_that_waits_too_long_for_its_acknowledgement_is_delivered_as_such() {
         match came.try_recv() {
             Ok(received) => break received,
             Err(_) if Instant::now() > deadline => panic!("nothing came"),
-            Err(_) => std::thread::yield_now(),
+            Err(_) => pause(),
         }
     };
     let body = &received.body;

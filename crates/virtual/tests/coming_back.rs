@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use crate::until::pause;
 use profivac_dp::link::Baud;
 use profivac_dp::master::services;
 use profivac_host::port::{Character, Delivery, Notice, Port, PortError, Pty, Reopening, Serial, TcpClient, TcpServer};
@@ -107,7 +108,7 @@ fn the_search_for_a_port_ends_when_the_port_is_dropped() {
     let begun = Instant::now();
     while Arc::strong_count(&opener) > 1 {
         assert!(begun.elapsed() < Duration::from_secs(30), "it is still looked for");
-        std::thread::yield_now();
+        pause();
     }
 }
 

@@ -4,6 +4,8 @@
 mod every_file;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
+#[path = "../../../tests/support/until.rs"]
+mod until;
 
 mod coming_back;
 mod conditions;

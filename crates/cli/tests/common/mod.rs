@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+use crate::until::pause;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -42,7 +43,7 @@ pub fn until(address: &str, path: &str, wanted: &str) -> String {
             return answer;
         }
         assert!(std::time::Instant::now() < end, "{path} never has {wanted}: {answer}");
-        std::thread::yield_now();
+        pause();
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::security::test_provider::{Reply, SigningKey, TestProvider, description, message, token, with_signature};
 use crate::security::test_station::{Answer, PASSWORD, Page, Request, TestStation};
+use crate::until::pause;
 use profivac_station::auth::Access;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::{Limits, Server, Setup};
@@ -431,7 +432,7 @@ fn a_silent_provider_delays_neither_passwords_nor_other_requests() {
         })
         .collect();
     while lab.provider.asked("/.well-known/openid-configuration").is_empty() {
-        std::thread::yield_now();
+        pause();
     }
     let page = lab.station.login("ada");
     assert_eq!(Request::get("/api/gauges").by(&page).to(&lab.station).status, 200);

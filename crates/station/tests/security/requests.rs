@@ -1,6 +1,7 @@
 //! Forged and malformed requests, and the headers of every answer.
 
 use crate::security::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
+use crate::until::pause;
 use profivac_station::auth::Role;
 use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
 use profivac_station::server::Limits;
@@ -328,7 +329,7 @@ fn a_client_that_reads_no_answer_is_disconnected() {
     let end = Instant::now() + TIMEOUT;
     while greedy.write_all(b"GET").is_ok() {
         assert!(Instant::now() < end, "a client that reads nothing keeps its connection for ever");
-        std::thread::yield_now();
+        pause();
     }
 }
 
@@ -360,7 +361,7 @@ fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
     let end = Instant::now() + TIMEOUT;
     while open(&vera).0 != "HTTP/1.1 200" {
         assert!(Instant::now() < end, "the place of a closed stream is not free again");
-        std::thread::yield_now();
+        pause();
     }
 }
 

@@ -1,5 +1,6 @@
 //! A station with users on loopback, and a client that sends exactly the octets of a test.
 
+use crate::until::pause;
 use profivac_recorder::{Micros, Recorder, Settings};
 use profivac_station::auth::password::Hash;
 use profivac_station::auth::users::Users;
@@ -121,7 +122,7 @@ impl TestStation {
                 return texts;
             }
             assert!(Instant::now() < end, "no event contains {sentence:?}: {texts:?}");
-            std::thread::yield_now();
+            pause();
         }
     }
 

@@ -14,15 +14,13 @@ pub mod api;
 pub mod inputs;
 pub mod memory_station;
 pub mod tcp_segment;
-#[path = "../../../../tests/support/until.rs"]
-mod until;
 
 use profivac_recorder::{Recorder, Settings};
 use profivac_station::services::Services;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use until::{TIMEOUT, until};
+pub use crate::until::{TIMEOUT, until};
 
 /// The database of the services in `folder`.
 pub fn database(folder: &Path) -> PathBuf {
