@@ -14,7 +14,7 @@ case "$*" in
 *) echo 'usage: ci/pictures.sh [--write | --gallery]' >&2 && exit 2 ;;
 esac
 need_to_build
-need chromium chromium --version
+need chromium-headless-shell chromium-headless-shell --version
 if [ "${1:-}" = --gallery ]; then
     rm -rf target/gallery
     cargo build --quiet --workspace --example fake_plant --example acting_plant

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the tests of the workspace, several test programs at once: most of them wait for a line at its true speed.
+"""Runs the tests of the workspace, several test programs at once: many tests wait for a line at its true speed.
 
-ci/run_tests.py [--long] [CARGO ARGUMENT ...] [-- TEST ARGUMENT ...]    for example: ci/run_tests.py -p profivac-cli --test scan
-
---long: also the tests that are ignored because they take long, one after the other in a process of their own.
+ci/run_tests.py [CARGO ARGUMENT ...] [-- TEST ARGUMENT ...]    for example: ci/run_tests.py -p profivac-cli --test all
 
 Prints the whole output of a program that fails. The last lines name the failed tests, `failed: PROGRAM: TEST`, and count: `N passed, M failed`.
 """
@@ -16,9 +14,10 @@ import subprocess
 import sys
 import time
 
-AT_ONCE = 2 * (os.cpu_count() or 1)
-# The programs of these packages answer on a line at its true speed. The others compute, so they yield the processors.
-REAL_TIME = {"cli", "client", "host", "station", "virtual"}
+CPUS = os.cpu_count() or 1
+# The tests of these packages answer on a line at its true speed: they begin first, and more of them run at once than there are processors. The
+# others compute, so they yield the processors.
+REAL_TIME = ["cli", "station", "client", "virtual", "host"]
 # So many of the slowest programs are printed with their duration.
 SLOWEST = 10
 # With one of these arguments cargo runs no examples of the documentation.
@@ -36,16 +35,18 @@ def built(arguments, for_tests):
         message = json.loads(line)
         if message["reason"] == "compiler-artifact" and message["profile"]["test"] and message["executable"]:
             programs.append(([message["executable"], *for_tests], os.path.dirname(message["manifest_path"])))
-    return sorted(programs, key=lambda program: program[1])
+    order = {package: place for place, package in enumerate(REAL_TIME)}
+    return sorted(programs, key=lambda program: (order.get(os.path.basename(program[1]), len(order)), program[1]))
 
 
 def run(program):
     """Runs one program as cargo does: in the folder of its package."""
     command, folder = program
     begun = time.monotonic()
-    yielding = [] if os.path.basename(folder) in REAL_TIME else ["nice"]
-    done = subprocess.run([*yielding, *command], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, errors="replace")
+    waits = os.path.basename(folder) in REAL_TIME
+    environment = {"RUST_TEST_THREADS": str(2 * CPUS if waits else CPUS), **os.environ}
+    done = subprocess.run([*([] if waits else ["nice"]), *command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
     return program, done.returncode, done.stdout, time.monotonic() - begun
 
 
@@ -76,18 +77,13 @@ def documentation_tests(arguments):
 def main():
     divider = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
     arguments, for_tests = sys.argv[1:divider], sys.argv[divider + 1:]
-    is_long = "--long" in arguments
-    arguments = [argument for argument in arguments if argument != "--long"]
     programs = built(arguments, for_tests)
     if programs is None:
         sys.exit("\nfailed: the test programs are not built\n0 passed, 1 failed")
     if not for_tests and not TARGETS.intersection(arguments):
         programs.insert(0, documentation_tests(arguments))
-    if is_long:
-        # First, because they take longest. A program without such a test ends at once.
-        programs[:0] = [([*command, "--ignored", "--test-threads=1"], folder) for command, folder in programs if command[0] != "cargo"]
     passed, failed, durations, failures = 0, 0, [], []
-    with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+    with concurrent.futures.ThreadPoolExecutor(CPUS) as pool:
         for done in concurrent.futures.as_completed([pool.submit(run, program) for program in programs]):
             program, code, output, seconds = done.result()
             results = re.findall(r"^test result: \w+\. (\d+) passed; (\d+) failed", output, re.MULTILINE)

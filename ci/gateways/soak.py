@@ -8,7 +8,7 @@ alarms, the station reads its file again, and clients of each protocol, of the A
 
 Prints a row in each minute. Ends with 1 when something passes its limit (bounds.py) while clients come and go, when files or threads are more
 than before the first client after the last one has gone, when a client never succeeded, or when a gauge does not exchange data at the end.
-PROGRAM has the features opcua and archive; mosquitto is installed. With --short, as in ./test: three lines, 75 seconds, a row every five.
+PROGRAM has the features opcua and archive; mosquitto is installed. With --short: three lines, 75 seconds, a row every five.
 """
 
 import http.client

@@ -103,7 +103,7 @@ fn plants(few: u64) -> u64 {
     std::env::var("PROFIVAC_PLANTS").ok().and_then(|plants| plants.parse().ok()).unwrap_or(few)
 }
 
-/// The table of docs/vacuum.md, in minutes: `PROFIVAC_PLANTS=200 cargo test -p profivac-identify --test fresh -- --nocapture`.
+/// The table of docs/vacuum.md, in minutes: `PROFIVAC_PLANTS=200 cargo test -p profivac-identify --test all fresh:: -- --nocapture`.
 #[test]
 fn the_intervals_of_plants_contain_the_truth_as_often_as_they_claim() {
     let plants = plants(8);

@@ -265,7 +265,7 @@ fn pressures_and_statistics_are_those_of_the_masters_with_noise_power_cuts_and_r
     disturbed(Baud::B187500, 120);
 }
 
-/// An hour at two rates. `ci/run_tests.py --long` runs it.
+/// An hour at two rates. `./test long listener` runs it.
 #[test]
 #[ignore = "an hour of bus time at 19.2 and at 187.5 kbit/s takes minutes"]
 fn an_hour_of_noise_power_cuts_and_restarts() {

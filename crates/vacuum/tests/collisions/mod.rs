@@ -1,7 +1,7 @@
 //! Gas flows through short tubes into vacuum, by direct simulation of molecules that collide: the reference of the law of the crate.
 //!
 //! The flows of docs/vacuum.md, in about an hour of one processor core:
-//! `PROFIVAC_TUBES="n:1:10 s:0:10" cargo test --release -p profivac-vacuum --test collisions -- --ignored --nocapture`
+//! `PROFIVAC_TUBES="n:1:10 s:0:10" cargo test --release -p profivac-vacuum --test all collisions:: -- --ignored --nocapture`
 //! prints those of nitrogen (n) or hard spheres (s) for a length by radius and a rarefaction parameter; `n:1:10:0.5` into half the
 //! pressure, `n:1:10:0.5:4` with an average over four times the time.
 
