@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{End, Folder, Program};
+use common::{End, Folder, Program, become_an_ordinary_user};
 
 const TEXT: &str = "00 11 22 33 44 55 66 77 88 99 AA BB CC DD EE FF";
 
@@ -40,6 +40,22 @@ fn octets_pass_both_ways() {
     b.expect(TEXT);
     b.send(TEXT);
     a.expect(TEXT);
+}
+
+#[test]
+fn the_lock_of_a_killed_master_does_not_end_the_hub() {
+    become_an_ordinary_user();
+    let folder = Folder::new();
+    let (mut hub, a, mut b) = hub(&folder, &[]);
+    drop(a);
+    for _ in 0..3 {
+        End::lock_and_close(&folder.path("a"));
+        let mut next = End::pty_of(&mut hub, &folder.path("a"));
+        next.send(TEXT);
+        b.expect(TEXT);
+        b.send(TEXT);
+        next.expect(TEXT);
+    }
 }
 
 #[test]
