@@ -46,15 +46,15 @@ fn octets_pass_both_ways() {
 fn the_lock_of_a_killed_master_does_not_end_the_hub() {
     become_an_ordinary_user();
     let folder = Folder::new();
-    let (mut hub, a, mut b) = hub(&folder, &[]);
-    drop(a);
+    let (mut hub, mut a, mut b) = hub(&folder, &[]);
     for _ in 0..3 {
-        End::lock_and_close(&folder.path("a"));
-        let mut next = End::pty_of(&mut hub, &folder.path("a"));
-        next.send(TEXT);
+        a.lock();
+        a.send(TEXT);
         b.expect(TEXT);
+        drop(a);
+        a = End::pty_of(&mut hub, &folder.path("a"));
         b.send(TEXT);
-        next.expect(TEXT);
+        a.expect(TEXT);
     }
 }
 

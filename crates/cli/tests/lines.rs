@@ -159,8 +159,8 @@ fn the_lock_of_a_killed_master_does_not_end_the_simulation() {
     let folder = Folder::new();
     let mut program = simulation(&folder);
     for _ in 0..3 {
-        End::lock_and_close(&folder.path("line"));
-        let mut next = End::pty_of(&mut program, &folder.path("line"));
-        next.ask("10 05 02 49 50 16", "10 02 05 00 07 16");
+        let mut master = End::pty_of(&mut program, &folder.path("line"));
+        master.lock();
+        master.ask("10 05 02 49 50 16", "10 02 05 00 07 16");
     }
 }

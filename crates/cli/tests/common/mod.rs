@@ -309,10 +309,11 @@ impl End {
         OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).map(|file| Self(Stream::Pty(file)))
     }
 
-    /// A program opens the pty and locks it, and is killed: the kernel keeps the lock.
-    pub fn lock_and_close(path: &Path) {
-        let Self(Stream::Pty(file)) = Self::pty(path) else { return };
-        rustix::termios::ioctl_tiocexcl(&file).unwrap();
+    /// Locks the pty, as most libraries for serial ports do. The kernel keeps the lock when the program is killed.
+    pub fn lock(&self) {
+        if let Stream::Pty(file) = &self.0 {
+            rustix::termios::ioctl_tiocexcl(file).unwrap();
+        }
     }
 
     /// The pty as soon as its program, which must not end, lets others open it.
