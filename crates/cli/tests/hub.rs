@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use crate::common::{End, Folder, Program};
+use crate::common::{End, Folder, Program, become_an_ordinary_user};
 
 const TEXT: &str = "00 11 22 33 44 55 66 77 88 99 AA BB CC DD EE FF";
 
@@ -38,6 +38,22 @@ fn octets_pass_both_ways() {
     b.expect(TEXT);
     b.send(TEXT);
     a.expect(TEXT);
+}
+
+#[test]
+fn the_lock_of_a_killed_master_does_not_end_the_hub() {
+    become_an_ordinary_user();
+    let folder = Folder::new();
+    let (mut hub, mut a, mut b) = hub(&folder, &[]);
+    for _ in 0..3 {
+        a.lock();
+        a.send(TEXT);
+        b.expect(TEXT);
+        drop(a);
+        a = End::pty_of(&mut hub, &folder.path("a"));
+        b.send(TEXT);
+        a.expect(TEXT);
+    }
 }
 
 #[test]

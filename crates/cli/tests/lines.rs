@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use crate::common::{End, Folder, Program};
+use crate::common::{End, Folder, Program, become_an_ordinary_user};
 
 fn simulation(folder: &Folder) -> Program {
     let program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5", "bcg450@126"]);
@@ -149,4 +149,16 @@ fn quit_is_answered_and_removes_the_link() {
     assert_eq!(program.tell("quit"), "ok");
     assert_eq!(program.exit_code(), 0);
     assert!(!folder.path("line").is_symlink());
+}
+
+#[test]
+fn the_lock_of_a_killed_master_does_not_end_the_simulation() {
+    become_an_ordinary_user();
+    let folder = Folder::new();
+    let mut program = simulation(&folder);
+    for _ in 0..3 {
+        let mut master = End::pty_of(&mut program, &folder.path("line"));
+        master.lock();
+        master.ask("10 05 02 49 50 16", "10 02 05 00 07 16");
+    }
 }

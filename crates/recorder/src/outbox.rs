@@ -342,9 +342,9 @@ impl Reader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alarms::AlarmBatch;
+    use crate::alarms::{AlarmBatch, AlarmHistoryEntry};
     use crate::backup::Existing;
-    use crate::database::Database;
+    use crate::database::{Database, Retention};
     use crate::event::{Event as RecordEvent, EventKind};
     use crate::quality::Quality;
     use std::path::Path;
@@ -368,6 +368,40 @@ mod tests {
         let samples: Vec<_> = samples.iter().map(|sample| (index, *sample)).collect();
         database.set_time(Micros(now));
         database.write(&samples, &spans, &[], &AlarmBatch::default()).unwrap();
+    }
+
+    /// Writes an event and a row of the alarm history.
+    fn write_event_and_alarm(database: &mut Database, at: i64, text: &str) {
+        let event = RecordEvent { at: Micros(at), gauge: None, kind: EventKind::Note, text: text.to_owned() };
+        let change = AlarmHistoryEntry {
+            at: Micros(at),
+            alarm: "chamber too high".to_owned(),
+            change: "raised".to_owned(),
+            state: "unacknowledged".to_owned(),
+            priority: "high".to_owned(),
+            subject: None,
+            occurrence: at,
+            user: None,
+            value: None,
+            unit: None,
+            text: text.to_owned(),
+        };
+        let alarms = AlarmBatch { history: vec![change], ..AlarmBatch::default() };
+        database.write(&[], &PendingSpans::default(), &[event], &alarms).unwrap();
+    }
+
+    /// The ids and texts of all events in the batches, then those of all alarm changes.
+    fn sent(path: &Path) -> [Vec<(i64, String)>; 2] {
+        let batches = batches(path);
+        let events = batches.iter().flat_map(|batch| &batch.events).map(|event| (event.id, event.text.clone()));
+        let alarms = batches.iter().flat_map(|batch| &batch.alarms).map(|change| (change.id, change.text.clone()));
+        [events.collect(), alarms.collect()]
+    }
+
+    fn row_counts(path: &Path) -> (i64, i64) {
+        let sql = "SELECT (SELECT count(*) FROM event), (SELECT count(*) FROM alarm_history)";
+        let reader = Reader::open(path).unwrap();
+        reader.connection().query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?))).unwrap()
     }
 
     fn page(path: &Path) -> Page {
@@ -442,6 +476,46 @@ mod tests {
         database.write(&[], &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
         let texts: Vec<_> = batches(&path).into_iter().flat_map(|batch| batch.events).map(|it| it.text).collect();
         assert_eq!(texts, ["before", "after"]);
+    }
+
+    #[test]
+    fn rows_after_a_retention_that_deleted_all_events_and_the_alarm_history_are_sent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let mut database = open(&path, Forward::Off);
+        database.begin_period(Micros(DAY)).unwrap();
+        write_event_and_alarm(&mut database, DAY, "before");
+        write_event_and_alarm(&mut database, DAY + 1, "before, too");
+        let day = Some(Duration::from_secs(86_400));
+        let retention = Retention { events: day, alarm_history: day, ..Retention::default() };
+        database.extend_period(Micros(2 * DAY)).unwrap();
+        database.prune(&retention).unwrap();
+        assert_eq!(row_counts(&path), (2, 2), "the time is not over yet");
+        database.extend_period(Micros(2 * DAY + 2)).unwrap();
+        database.prune(&retention).unwrap();
+        assert_eq!(row_counts(&path), (0, 0));
+        drop(database);
+        write_event_and_alarm(&mut open(&path, Forward::Off), 2 * DAY + 3, "after");
+        let expected = [(1, "before"), (2, "before, too"), (3, "after")].map(|(id, text)| (id, text.to_owned()));
+        assert_eq!(sent(&path), [expected.to_vec(), expected.to_vec()]);
+    }
+
+    /// The last rows are the first to be deleted if the clock was behind when they were written.
+    #[test]
+    fn rows_after_a_retention_that_deleted_the_last_rows_alone_are_sent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let mut database = open(&path, Forward::Off);
+        database.begin_period(Micros(9 * DAY)).unwrap();
+        database.extend_period(Micros(11 * DAY)).unwrap();
+        write_event_and_alarm(&mut database, 11 * DAY, "kept");
+        write_event_and_alarm(&mut database, DAY, "deleted");
+        let day = Some(Duration::from_secs(86_400));
+        database.prune(&Retention { events: day, alarm_history: day, ..Retention::default() }).unwrap();
+        assert_eq!(row_counts(&path), (1, 1));
+        write_event_and_alarm(&mut database, 11 * DAY, "after");
+        let expected = [(1, "kept"), (2, "deleted"), (3, "after")].map(|(id, text)| (id, text.to_owned()));
+        assert_eq!(sent(&path), [expected.to_vec(), expected.to_vec()]);
     }
 
     #[test]

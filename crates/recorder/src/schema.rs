@@ -6,7 +6,7 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The version of the tables, stored in the database's `user_version`.
-pub const VERSION: i64 = 7;
+pub const VERSION: i64 = 8;
 
 /// The `application_id` of a database since version 5, by which the recorder tells its own files from others: "pfvc" in ASCII.
 pub const APPLICATION_ID: i64 = 0x7066_7663;
@@ -39,9 +39,10 @@ pub const TABLES: &str = "
         qualities INTEGER NOT NULL,
         PRIMARY KEY (level, series_id, start_us)
     ) WITHOUT ROWID;
-    -- kind: station, bus, gauge, command, note, access, alarm, pump-down.
+    -- kind: station, bus, gauge, command, note, access, alarm, pump-down. The cursor of the outbox compares the ids of this table and of
+    -- alarm_history and audit, so none is used twice, also after a retention has deleted all rows.
     CREATE TABLE event (
-        id        INTEGER PRIMARY KEY,
+        id        INTEGER PRIMARY KEY AUTOINCREMENT,
         at_us     INTEGER NOT NULL,
         series_id INTEGER REFERENCES series,
         kind      TEXT NOT NULL,
@@ -94,7 +95,7 @@ pub const TABLES: &str = "
     -- change: raised, returned, acknowledged, shelved, unshelved, taken-out-of-service, returned-to-service, suppressed, unsuppressed,
     -- removed, settings-changed.
     CREATE TABLE alarm_history (
-        id         INTEGER PRIMARY KEY,
+        id         INTEGER PRIMARY KEY AUTOINCREMENT,
         at_us      INTEGER NOT NULL,
         alarm      TEXT NOT NULL,
         change     TEXT NOT NULL,
@@ -153,7 +154,7 @@ pub const TABLES: &str = "
 ";
 
 /// The statements that lead from version N + 1 to the next, as older programs ran them. A published migration never changes.
-const MIGRATIONS: [&[&str]; 6] = [FROM_1, FROM_2, FROM_3, FROM_4, FROM_5, FROM_6];
+const MIGRATIONS: [&[&str]; 7] = [FROM_1, FROM_2, FROM_3, FROM_4, FROM_5, FROM_6, FROM_7];
 
 const FROM_1: &[&str] = &[
     "CREATE TABLE audit (
@@ -312,6 +313,56 @@ const FROM_6: &[&str] = &["CREATE TABLE plant_state (
         until_us    INTEGER NOT NULL
     ) WITHOUT ROWID"];
 
+/// No id of an event or of a row of the alarm history is used twice from now on.
+///
+/// SQLite began at id 1 again after a retention had deleted all rows, and the outbox sends only rows above its cursor. If the highest id
+/// is below the cursor, the rows were never sent: they get the ids above the cursor, in their order. If the ids have passed the cursor
+/// again, nothing in the database tells the rows that were skipped from rows that were sent, so the ids stay.
+const FROM_7: &[&str] = &[
+    "ALTER TABLE event RENAME TO event_7",
+    "CREATE TABLE event (
+        id        INTEGER PRIMARY KEY AUTOINCREMENT,
+        at_us     INTEGER NOT NULL,
+        series_id INTEGER REFERENCES series,
+        kind      TEXT NOT NULL,
+        text      TEXT NOT NULL
+    )",
+    "INSERT INTO event (id, at_us, series_id, kind, text)
+     SELECT id + ifnull((SELECT event_id FROM outbox_state WHERE event_id > (SELECT max(id) FROM event_7)), 0),
+         at_us, series_id, kind, text
+     FROM event_7 ORDER BY id",
+    "DROP TABLE event_7",
+    "CREATE INDEX event_at ON event (at_us)",
+    "DELETE FROM sqlite_sequence WHERE name = 'event'",
+    "INSERT INTO sqlite_sequence (name, seq)
+     SELECT 'event', max(ifnull((SELECT max(id) FROM event), 0), ifnull((SELECT event_id FROM outbox_state), 0))",
+    "ALTER TABLE alarm_history RENAME TO alarm_history_7",
+    "CREATE TABLE alarm_history (
+        id         INTEGER PRIMARY KEY AUTOINCREMENT,
+        at_us      INTEGER NOT NULL,
+        alarm      TEXT NOT NULL,
+        change     TEXT NOT NULL,
+        state      TEXT NOT NULL,
+        priority   TEXT NOT NULL,
+        subject    TEXT,
+        occurrence INTEGER NOT NULL,
+        user_name  TEXT,
+        value      REAL,
+        unit       TEXT,
+        text       TEXT NOT NULL
+    )",
+    "INSERT INTO alarm_history (id, at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text)
+     SELECT id + ifnull((SELECT alarm_id FROM outbox_state WHERE alarm_id > (SELECT max(id) FROM alarm_history_7)), 0),
+         at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text
+     FROM alarm_history_7 ORDER BY id",
+    "DROP TABLE alarm_history_7",
+    "CREATE INDEX alarm_history_at ON alarm_history (at_us)",
+    "DELETE FROM sqlite_sequence WHERE name = 'alarm_history'",
+    "INSERT INTO sqlite_sequence (name, seq)
+     SELECT 'alarm_history',
+         max(ifnull((SELECT max(id) FROM alarm_history), 0), ifnull((SELECT alarm_id FROM outbox_state), 0))",
+];
+
 const NOT_CHANGED: &str = "CREATE TRIGGER audit_is_not_changed BEFORE UPDATE ON audit
         BEGIN SELECT RAISE(ABORT, 'the audit trail is not changed'); END";
 
@@ -401,13 +452,17 @@ pub fn read_as_current(connection: &Connection, found: i64) -> rusqlite::Result<
 
 #[cfg(test)]
 mod tests {
-    use super::super::alarms::StoredAlarm;
+    use super::super::alarms::{AlarmBatch, StoredAlarm};
     use super::super::audit::{AuditAction, AuditQuery};
+    use super::super::batch::Batch;
     use super::super::connection::{open_to_read, open_to_write};
+    use super::super::database::Database;
     use super::super::event::EventKind;
+    use super::super::outbox::Forward;
     use super::super::quality::Quality;
     use super::super::reader::Reader;
     use super::super::sample::Micros;
+    use super::super::spans::PendingSpans;
     use super::*;
     use std::io::{BufRead, BufReader};
     use std::path::Path;
@@ -433,6 +488,13 @@ mod tests {
         let mut select = connection.prepare(sql).unwrap();
         let rows = select.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))).unwrap();
         rows.map(Result::unwrap).collect()
+    }
+
+    /// The tables whose ids are never used twice.
+    fn counted(connection: &Connection) -> Vec<String> {
+        let sql = "SELECT name FROM sqlite_master WHERE type = 'table' AND sql LIKE '%AUTOINCREMENT%' ORDER BY name";
+        let mut select = connection.prepare(sql).unwrap();
+        select.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect()
     }
 
     /// The names of all indexes and triggers of a database.
@@ -527,6 +589,7 @@ mod tests {
         assert_eq!((version(&migrated).unwrap(), version(&fresh).unwrap()), (VERSION, VERSION));
         assert_eq!(columns(&migrated), columns(&fresh));
         assert_eq!(helpers(&migrated), helpers(&fresh));
+        assert_eq!(counted(&migrated), counted(&fresh));
         assert_all_rows(&Reader::open(&old).unwrap());
         let changed = migrated.execute_batch("UPDATE audit SET user_name = 'Eve'").unwrap_err().to_string();
         assert_eq!(changed, "the audit trail is not changed");
@@ -561,6 +624,92 @@ mod tests {
         assert_eq!(columns(&migrated), columns(&fresh));
         assert_eq!(helpers(&migrated), helpers(&fresh));
         assert_eq!(Reader::open(&old).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap().len(), 16);
+    }
+
+    /// A database as the program with version 7 of the tables left it.
+    fn make_version_7(path: &Path, rows: &str) {
+        make_version_3(path);
+        let connection = Connection::open(path).unwrap();
+        MIGRATIONS[2..6].concat().iter().for_each(|statement| connection.execute_batch(statement).unwrap());
+        connection.execute_batch("DELETE FROM event; DELETE FROM alarm_history; PRAGMA user_version = 7").unwrap();
+        connection.execute_batch(rows).unwrap();
+    }
+
+    /// Writes nothing but what waits for the outbox. Returns the ids of the events and of the alarm changes in the batches.
+    fn ids_sent(path: &Path) -> [Vec<i64>; 2] {
+        let mut database = Database::open(path, Micros(1)).unwrap();
+        database.set_outbox(Some(Forward::Off));
+        database.write(&[], &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
+        let page = Reader::open(path).unwrap().outbox(0, 100, usize::MAX).unwrap();
+        let batches: Vec<_> =
+            page.batches.iter().map(|waiting| Batch::decode_compressed(&waiting.payload).unwrap()).collect();
+        let events = batches.iter().flat_map(|batch| &batch.events).map(|event| event.id);
+        let alarms = batches.iter().flat_map(|batch| &batch.alarms).map(|change| change.id);
+        [events.collect(), alarms.collect()]
+    }
+
+    /// Three events and two alarm changes, from id 1 on, and one new row of each kind without an id.
+    const ROWS: &str = "
+        INSERT INTO event (id, at_us, kind, text) VALUES (1, 50, 'note', 'a'), (2, 51, 'note', 'b'), (3, 52, 'note', 'c');
+        INSERT INTO alarm_history (id, at_us, alarm, change, state, priority, occurrence, text)
+        VALUES (1, 50, 'x', 'raised', 'unacknowledged', 'high', 1, 'd'), (2, 51, 'x', 'returned', 'normal', 'high', 1, 'e');";
+    const NEW_ROW: &str = "
+        INSERT INTO event (at_us, kind, text) VALUES (53, 'note', 'new');
+        INSERT INTO alarm_history (at_us, alarm, change, state, priority, occurrence, text)
+        VALUES (53, 'y', 'raised', 'unacknowledged', 'high', 2, 'new');";
+
+    #[test]
+    fn rows_below_the_cursor_of_the_outbox_that_were_never_sent_get_ids_above_it_and_are_sent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let state = "INSERT INTO outbox_state VALUES (1, 5, 4, 9, 8);";
+        make_version_7(&path, &format!("{state}{ROWS}"));
+        assert_eq!(ids_sent(&path), [vec![5, 6, 7], vec![10, 11]]);
+        let events = Reader::open(&path).unwrap().events(Micros(0), Micros(100), 10).unwrap();
+        let texts: Vec<_> = events.iter().map(|event| event.text.as_str()).collect();
+        assert_eq!(texts, ["c", "b", "a"]);
+        open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
+        assert_eq!(ids_sent(&path), [vec![5, 6, 7, 8], vec![10, 11, 12]]);
+    }
+
+    #[test]
+    fn empty_tables_go_on_above_the_cursor_of_the_outbox() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        make_version_7(&path, "INSERT INTO outbox_state VALUES (1, 5, 4, 9, 8)");
+        open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
+        assert_eq!(ids_sent(&path), [vec![5], vec![10]]);
+    }
+
+    #[test]
+    fn rows_that_were_sent_keep_their_ids_and_are_not_sent_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        make_version_7(&path, &format!("INSERT INTO outbox_state VALUES (1, 5, 3, 2, 8);{ROWS}"));
+        assert_eq!(ids_sent(&path), [vec![], vec![]]);
+        open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
+        assert_eq!(ids_sent(&path), [vec![4], vec![3]]);
+    }
+
+    #[test]
+    fn a_database_without_an_archive_keeps_its_ids_and_sends_all_rows_to_a_later_archive() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        make_version_7(&path, ROWS);
+        assert_eq!(ids_sent(&path), [vec![1, 2, 3], vec![1, 2]]);
+    }
+
+    /// The rows of the other tables with such a key are never deleted.
+    #[test]
+    fn a_table_whose_rows_are_deleted_never_uses_an_id_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let connection = open_to_write(&folder.path().join("new.db")).unwrap();
+        let sql = "SELECT m.name FROM sqlite_master m, pragma_table_info(m.name) c
+                   WHERE m.type = 'table' AND m.name NOT LIKE 'sqlite%' AND c.pk = 1 AND c.type = 'INTEGER'
+                       AND m.sql NOT LIKE '%WITHOUT ROWID%' AND m.sql NOT LIKE '%AUTOINCREMENT%' ORDER BY m.name";
+        let mut select = connection.prepare(sql).unwrap();
+        let tables: Vec<String> = select.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
+        assert_eq!(tables, ["outbox_state", "recording_period", "series"]);
     }
 
     /// Not a separate test: the process that `a_kill_during_the_migration_leaves_version_3` starts and kills.
@@ -602,7 +751,7 @@ mod tests {
     #[test]
     fn a_kill_during_the_migration_leaves_version_3() {
         let folder = tempfile::tempdir().unwrap();
-        for statement in 0..FROM_3.len() + FROM_4.len() + FROM_5.len() + FROM_6.len() {
+        for statement in 0..MIGRATIONS.iter().skip(2).map(|migration| migration.len()).sum::<usize>() {
             let path = folder.path().join(format!("{statement}.db"));
             make_version_3(&path);
             kill_before(statement, &path);

@@ -219,5 +219,5 @@ fn tcp_addresses_are_checked() {
         assert!(matches!(TcpClient::connect(address), Err(PortError::InvalidAddress(_))), "{address}");
     }
     let server = TcpServer::listen("127.0.0.1:0").unwrap();
-    assert!(matches!(TcpServer::listen(server.name()), Err(PortError::InUse(_))));
+    assert!(matches!(TcpServer::listen(server.name()), Err(PortError::AddressInUse(_))));
 }

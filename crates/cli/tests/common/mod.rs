@@ -65,6 +65,18 @@ impl Folder {
     }
 }
 
+/// Takes CAP_SYS_ADMIN from this thread and from the programs that it starts, if they would have it.
+pub fn become_an_ordinary_user() {
+    use rustix::thread::{CapabilitySet, capabilities, remove_capability_from_bounding_set, set_capabilities};
+    let mut sets = capabilities(None).unwrap();
+    if sets.effective.contains(CapabilitySet::SYS_ADMIN) {
+        remove_capability_from_bounding_set(CapabilitySet::SYS_ADMIN).unwrap();
+        sets.effective -= CapabilitySet::SYS_ADMIN;
+        sets.permitted -= CapabilitySet::SYS_ADMIN;
+        set_capabilities(None, sets).unwrap();
+    }
+}
+
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profivac"));
     command.args(arguments);
@@ -290,8 +302,34 @@ enum Stream {
 impl End {
     /// The pty a program serves, as any program would open it.
     pub fn pty(path: &Path) -> Self {
+        Self::open_pty(path).unwrap()
+    }
+
+    fn open_pty(path: &Path) -> std::io::Result<Self> {
         let flags = rustix::fs::OFlags::NOCTTY.bits() as i32;
-        Self(Stream::Pty(OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).unwrap()))
+        OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).map(|file| Self(Stream::Pty(file)))
+    }
+
+    /// Locks the pty, as most libraries for serial ports do. The kernel keeps the lock when the program is killed.
+    pub fn lock(&self) {
+        if let Stream::Pty(file) = &self.0 {
+            rustix::termios::ioctl_tiocexcl(file).unwrap();
+        }
+    }
+
+    /// The pty as soon as its program, which must not end, lets others open it.
+    pub fn pty_of(program: &mut Program, path: &Path) -> Self {
+        let end = std::time::Instant::now() + DEADLINE;
+        loop {
+            match Self::open_pty(path) {
+                Ok(opened) => return opened,
+                Err(error) => {
+                    assert!(!program.has_ended(), "the program has ended: {}", program.complaint());
+                    assert!(std::time::Instant::now() < end, "{error}");
+                }
+            }
+            std::thread::yield_now();
+        }
     }
 
     pub fn tcp(address: &str) -> Self {

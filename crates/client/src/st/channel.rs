@@ -57,7 +57,7 @@ fn tasks(rules: &ChannelRules) -> String {
             TaskKind::Write(lengths) => lengths.contains(&length),
         });
         if let Some((ak, _)) = own {
-            let _ = writeln!(tasks, "            {length}: TASK := {ak};");
+            let _ = writeln!(tasks, "            {length}: TASK_CODE := {ak};");
         }
     }
     tasks.trim_end().to_owned()
@@ -103,7 +103,7 @@ RESULT_IS_NUMBER : BOOL;";
 const OWN: &str = "\
 STATE : INT;
 WAS_EXECUTE : BOOL;
-TASK : INT;
+TASK_CODE : INT;
 VALUE : ARRAY[0..3] OF INT;
 CALLS : INT;
 AK : INT;
@@ -126,16 +126,16 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
     ERROR := FALSE;
     ERROR_CODE := 0;
     CALLS := 0;
-    TASK := 1;
+    TASK_CODE := 1;
     FOR I := 0 TO 3 DO
         VALUE[I] := 0;
     END_FOR;
     IF WRITE THEN
-        TASK := 0;
+        TASK_CODE := 0;
         CASE LENGTH OF
 {TASKS}
         ELSE
-            TASK := 0;
+            TASK_CODE := 0;
         END_CASE;
         IF IS_REAL THEN
             MANTISSA := ABS(NUMBER);
@@ -152,14 +152,14 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
                 REST := 0;
                 EXPONENT := 0;
             ELSIF (LENGTH <> 4) OR (EXPONENT > 254) OR NOT (MANTISSA >= 8388608.0) THEN
-                TASK := 0;
+                TASK_CODE := 0;
                 REST := 0;
                 EXPONENT := 0;
             ELSE
                 REST := REAL_TO_DINT(MANTISSA) - 8388608;
             END_IF;
             IF LENGTH <> 4 THEN
-                TASK := 0;
+                TASK_CODE := 0;
             END_IF;
             VALUE[0] := EXPONENT / 2;
             IF NUMBER < 0.0 THEN
@@ -170,13 +170,13 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
             VALUE[3] := DINT_TO_INT(REST MOD 256);
         ELSE
             IF (LENGTH = 1) AND ((WHOLE < -128) OR (WHOLE > 255)) THEN
-                TASK := 0;
+                TASK_CODE := 0;
             ELSIF (LENGTH = 2) AND ((WHOLE < -32768) OR (WHOLE > 65535)) THEN
-                TASK := 0;
+                TASK_CODE := 0;
             END_IF;
             REST := WHOLE;
             I := 3;
-            WHILE (TASK > 0) AND (I > 3 - LENGTH) DO
+            WHILE (TASK_CODE > 0) AND (I > 3 - LENGTH) DO
                 OCTET := REST MOD 256;
                 IF OCTET < 0 THEN
                     OCTET := OCTET + 256;
@@ -187,7 +187,7 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
             END_WHILE;
         END_IF;
     END_IF;
-    IF (TASK = 0) OR (SLOT < 0) OR (SLOT > 255) OR (INDEX < 0) OR (INDEX > 255) THEN
+    IF (TASK_CODE = 0) OR (SLOT < 0) OR (SLOT > 255) OR (INDEX < 0) OR (INDEX > 255) THEN
         ERROR := TRUE;
         ERROR_CODE := -1;
     ELSE
@@ -204,7 +204,7 @@ IF STATE <> 0 THEN
         ERROR_CODE := -3;
     ELSIF (STATE = 1) AND (AK = 0) THEN
         STATE := 2;
-        REQUEST[0] := INT_TO_BYTE(TASK * 16);
+        REQUEST[0] := INT_TO_BYTE(TASK_CODE * 16);
         REQUEST[1] := INT_TO_BYTE(SLOT);
         REQUEST[2] := INT_TO_BYTE(INDEX);
         REQUEST[3] := INT_TO_BYTE(0);

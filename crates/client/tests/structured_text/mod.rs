@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 mod blocks;
+mod names;
 mod page;
 
 use blocks::{Blocks, Outputs};

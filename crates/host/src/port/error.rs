@@ -15,6 +15,10 @@ pub enum PortError {
     LeftOver(String),
     /// Another program has locked the port.
     InUse(String),
+    /// Another program has locked the pty (TIOCEXCL). The lock outlives the program if a signal ended it.
+    PtyLocked(String),
+    /// Another program listens at the address.
+    AddressInUse(String),
     /// The user may not open the port.
     PermissionDenied(String),
     /// The file is neither a serial device nor a pty.
@@ -153,6 +157,11 @@ impl PortError {
             }
             Self::LeftOver(_) => Some("start that program again; if the link is right, make it again"),
             Self::InUse(_) => Some("end that program first; `fuser -v` names it"),
+            Self::PtyLocked(_) => Some(
+                "end the program that `fuser -v` names; if it names none, a signal ended that program: start the program \
+                 that serves the pty again",
+            ),
+            Self::AddressInUse(_) => Some("end that program first, or choose another port; `ss -ltnp` names it"),
             Self::PermissionDenied(_) => Some("for a serial device, join its group (usually dialout) and log in again"),
             Self::UnsupportedRate { .. } => Some("use another adapter or another rate"),
             Self::NoTelegram { .. } => {
@@ -192,7 +201,8 @@ impl PortError {
                 "{name} is older than the pty it leads to: the program that made the link was killed, or the pty has \
                  another owner or mode since"
             ),
-            Self::InUse(name) => write!(f, "{name} is in use by another program"),
+            Self::InUse(name) | Self::AddressInUse(name) => write!(f, "{name} is in use by another program"),
+            Self::PtyLocked(name) => write!(f, "{name} is locked by another program"),
             Self::PermissionDenied(name) => write!(f, "no permission to open {name}"),
             Self::NotSerial(name) => write!(f, "{name} is not a serial device"),
             Self::UnsupportedRate { name, baud, offered } => {

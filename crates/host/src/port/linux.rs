@@ -183,7 +183,7 @@ fn lower_latency(terminal: &Path, device: &Path, name: &str) -> Option<Notice> {
     Some(Notice::Latency { name: name.to_owned(), ms, setting })
 }
 
-/// Reports every opening of the slave side of a pty.
+/// Reports every opening of the slave side of a pty, and that a program has closed it which could write.
 #[derive(Debug)]
 pub struct OpenEvents(OwnedFd);
 
@@ -191,19 +191,23 @@ impl OpenEvents {
     /// Watches `side`.
     pub fn watch(side: &Path) -> Result<Self, Errno> {
         let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?;
-        inotify::add_watch(&openings, side, WatchFlags::OPEN)?;
+        inotify::add_watch(&openings, side, WatchFlags::OPEN | WatchFlags::CLOSE_WRITE)?;
         Ok(Self(openings))
     }
 
-    /// Becomes readable when the slave side is opened.
+    /// Becomes readable when the slave side is opened or closed.
     pub fn readiness(&self) -> Option<Readiness<'_>> {
         Some(Readiness::of(&self.0))
     }
 
-    /// Discards all events so far.
-    pub fn drain(&self) {
+    /// Discards all events so far. Returns whether there were any.
+    pub fn drain(&self) -> bool {
         let mut buffer = [0; super::CHUNK];
-        while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
+        let mut found = false;
+        while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {
+            found = true;
+        }
+        found
     }
 }
 

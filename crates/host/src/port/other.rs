@@ -60,7 +60,9 @@ impl OpenEvents {
     }
 
     /// No events exist.
-    pub fn drain(&self) {}
+    pub fn drain(&self) -> bool {
+        false
+    }
 }
 
 /// Claims nothing: a link in use is known by its age alone.

@@ -4,6 +4,10 @@
 //! unread octets are discarded, so no program reads an answer to the request of another. The kernel reports a hang-up while
 //! the slave side is closed, and inotify reports its opening.
 //!
+//! A program may lock the slave side (TIOCEXCL), as most libraries for serial ports do. The kernel keeps the lock when the program ends
+//! without unlocking, and then only a privileged process can open the slave side: a new pty takes its place behind the link. A descriptor
+//! that keeps the slave side open could unlock it instead, but then the kernel would report no hang-up.
+//!
 //! A process that is killed leaves its link. It dangles, or leads to a later pty that got the same number; both are replaced.
 
 use super::notice::{DropCounter, Notice, Notices};
@@ -15,12 +19,12 @@ use rustix::fd::OwnedFd;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr};
+use rustix::termios::{OptionalActions, QueueSelector, Termios, ioctl_tiocnxcl, tcflush, tcgetattr, tcsetattr};
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::os::unix::ffi::OsStringExt;
-use std::os::unix::fs::{MetadataExt as _, symlink};
+use std::os::unix::fs::{MetadataExt as _, chown, symlink};
 use std::path::{Path, PathBuf};
 
 /// socat sets owner and mode of its pty after it has made the link: such a change counts only this long after the link, in s. free choice.
@@ -33,10 +37,7 @@ pub struct Pty {
     link: PathBuf,
     /// Tells other processes that the link is in use.
     _claim: LinkClaim,
-    slave_path: PathBuf,
-    master: OwnedFd,
-    /// Reports every opening of the slave side.
-    open_events: OpenEvents,
+    sides: Sides,
     /// A program has the slave side open.
     is_open: bool,
     drops: DropCounter,
@@ -55,39 +56,114 @@ impl Pty {
         let claim = LinkClaim::of(path).map_err(|error| link_error(&name, error))?;
         // Must come first: the new pty may get the number that a left-over link leads to.
         remove_left_over(path).map_err(|error| link_error(&name, error))?;
-        let master = open_master().map_err(opening)?;
-        rustix::io::ioctl_fionbio(&master, true).map_err(opening)?;
-        grantpt(&master).map_err(opening)?;
-        unlockpt(&master).map_err(opening)?;
-        let side = PathBuf::from(OsString::from_vec(ptsname(&master, Vec::new()).map_err(opening)?.into_bytes()));
-        reset(&side).map_err(opening)?;
-        let open_events = OpenEvents::watch(&side).map_err(opening)?;
-        symlink(&side, path).map_err(|error| link_error(&name, error))?;
+        let sides = Sides::open().map_err(opening)?;
+        symlink(&sides.slave_path, path).map_err(|error| link_error(&name, error))?;
         Ok(Self {
             name,
             link: path.to_owned(),
             _claim: claim,
-            slave_path: side,
-            master,
-            open_events,
+            sides,
             is_open: false,
             drops: DropCounter::default(),
             notices: Notices::default(),
         })
     }
 
-    /// Updates whether the slave side is open, and discards unread octets when it was closed.
-    fn update_open(&mut self) -> Result<(), Errno> {
+    /// Updates whether a program has the slave side open. Prepares the slave side for the next program when the last one has closed it,
+    /// also when it was opened and closed since the last call.
+    fn update_open(&mut self) -> Result<(), PortError> {
+        let using = |errno| PortError::using(&self.name, errno);
+        let was_opened = self.sides.open_events.drain();
+        let was_open = self.is_open || was_opened;
+        self.is_open = self.sides.is_open().map_err(using)?;
+        if was_open && !self.is_open {
+            self.prepare()?;
+            self.is_open = self.sides.is_open().map_err(|errno| PortError::using(&self.name, errno))?;
+        }
+        Ok(())
+    }
+
+    /// Makes the slave side raw, empty and unlocked, or replaces the pty if a program that has ended has locked it.
+    fn prepare(&mut self) -> Result<(), PortError> {
+        let using = |errno| PortError::using(&self.name, errno);
+        match self.sides.reset() {
+            // If the slave side is open, the next program has opened and locked it just now.
+            Err(Errno::BUSY) if !self.sides.is_open().map_err(using)? => self.replace(),
+            Ok(()) | Err(Errno::BUSY) => Ok(()),
+            Err(errno) => Err(using(errno)),
+        }
+    }
+
+    /// Puts a new pty behind the link, with owner and mode of the present one.
+    fn replace(&mut self) -> Result<(), PortError> {
+        let sides = Sides::open().map_err(|errno| PortError::using(&self.name, errno))?;
+        // A server that may not change them keeps those of a new pty.
+        copy_access(&self.sides.slave_path, &sides.slave_path).ok();
+        if self.owns_link() {
+            let relinked = fs::remove_file(&self.link).and_then(|()| symlink(&sides.slave_path, &self.link));
+            relinked.map_err(|error| link_error(&self.name, error))?;
+        }
+        self.sides = sides;
+        Ok(())
+    }
+
+    /// Whether the link still leads to this pty.
+    fn owns_link(&self) -> bool {
+        fs::read_link(&self.link).is_ok_and(|side| side == self.sides.slave_path)
+    }
+}
+
+/// Both sides of a pty.
+#[derive(Debug)]
+struct Sides {
+    master: OwnedFd,
+    slave_path: PathBuf,
+    /// Reports every opening of the slave side.
+    open_events: OpenEvents,
+}
+
+impl Sides {
+    /// Makes a pty whose slave side is raw.
+    fn open() -> Result<Self, Errno> {
+        let master = open_master()?;
+        rustix::io::ioctl_fionbio(&master, true)?;
+        grantpt(&master)?;
+        unlockpt(&master)?;
+        let slave_path = PathBuf::from(OsString::from_vec(ptsname(&master, Vec::new())?.into_bytes()));
+        let open_events = OpenEvents::watch(&slave_path)?;
+        let sides = Self { master, slave_path, open_events };
+        sides.reset()?;
+        Ok(sides)
+    }
+
+    /// Whether a program has the slave side open, or has written octets that wait.
+    fn is_open(&self) -> Result<bool, Errno> {
         let mut events = [PollFd::new(&self.master, PollFlags::IN)];
         poll(&mut events, Some(&Timespec::default()))?;
         let flags = events.first().map_or(PollFlags::empty(), PollFd::revents);
         // Octets that were written before the slave side was closed must still be read.
-        let is_open = flags.contains(PollFlags::IN) || !flags.contains(PollFlags::HUP);
-        if self.is_open && !is_open {
-            reset(&self.slave_path)?;
+        Ok(flags.contains(PollFlags::IN) || !flags.contains(PollFlags::HUP))
+    }
+
+    /// Makes the slave side raw, discards its unread octets and unlocks it.
+    ///
+    /// Settings that are raw already stay untouched: the next program may be changing them at this moment, and the C library
+    /// reports an error to a program whose settings did not hold.
+    fn reset(&self) -> Result<(), Errno> {
+        let flags = OFlags::RDONLY | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let slave = rustix::fs::open(&self.slave_path, flags, Mode::empty())?;
+        let settings = tcgetattr(&slave)?;
+        let mut raw = settings.clone();
+        raw.make_raw();
+        let modes = |settings: &Termios| (settings.input_modes, settings.output_modes, settings.local_modes);
+        if modes(&settings) != modes(&raw) {
+            tcsetattr(&slave, OptionalActions::Now, &raw)?;
         }
-        self.is_open = is_open;
-        Ok(())
+        tcflush(&slave, QueueSelector::IOFlush)?;
+        // Among the events is the opening above. A program that opens the slave side from here on causes another event; a lock that one
+        // has set before is removed, which only a privileged server can meet here.
+        self.open_events.drain();
+        ioctl_tiocnxcl(&slave)
     }
 }
 
@@ -99,15 +175,14 @@ impl Port for Pty {
     /// The hang-up of a closed slave side stays readable for ever, so the master side counts only while the slave side is
     /// open.
     fn readiness(&self) -> Vec<Readiness<'_>> {
-        let master = self.is_open.then(|| Readiness::of(&self.master));
-        [self.open_events.readiness(), master].into_iter().flatten().collect()
+        let master = self.is_open.then(|| Readiness::of(&self.sides.master));
+        [self.sides.open_events.readiness(), master].into_iter().flatten().collect()
     }
 
     fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
         let mut buffer = [0; CHUNK];
-        self.open_events.drain();
-        self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
-        match rustix::io::read(&self.master, &mut buffer) {
+        self.update_open()?;
+        match rustix::io::read(&self.sides.master, &mut buffer) {
             Ok(length) => characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
             // No data, or the slave side is closed.
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
@@ -119,12 +194,12 @@ impl Port for Pty {
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
         if !self.is_open {
             // A program may have opened it since the last check.
-            self.update_open().map_err(|errno| PortError::using(&self.name, errno))?;
+            self.update_open()?;
         }
         if !self.is_open {
             return Ok(());
         }
-        let taken = match rustix::io::write(&self.master, octets) {
+        let taken = match rustix::io::write(&self.sides.master, octets) {
             Ok(taken) => taken,
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => 0,
             Err(errno) => return Err(PortError::using(&self.name, errno)),
@@ -140,7 +215,7 @@ impl Port for Pty {
 
 impl Drop for Pty {
     fn drop(&mut self) {
-        if fs::read_link(&self.link).is_ok_and(|side| side == self.slave_path) {
+        if self.owns_link() {
             // A link that cannot be removed stays.
             fs::remove_file(&self.link).ok();
         }
@@ -163,20 +238,11 @@ fn open_master() -> Result<OwnedFd, Errno> {
     }
 }
 
-/// Makes the slave side raw and discards its unread octets.
-///
-/// Settings that are raw already stay untouched: the next program may be changing them at this moment, and the C library
-/// reports an error to a program whose settings did not hold.
-fn reset(side: &Path) -> Result<(), Errno> {
-    let other = rustix::fs::open(side, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
-    let settings = tcgetattr(&other)?;
-    let mut raw = settings.clone();
-    raw.make_raw();
-    let modes = |settings: &Termios| (settings.input_modes, settings.output_modes, settings.local_modes);
-    if modes(&settings) != modes(&raw) {
-        tcsetattr(&other, OptionalActions::Now, &raw)?;
-    }
-    tcflush(&other, QueueSelector::IOFlush)
+/// Gives the device `to` the owner and the mode of `from`.
+fn copy_access(from: &Path, to: &Path) -> io::Result<()> {
+    let access = fs::metadata(from)?;
+    fs::set_permissions(to, access.permissions())?;
+    chown(to, Some(access.uid()), Some(access.gid()))
 }
 
 /// Removes a link that a killed process has left.
@@ -217,6 +283,9 @@ mod tests {
     use super::*;
     use profivac_dp::link::Baud;
     use rustix::fs::{AtFlags, CWD, Timestamps, utimensat};
+    use rustix::io::{read, write};
+    use rustix::termios::ioctl_tiocexcl;
+    use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
     use std::os::unix::fs::PermissionsExt;
 
     const AN_HOUR_S: i64 = 3600;
@@ -245,8 +314,8 @@ mod tests {
         let (_master, side) = stranger();
         old_link(&side, &path);
         let ours = Pty::create(&path).unwrap();
-        assert_eq!(fs::read_link(&path).unwrap(), ours.slave_path);
-        assert_ne!(ours.slave_path, side);
+        assert_eq!(fs::read_link(&path).unwrap(), ours.sides.slave_path);
+        assert_ne!(ours.sides.slave_path, side);
     }
 
     #[test]
@@ -281,7 +350,7 @@ mod tests {
         let path = folder.path().join("line");
         let ours = Pty::create(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        old_link(&ours.slave_path, &path);
+        old_link(&ours.sides.slave_path, &path);
         assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok());
     }
 
@@ -301,12 +370,163 @@ mod tests {
         let path = folder.path().join("line");
         let first = Pty::create(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        old_link(&first.slave_path, &path);
+        old_link(&first.sides.slave_path, &path);
         // Another way to the same folder.
         let again = folder.path().join("../").join(folder.path().file_name().unwrap()).join("line");
         assert!(matches!(Pty::create(&again), Err(PortError::AlreadyExists(_))));
-        assert_eq!(fs::read_link(&path).unwrap(), first.slave_path);
+        assert_eq!(fs::read_link(&path).unwrap(), first.sides.slave_path);
         drop(first);
         assert!(Pty::create(&path).is_ok());
+    }
+
+    /// Takes CAP_SYS_ADMIN from this thread, if it has it: a privileged process can open a locked terminal.
+    fn become_an_ordinary_user() {
+        let mut sets = capabilities(None).unwrap();
+        sets.effective -= CapabilitySet::SYS_ADMIN;
+        set_capabilities(None, sets).unwrap();
+    }
+
+    fn open_as_a_program(path: &Path) -> Result<OwnedFd, Errno> {
+        rustix::fs::open(path, OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC, Mode::empty())
+    }
+
+    /// A program opens the pty and locks it, as most libraries for serial ports do.
+    fn open_and_lock(path: &Path) -> OwnedFd {
+        let program = open_as_a_program(path).unwrap();
+        ioctl_tiocexcl(&program).unwrap();
+        program
+    }
+
+    /// A new program opens the pty, and octets pass both ways.
+    fn assert_usable(pty: &mut Pty, path: &Path) {
+        let program = open_as_a_program(path).unwrap();
+        assert_octets_pass(pty, &program);
+    }
+
+    fn assert_octets_pass(pty: &mut Pty, program: &OwnedFd) {
+        let mut received = Vec::new();
+        write(program, b"ask\n").unwrap();
+        pty.receive(&mut received).unwrap();
+        assert_eq!(received, b"ask\n".map(Character::Octet));
+        pty.send(b"answer\n").unwrap();
+        let mut buffer = [0; 16];
+        let length = read(program, &mut buffer).unwrap();
+        assert_eq!(&buffer[..length], b"answer\n");
+    }
+
+    fn pty() -> (tempfile::TempDir, PathBuf, Pty) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let pty = Pty::create(&path).unwrap();
+        (folder, path, pty)
+    }
+
+    #[test]
+    fn a_pty_that_an_ended_program_has_locked_is_opened_by_the_next_one() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        for _ in 0..3 {
+            let program = open_and_lock(&path);
+            assert_octets_pass(&mut ours, &program);
+            ours.send(b"for the program that ends").unwrap();
+            drop(program);
+            assert_eq!(open_as_a_program(&path).unwrap_err(), Errno::BUSY, "the kernel keeps the lock");
+            ours.receive(&mut Vec::new()).unwrap();
+            assert_usable(&mut ours, &path);
+            ours.receive(&mut Vec::new()).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_pty_that_was_locked_and_closed_between_two_looks_is_opened_by_the_next_program() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        drop(open_and_lock(&path));
+        ours.receive(&mut Vec::new()).unwrap();
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn a_server_that_sends_notices_a_lock_that_an_ended_program_has_left() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        drop(open_and_lock(&path));
+        ours.send(b"nobody hears this").unwrap();
+        assert_usable(&mut ours, &path);
+    }
+
+    /// Octets that the ended program has written are received before a new pty takes the place.
+    #[test]
+    fn the_last_octets_of_a_program_that_has_locked_the_pty_are_received() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        let program = open_and_lock(&path);
+        write(&program, b"last").unwrap();
+        drop(program);
+        let mut received = Vec::new();
+        ours.receive(&mut received).unwrap();
+        ours.receive(&mut received).unwrap();
+        assert_eq!(received, b"last".map(Character::Octet));
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn a_privileged_server_removes_the_lock_for_all_users() {
+        let (_folder, path, mut ours) = pty();
+        drop(open_and_lock(&path));
+        ours.receive(&mut Vec::new()).unwrap();
+        become_an_ordinary_user();
+        assert_usable(&mut ours, &path);
+    }
+
+    /// The server finds the pty closed; the next program opens and locks it before the server can open it.
+    #[test]
+    fn a_pty_that_the_next_program_has_locked_already_is_not_replaced() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        let program = open_and_lock(&path);
+        ours.prepare().unwrap();
+        assert_eq!(fs::read_link(&path).unwrap(), ours.sides.slave_path);
+        assert_octets_pass(&mut ours, &program);
+    }
+
+    #[test]
+    fn a_pty_without_a_lock_stays_the_same_and_its_own_openings_are_no_events() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        let before = ours.sides.slave_path.clone();
+        for _ in 0..3 {
+            assert_usable(&mut ours, &path);
+            ours.receive(&mut Vec::new()).unwrap();
+            assert!(!ours.is_open);
+            let sources = ours.readiness();
+            let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
+            assert_eq!(poll(&mut events, Some(&Timespec::default())).unwrap(), 0, "nothing to do");
+        }
+        assert_eq!(fs::read_link(&path).unwrap(), before);
+    }
+
+    #[test]
+    fn a_new_pty_has_the_mode_of_the_one_it_replaces() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o666)).unwrap();
+        drop(open_and_lock(&path));
+        ours.receive(&mut Vec::new()).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o666);
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn a_link_that_another_program_has_made_in_place_of_ours_stays() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        let (_master, side) = stranger();
+        drop(open_and_lock(&path));
+        fs::remove_file(&path).unwrap();
+        symlink(&side, &path).unwrap();
+        ours.receive(&mut Vec::new()).unwrap();
+        drop(ours);
+        assert_eq!(fs::read_link(&path).unwrap(), side);
     }
 }

@@ -55,7 +55,7 @@ impl Serial {
     ///
     /// # Errors
     /// [`PortError::NotFound`], [`LeftOver`](PortError::LeftOver), [`InUse`](PortError::InUse),
-    /// [`PermissionDenied`](PortError::PermissionDenied), [`NotSerial`](PortError::NotSerial),
+    /// [`PtyLocked`](PortError::PtyLocked), [`PermissionDenied`](PortError::PermissionDenied), [`NotSerial`](PortError::NotSerial),
     /// [`UnsupportedCharacter`](PortError::UnsupportedCharacter) and [`UnsupportedRate`](PortError::UnsupportedRate).
     pub fn open(name: &str, baud: Baud) -> Result<Self, PortError> {
         Self::open_for(name, baud, OFlags::RDWR)
@@ -77,7 +77,10 @@ impl Serial {
             return Err(PortError::LeftOver(name.to_owned()));
         }
         let flags = access | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        let device = rustix::fs::open(name, flags, Mode::empty()).map_err(opening)?;
+        let device = rustix::fs::open(name, flags, Mode::empty()).map_err(|errno| match errno {
+            Errno::BUSY if system::is_pty(name) => PortError::PtyLocked(name.to_owned()),
+            _ => opening(errno),
+        })?;
         let settings = tcgetattr(&device).map_err(opening)?;
         flock(&device, FlockOperation::NonBlockingLockExclusive).map_err(opening)?;
         let is_pty = system::is_pty(name);

@@ -49,7 +49,7 @@ impl TcpServer {
     /// Listens at `HOST:PORT`. Port 0 lets the system choose one; [`name`](Port::name) contains it.
     ///
     /// # Errors
-    /// [`PortError::InvalidAddress`], or [`PortError::InUse`] when another program listens there.
+    /// [`PortError::InvalidAddress`], or [`PortError::AddressInUse`] when another program listens there.
     pub fn listen(address: &str) -> Result<Self, PortError> {
         let host = host(address)?;
         let failed = |error: std::io::Error| match error.kind() {
@@ -193,7 +193,7 @@ fn host(address: &str) -> Result<&str, PortError> {
 
 fn network(name: &str, error: std::io::Error) -> PortError {
     match error.kind() {
-        ErrorKind::AddrInUse => PortError::InUse(name.to_owned()),
+        ErrorKind::AddrInUse => PortError::AddressInUse(name.to_owned()),
         ErrorKind::PermissionDenied => PortError::PermissionDenied(name.to_owned()),
         ErrorKind::ConnectionRefused | ErrorKind::AddrNotAvailable | ErrorKind::NotFound => {
             PortError::NotFound(name.to_owned())
