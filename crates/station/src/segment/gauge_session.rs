@@ -7,7 +7,7 @@ use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::Defects;
-use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_client::cyclic::{CyclicSlave, CyclicValues, IntegerRange};
 use profivac_client::names::NamedParameter;
 use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
@@ -63,6 +63,8 @@ pub struct GaugeSession {
     listens: bool,
     /// The assumptions about the configuration and the unit of a gauge of another master.
     assumptions: Vec<String>,
+    /// The pressures that its integers show, as the last event about them says it.
+    integers: Option<IntegerRange>,
 }
 
 /// The heard facts about a gauge of another master.
@@ -103,6 +105,7 @@ impl GaugeSession {
             sample_at: now,
             listens: false,
             assumptions: Vec::new(),
+            integers: None,
         }
     }
 
@@ -133,8 +136,9 @@ impl GaugeSession {
                 self.last_exchange.1 = now.checked_sub(silence).unwrap_or(now);
                 self.read_at = Some((self.last_exchange.1, before_now(silence)));
                 self.observe(&slave, &values, silence);
-                if let Some(assumed) = assumed {
-                    self.withdraw(assumed, slave.unit.name);
+                match assumed {
+                    Some(assumed) => self.withdraw(assumed, slave.unit.name),
+                    None => self.note_integers(recorder, &slave),
                 }
                 self.note_problem(recorder, None);
                 // With another configuration the inputs have other series: none of them is recorded.
@@ -192,6 +196,7 @@ impl GaugeSession {
         match added {
             Ok(slave) => {
                 let now = Instant::now();
+                self.note_integers(recorder, &slave);
                 self.slave = Some(slave);
                 self.state = BusStationState::Starting;
                 self.sample_at = now;
@@ -205,6 +210,18 @@ impl GaugeSession {
                 self.note_problem(recorder, Some(error.to_string()));
             }
         }
+    }
+
+    /// Records an event if the integers of the slave do not show the whole range of the gauge, once for each range.
+    fn note_integers(&mut self, recorder: &RecorderHandle, slave: &CyclicSlave) {
+        let range = slave.integer_range();
+        if self.integers != range
+            && let Some(range) = range
+        {
+            let text = format!("{}: {range}", self.config.name);
+            recorder.event_now(Some(&self.config.name), EventKind::Bus, text);
+        }
+        self.integers = range;
     }
 
     /// Sets the problem, and records an event if it is another one than before.
