@@ -470,3 +470,28 @@ const HIGHEST_PA: f64 = 3e5;
 fn usual_units(model: &'static Model) -> impl Iterator<Item = &'static Unit> {
     model.unit_named("mbar").into_iter().chain(model.units)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::catalog::model_named;
+
+    /// 32767 mbar or more is beyond every gauge, 32767 Pascal or more is not.
+    #[test]
+    fn no_unit_is_assumed_in_which_the_highest_integer_is_beyond_the_gauge() {
+        let model = model_named("bcg450").unwrap();
+        let configuration = Some(&model.configurations[4]);
+        let mut knowledge = Knowledge::default();
+        knowledge.declare(Declared { model, configuration, unit: None });
+        let unit = |knowledge: &mut Knowledge, word: u16| {
+            let [high, low] = word.to_be_bytes();
+            // The diaphragm is the active part.
+            knowledge.exchange(8, &[&[0; 8][..], &[0x80, 0, 3, high, low]].concat(), BitTime(0));
+            knowledge.facts(5).unwrap().slave.unit.name
+        };
+        assert_eq!(unit(&mut knowledge, 900), "mbar");
+        let assumed = unit(&mut knowledge, 32767);
+        assert!(["Micron", "Pascal"].contains(&assumed), "{assumed}");
+        assert_eq!(knowledge.unknown(), [Unknown::AssumedUnit(assumed)]);
+    }
+}

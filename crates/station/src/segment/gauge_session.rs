@@ -480,3 +480,48 @@ fn before_now(silence: Duration) -> Micros {
     let micros = i64::try_from(silence.as_micros()).unwrap_or(i64::MAX);
     Micros(Micros::now().0.saturating_sub(micros))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
+    use profivac_recorder::{Recorder, Settings};
+
+    /// A BCG450 with integers in Pascal at 900 mbar: the diaphragm shows 32767.
+    #[test]
+    fn the_highest_integer_is_recorded_as_a_bound_and_one_event_names_the_limits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, 0x7F, 0xFF]].concat());
+        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let mut gauge = GaugeSession::listening(config);
+        for _ in 0..3 {
+            gauge.take_heard(
+                &recorder,
+                Heard {
+                    slave: Some(slave),
+                    values: values.clone(),
+                    silence: Some(Duration::ZERO),
+                    unknown: Vec::new(),
+                    assumed: None,
+                    problem: String::new(),
+                },
+            );
+        }
+        let reading = &gauge.readings[0];
+        assert_eq!((reading.quality, reading.pa, reading.limit_pa), (Quality::Overrange, None, Some(32767.0)));
+        let reader = recorder.open_reader().unwrap();
+        drop(recorder);
+        let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+        let is_bound = |sample: &Sample| (sample.quality, sample.pa) == (Quality::Overrange, Some(32767.0));
+        assert!(!samples.is_empty() && samples.iter().all(is_bound), "{samples:?}");
+        let events = reader.events(Micros(0), Micros(i64::MAX), 100).unwrap();
+        let limits = "chamber: its integers in Pascal show 0.01 to 327.67 mbar only";
+        assert_eq!(events.iter().filter(|event| event.text.starts_with(limits)).count(), 1, "{events:?}");
+    }
+}
