@@ -5,12 +5,15 @@ use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
 use clap::Args;
+use profivac_client::cyclic::CyclicSlave;
 use profivac_client::identify::{device_names, reported_model};
 use profivac_client::ms2::Ms2;
 use profivac_devices::catalog::{model_named, model_with_ident};
 use profivac_host::scan::probe_all;
+use profivac_listen::gauge::Origin;
 use profivac_listen::{Divider, Observer, Tap, TapEvent, TimeSource};
 use profivac_wire::control::StationType;
+use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -51,10 +54,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut session = bus.open()?;
     let mut gauges = Vec::new();
+    let mut owners = BTreeMap::new();
     let mut found = Vec::new();
     probe_all(&mut session, (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()), &mut found)?;
     for station in found {
         let address = station.address;
+        owners.extend(station.slave.and_then(|slave| Some((address, slave.owner?))));
         match station.slave.map(|slave| device_names(slave.ident)) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),
@@ -75,8 +80,30 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
+    for (address, devices) in &gauges {
+        let is_dpv1 = |device: &str| model_named(device).is_some_and(|model| model.features.dpv1);
+        // Without DP-V1 there are no integers, and the unit could not be read without taking the slave.
+        if let [device] = devices.as_slice()
+            && is_dpv1(device)
+        {
+            let owner = owners.get(address).copied().unwrap_or_else(|| bus.master());
+            // A gauge that cannot be read is no problem of this command.
+            if let Ok(slave) = CyclicSlave::find(&mut session, *address, owner) {
+                warn_of_integers(&slave);
+            }
+        }
+    }
     let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges);
     put(arguments, &text)
+}
+
+/// Prints a notice if the integers of a slave do not show the whole range of the gauge.
+fn warn_of_integers(slave: &CyclicSlave) {
+    integer_notice(slave).iter().for_each(notice);
+}
+
+fn integer_notice(slave: &CyclicSlave) -> Option<String> {
+    Some(format!("the {} at address {}: {}", slave.model.name, slave.address, slave.integer_range()?))
 }
 
 fn put(arguments: &Arguments, text: &str) -> Result<(), Failure> {
@@ -108,6 +135,8 @@ fn listen(arguments: &Arguments) -> Result<(), Failure> {
         .stations()
         .filter_map(|(address, station)| {
             station.knowledge.exchanged_at()?;
+            let facts = station.knowledge.facts(address).filter(|facts| facts.origin() == Origin::Heard);
+            facts.into_iter().for_each(|facts| warn_of_integers(&facts.slave));
             let devices = station.knowledge.ident().map(device_names).unwrap_or_default();
             if devices.is_empty() {
                 notice(&format_args!(
@@ -190,6 +219,7 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::cyclic::ReportedChannels;
     use profivac_station::config::Config;
     use std::path::Path;
 
@@ -209,6 +239,19 @@ mod tests {
         let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
         assert!(config.segments[0].listen_only && !config.segments[0].detects_baud);
         assert_eq!(config.segments[0].baud.bits_per_second(), 93_750);
+    }
+
+    #[test]
+    fn the_notice_about_integers_names_the_gauge_and_the_limits_in_mbar() {
+        let model = model_named("bcg450").unwrap();
+        let notice = |unit| {
+            let (configuration, unit) = (&model.configurations[4], model.unit_named(unit).unwrap());
+            let channels = ReportedChannels::default();
+            integer_notice(&CyclicSlave { address: 5, model, configuration, unit, channels })
+        };
+        let said = notice("Micron").unwrap();
+        assert!(said.starts_with("the bcg450 at address 5: its integers in Micron show 0.0013332 to 43.686 mbar only"));
+        assert_eq!(notice("COUNTS"), None);
     }
 
     #[test]

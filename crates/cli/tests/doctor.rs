@@ -3,11 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::common::{Folder, Program, run};
+use profivac_recorder::{Deadband, Micros, Quality, Recorder, Retention, Sample, Settings};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use std::path::Path;
 use std::process::Output;
+use std::sync::Arc;
+use std::time::Duration;
 
 /// The findings as (verdict, text), and the exit code.
 fn findings(output: &Output) -> (Vec<(String, String)>, i32) {
@@ -176,4 +180,94 @@ fn other_files_are_recognised() {
     let (found, code) = doctor(&[&folder.name("absent.toml")]);
     assert_eq!(code, 2);
     assert_finds(&found, "bad-file", "check the name");
+}
+
+/// 2026-11-21 12:00:00 UTC.
+const NOON: Micros = Micros(1_795_262_400 * Micros::SECOND);
+
+/// A database with a sample a second of each series.
+fn database(path: &str, series: &[(&str, &[(f64, Quality)])]) {
+    let settings = Settings {
+        deadband: Deadband { decades: 0.0, max_interval: Duration::ZERO },
+        full_rate_window: Duration::ZERO,
+        outbox: None,
+        retention: Retention { samples: None, ..Retention::default() },
+    };
+    let recorder = Recorder::start(Path::new(path), settings).unwrap();
+    for (name, samples) in series {
+        for (second, (pa, quality)) in (0..).zip(*samples) {
+            let at = NOON.after(Duration::from_secs(second));
+            recorder.push(&Arc::from(*name), Sample::new(at, Some(*pa), *quality));
+        }
+    }
+    assert!(recorder.finish());
+}
+
+#[test]
+fn samples_that_are_the_highest_integer_are_named_with_their_times() {
+    const PASCAL: (f64, Quality) = (32767.0, Quality::Valid);
+    const MICRON: (f64, Quality) = (32767.0 / 750.061_68 * 100.0, Quality::Valid);
+    const UNSIGNED: (f64, Quality) = (65535.0, Quality::Valid);
+    const OTHER: (f64, Quality) = (32766.0, Quality::Valid);
+    let folder = Folder::new();
+    let path = folder.name("plant.db");
+    let series: [(&str, &[(f64, Quality)]); 4] = [
+        ("chamber", &[OTHER, PASCAL, PASCAL, OTHER, MICRON]),
+        ("rack.2", &[UNSIGNED, UNSIGNED]),
+        // What the station records now, and a gauge with floats.
+        ("bounded", &[(32767.0, Quality::Overrange), (32767.5, Quality::Valid)]),
+        (
+            "many",
+            &[PASCAL, OTHER, PASCAL, OTHER, PASCAL, OTHER, PASCAL, OTHER, PASCAL, OTHER, PASCAL, PASCAL, OTHER, PASCAL],
+        ),
+    ];
+    database(&path, &series);
+    let (found, code) = doctor(&[&path]);
+    assert_eq!(code, 0, "{found:?}");
+    assert_finds(
+        &found,
+        "note",
+        "chamber: valid samples that are the highest integer in a pressure unit (3): 327.67 mbar from 2026-11-21T12:00:01.000000Z to \
+         2026-11-21T12:00:02.000000Z; 43.68574 mbar at 2026-11-21T12:00:04.000000Z -> read each one as this pressure or a higher one",
+    );
+    assert_finds(
+        &found,
+        "note",
+        "rack.2: valid samples that are the highest integer in a pressure unit (2): 655.35 mbar from ",
+    );
+    assert_finds(
+        &found,
+        "note",
+        "many: valid samples that are the highest integer in a pressure unit (8): 327.67 mbar at ",
+    );
+    assert_finds(&found, "note", "12:00:08.000000Z; 2 more periods -> ");
+    assert!(found.iter().all(|(_, text)| !text.contains("bounded")), "{found:?}");
+
+    // The file of the station names the device: 65535 is no highest integer of a BCG450.
+    let file = folder.name("plant.toml");
+    let (port, rack) = ("/dev/null", "\n[[segment.gauge]]\nname = \"rack\"\naddress = 6\ndevice = \"bcg450\"\n");
+    fs::write(&file, STATION.replace("PORT", port) + rack).unwrap();
+    let (found, _) = doctor(&[&file]);
+    assert_finds(&found, "note", "chamber: valid samples that are the highest integer");
+    assert!(found.iter().all(|(_, text)| !text.contains("rack.2")), "{found:?}");
+}
+
+#[test]
+fn a_declared_module_with_integers_in_a_pressure_unit_is_noted() {
+    let folder = Folder::new();
+    let file = folder.name("plant.toml");
+    let declared = "configuration = \"C6 87 8C 0A 0A 05 05 05 03\"\nunit = \"Pascal\"\n";
+    let listening =
+        STATION.replace("PORT", "/dev/null").replace("[[segment.gauge]]", "listen-only = true\n[[segment.gauge]]");
+    fs::write(&file, listening.clone() + declared).unwrap();
+    let sentence =
+        "the gauge \"chamber\": its integers in Pascal show 0.01 to 327.67 mbar only: a higher pressure is over range";
+    let (found, _) = doctor(&[&file]);
+    assert_finds(&found, "note", sentence);
+    let checked = run(&["run", &file, "--check"]);
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert!(checked.status.success() && said.contains(sentence), "{said}");
+    fs::write(&file, listening + &declared.replace("Pascal", "COUNTS")).unwrap();
+    let (found, _) = doctor(&[&file]);
+    assert!(found.iter().all(|(_, text)| !text.contains("its integers")), "{found:?}");
 }

@@ -7,8 +7,8 @@ use crate::identify;
 use crate::ms2::{Ms2, Ms2Error};
 use crate::records::{ErrorKind, Interruption, RecordError, read_code};
 use profivac_devices::model::{
-    AccessPath, Codes, Configuration, Counts, DataType, Field, MeasuringRange, Model, NumberType, PressureFormat, Role,
-    Unit,
+    AccessPath, Codes, Configuration, Counts, DataType, Field, HeldPressure, MeasuringRange, Model, NumberType,
+    PressureFormat, Role, Unit,
 };
 use profivac_devices::reading::is_pressure;
 use profivac_dp::master::services;
@@ -159,14 +159,19 @@ fn read_channels(
 struct RangeEnd {
     index: u8,
     counts: Counts,
+    max_integer: u16,
 }
 
 impl RangeEnd {
     /// The pressure in Pa. `None` if the octets are none.
     fn pa(&self, unit: &'static Unit, octets: &[u8]) -> Option<f64> {
         let number = if octets.len() == 2 { NumberType::Integer } else { NumberType::Float };
-        let format = PressureFormat { unit, number, counts: self.counts, max_integer: u16::MAX };
-        format.decode(octets).filter(|pa| is_pressure(*pa))
+        let format = PressureFormat { unit, number, counts: self.counts, max_integer: self.max_integer };
+        // The end of an integer is not the end of the range.
+        match format.measured(octets)? {
+            HeldPressure::Exact(pa) => Some(pa).filter(|pa| is_pressure(*pa)),
+            HeldPressure::AtLeast(_) | HeldPressure::Below(_) => None,
+        }
     }
 }
 
@@ -175,7 +180,7 @@ fn range_end(model: &Model, channel: u8, role: Role) -> Option<RangeEnd> {
     let counts = model.parts.iter().find(|spec| spec.part.instance == channel)?.counts;
     let placed = model.blocks.iter().filter(|placed| placed.locations.iter().any(|it| it.slot == channel));
     let row = placed.flat_map(|placed| placed.block.rows).find(|row| row.role == Some(role))?;
-    Some(RangeEnd { index: row.index, counts })
+    Some(RangeEnd { index: row.index, counts, max_integer: model.max_integer })
 }
 
 /// The present configuration, or else one without outputs that declares the validity of its pressures.

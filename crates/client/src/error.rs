@@ -193,6 +193,15 @@ pub enum TypedError {
         /// The octets of the record.
         octets: Vec<u8>,
     },
+    /// The integer is the highest of its format and stands for every higher pressure.
+    #[error(
+        "the integer {} is the highest of its format and stands for every higher pressure: choose the data type float",
+        crate::values::hex(octets)
+    )]
+    HighestInteger {
+        /// The octets of the record.
+        octets: Vec<u8>,
+    },
     /// The unit of the pressure is in no table of the device, or the tables have no scale for its COUNTS.
     #[error("the unit of the pressure is not known")]
     NoUnit,

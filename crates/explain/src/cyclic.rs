@@ -189,9 +189,9 @@ fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Opti
     match field {
         Field::ProcessValue(_) => {
             let part = selected.map(|instance| part(tables, instance)).unwrap_or_default();
-            format!("{part}{}", tables.pressure(octets).unwrap_or_default())
+            format!("{part}{}", tables.measured(octets).unwrap_or_default())
         }
-        Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.pressure(octets).unwrap_or_default()),
+        Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.measured(octets).unwrap_or_default()),
         Field::ExceptionStatus => exception_texts(ExceptionStatus::from_bits_retain(*first)).join(", "),
         Field::StatusExtension => extension_texts(StatusExtension::from_bits_retain(*first)).join(", "),
         Field::PvSelector | Field::ParameterChannel => String::new(),

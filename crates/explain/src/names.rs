@@ -2,7 +2,7 @@
 
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::{Value, ValueFormat};
-use profivac_devices::model::{Codes, DataType, Model, Role, Unit};
+use profivac_devices::model::{Codes, DataType, Model, Role, Scale, Unit};
 use profivac_sim::describe::Hex;
 
 /// The tables of a device, with the parameters that change the meaning of others.
@@ -54,6 +54,7 @@ impl DeviceTables {
             return None;
         }
         match row.data_type {
+            DataType::ByType if row.role == Some(Role::ProcessValue) => return self.measured(octets),
             DataType::ByType => return self.pressure(octets),
             DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
             _ if row.role == Some(Role::BlockType) => return self.block(octets),
@@ -110,15 +111,27 @@ impl DeviceTables {
         Some(format!("{} ({})", block.name, Hex(octets)))
     }
 
-    /// A pressure in the unit of the device: two octets are an integer, four octets a float.
+    /// A measured pressure: as [`pressure`](Self::pressure), and 0 as an integer of whole units is less than one unit.
+    #[must_use]
+    pub fn measured(&self, octets: &[u8]) -> Option<String> {
+        let text = self.pressure(octets)?;
+        let is_of_units = self.unit.is_some_and(|unit| unit.scale != Scale::Counts);
+        Some(if octets == [0, 0] && is_of_units { format!("{text} (less than one unit)") } else { text })
+    }
+
+    /// A pressure in the unit of the device: two octets are an integer, four octets a float. The highest integer stands for every higher
+    /// pressure (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16).
     #[must_use]
     pub fn pressure(&self, octets: &[u8]) -> Option<String> {
-        let number = match octets {
-            [high, low] => u16::from_be_bytes([*high, *low]).to_string(),
-            _ => short(float(octets)?),
+        let (number, is_highest) = match octets {
+            [high, low] => {
+                let word = u16::from_be_bytes([*high, *low]);
+                (word.to_string(), self.model.is_some_and(|model| model.max_integer == word))
+            }
+            _ => (short(float(octets)?), false),
         };
         let unit = self.unit.map_or("(unit unknown)", |unit| unit.name);
-        Some(format!("{number} {unit}"))
+        Some(format!("{number} {unit}{}", if is_highest { " or more" } else { "" }))
     }
 }
 
@@ -211,6 +224,14 @@ mod tests {
         let (tables, float) = (tables(), 1.5e-3_f32.to_be_bytes());
         assert_eq!(tables.value(1, 22, &[0x05, 0x1C]), "mbar (1308)");
         assert_eq!(tables.pressure(&float), Some("1.500e-3 mbar".to_owned()));
+        let pascal = DeviceTables { unit: MODEL.unit_named("Pascal"), ..tables };
+        assert_eq!(pascal.pressure(&[0x7F, 0xFF]), Some("32767 Pascal or more".to_owned()));
+        assert_eq!(pascal.measured(&[0x7F, 0xFE]), Some("32766 Pascal".to_owned()));
+        assert_eq!(tables.measured(&[0, 0]), Some("0 mbar (less than one unit)".to_owned()));
+        assert_eq!(tables.measured(&[0; 4]), Some("0 mbar".to_owned()), "a float");
+        // Process Value, and Safe Value, which may be 0.
+        assert_eq!(tables.value(1, 19, &[0, 0]), "0 mbar (less than one unit)");
+        assert_eq!(tables.value(1, 40, &[0, 0]), "0 mbar");
         assert_eq!(
             DeviceTables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),
             Some("1000 (unit unknown)".to_owned())

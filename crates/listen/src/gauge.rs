@@ -1,11 +1,10 @@
 //! The known facts about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
-use profivac_client::cyclic::{CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
+use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
-use profivac_devices::model::{Configuration, Field, Model, Telegram, Unit};
+use profivac_devices::model::{Configuration, Field, Limits, Model, Telegram, Unit};
 use profivac_devices::profile::StatusExtension;
-use profivac_devices::reading::Quality;
 use profivac_dp::link::BitTime;
 use profivac_sim::describe::Hex;
 use serde::Serialize;
@@ -420,8 +419,8 @@ impl Knowledge {
         self.fitting(model).find(is_plausible).or_else(|| self.fitting(model).next())
     }
 
-    /// Whether the last inputs can be those of this slave: a selector that the model has, only defined status bits, and valid pressures
-    /// within the range of a gauge.
+    /// Whether the last inputs can be those of this slave: a selector that the model has, only defined status bits, and pressures, or
+    /// their bounds, within the range of a gauge.
     fn is_plausible(&self, slave: &CyclicSlave) -> bool {
         let layout = slave.configuration.inputs.into_iter().flat_map(|telegram| telegram.layout());
         let is_allowed = |(start, field): (usize, Field)| {
@@ -442,13 +441,19 @@ impl Knowledge {
         let is_pressure = |pa: f64| (LOWEST_PA..=HIGHEST_PA).contains(&pa);
         layout.into_iter().all(is_allowed)
             && values.iter().all(|value| {
-                let is_in_range =
-                    slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).all(|spec| {
-                        value.pa.is_none_or(|pa| pa >= spec.limits.under_pa * 0.5 && pa <= spec.limits.over_pa * 2.0)
-                    });
-                value.quality != Quality::Valid || (value.pa.is_some_and(is_pressure) && is_in_range)
+                let Some(pa) = shown_pa(value) else { return true };
+                let mut parts = slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).peekable();
+                let is_of_part = |limits: &Limits| (limits.under_pa * 0.5..=limits.over_pa * 2.0).contains(&pa);
+                // A controller accepts different gauges on a channel.
+                let is_in_range = parts.peek().is_none() || parts.any(|spec| is_of_part(&spec.limits));
+                is_pressure(pa) && is_in_range
             })
     }
+}
+
+/// The pressure of a value, or the bound of one beyond its range or its integers, in Pa.
+fn shown_pa(value: &ChannelValue) -> Option<f64> {
+    value.pa.or(value.limit_pa)
 }
 
 /// Whether the unit changes the meaning of the inputs: telegram 205 of the TTR compatibility mode has none.
@@ -464,4 +469,29 @@ const HIGHEST_PA: f64 = 3e5;
 /// The units of a model, first mbar, the unit in which the twelve devices are delivered most often. free choice.
 fn usual_units(model: &'static Model) -> impl Iterator<Item = &'static Unit> {
     model.unit_named("mbar").into_iter().chain(model.units)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::catalog::model_named;
+
+    /// 32767 mbar or more is beyond every gauge, 32767 Pascal or more is not.
+    #[test]
+    fn no_unit_is_assumed_in_which_the_highest_integer_is_beyond_the_gauge() {
+        let model = model_named("bcg450").unwrap();
+        let configuration = Some(&model.configurations[4]);
+        let mut knowledge = Knowledge::default();
+        knowledge.declare(Declared { model, configuration, unit: None });
+        let unit = |knowledge: &mut Knowledge, word: u16| {
+            let [high, low] = word.to_be_bytes();
+            // The diaphragm is the active part.
+            knowledge.exchange(8, &[&[0; 8][..], &[0x80, 0, 3, high, low]].concat(), BitTime(0));
+            knowledge.facts(5).unwrap().slave.unit.name
+        };
+        assert_eq!(unit(&mut knowledge, 900), "mbar");
+        let assumed = unit(&mut knowledge, 32767);
+        assert!(["Micron", "Pascal"].contains(&assumed), "{assumed}");
+        assert_eq!(knowledge.unknown(), [Unknown::AssumedUnit(assumed)]);
+    }
 }

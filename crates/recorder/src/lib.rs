@@ -50,6 +50,6 @@ pub use event::{Event, EventKind};
 pub use export::{Chunk, Chunks, Export};
 pub use outbox::Forward;
 pub use quality::{Qualities, Quality};
-pub use reader::{Reader, Span};
+pub use reader::{Occurrence, Occurrences, Reader, Span};
 pub use sample::{Micros, Sample};
 pub use writer::{Health, Recorder, Settings, WriteReceipt};

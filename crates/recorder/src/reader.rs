@@ -57,6 +57,30 @@ impl SpanCollector {
     }
 }
 
+/// Valid samples with the same pressure, without another sample between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Occurrence {
+    /// The pressure in Pa.
+    pub pa: f64,
+    /// The time of the first one.
+    pub first: Micros,
+    /// The time of the last one.
+    pub last: Micros,
+}
+
+/// Where valid samples of a series have one of certain pressures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Occurrences {
+    /// The number of these samples.
+    pub samples: u64,
+    /// The samples that follow one another, the earliest first.
+    pub periods: Vec<Occurrence>,
+    /// The number of periods that are not in `periods`.
+    pub more: u64,
+    /// The starts of the first and of the last span of six hours whose samples are deleted and whose highest pressure is one of them.
+    pub spans: Option<(Micros, Micros)>,
+}
+
 /// A database opened for reading.
 pub struct Reader {
     path: PathBuf,
@@ -157,6 +181,42 @@ impl Reader {
             self.each_sample(id, from, to, i64::from(limit), &mut |sample| samples.push(sample))?;
         }
         Ok(samples)
+    }
+
+    /// The valid samples of a series that have exactly one of these pressures in Pa, in at most `limit` periods. All samples are read, one
+    /// at a time.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn occurrences(&self, series: &str, pressures_pa: &[f64], limit: usize) -> Result<Occurrences, DatabaseError> {
+        let Some(id) = self.series_id(series)? else { return Ok(Occurrences::default()) };
+        let wanted = |pa: Option<f64>| pa.filter(|pa| pressures_pa.contains(pa));
+        let (mut found, mut before, mut first) = (Occurrences::default(), None, None);
+        self.each_sample(id, Micros(i64::MIN), Micros(i64::MAX), i64::MAX, &mut |sample| {
+            first = first.or(Some(sample.at));
+            let now = wanted(sample.pa).filter(|_| sample.quality == Quality::Valid);
+            let continues = before == now;
+            before = now;
+            let Some(pa) = now else { return };
+            found.samples = found.samples.saturating_add(1);
+            if continues {
+                // The period of the sample before may be one of those that are only counted.
+                found.periods.last_mut().filter(|_| found.more == 0).into_iter().for_each(|last| last.last = sample.at);
+            } else if found.periods.len() < limit {
+                found.periods.push(Occurrence { pa, first: sample.at, last: sample.at });
+            } else {
+                found.more = found.more.saturating_add(1);
+            }
+        })?;
+        let Some(level) = LEVELS.last() else { return Ok(found) };
+        let deleted_until = first.map_or(i64::MAX, |first| first.0.saturating_sub(level.micros()));
+        self.each_span(*level, id, Micros(i64::MIN), Micros(deleted_until), &mut |start, summary| {
+            // The end of a range is stored like a pressure.
+            if wanted(summary.high).is_some() && !summary.qualities.contains(Quality::Overrange) {
+                found.spans = Some(found.spans.map_or((start, start), |(first, _)| (first, start)));
+            }
+        })?;
+        Ok(found)
     }
 
     /// The first and the last time of which samples or spans of a series are stored.

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use crate::common::{Fixture, keep_everything};
-use profivac_recorder::{Event, EventKind, Export, Micros, Quality, Reader, Recorder, Sample, Settings};
+use profivac_recorder::{
+    Event, EventKind, Export, Micros, Occurrence, Occurrences, Quality, Reader, Recorder, Sample, Settings,
+};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -58,6 +60,34 @@ fn a_sample_is_read_back_with_its_quality() {
     assert_eq!(fixture.reader().samples("chamber", at(0), at(10)).unwrap(), samples);
     assert_eq!(fixture.reader().series_names().unwrap(), ["chamber"]);
     assert_eq!(fixture.reader().samples("unknown", at(0), at(10)).unwrap(), []);
+}
+
+#[test]
+fn valid_samples_of_a_pressure_are_found_in_their_periods_and_in_the_spans_of_deleted_samples() {
+    const WANTED: f64 = 32767.0;
+    const DAY: i64 = 86_400;
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder(keep_everything());
+    let end = |second| Sample::new(at(second), Some(WANTED), Quality::Overrange);
+    let samples = [
+        // A span with it, one with a higher pressure, one with the end of a range.
+        [valid(0, WANTED), valid(1, 1.0)],
+        [valid(DAY, WANTED), valid(DAY + 1, 4e4)],
+        [end(2 * DAY), valid(2 * DAY + 1, 1.0)],
+        // These stay.
+        [valid(9 * DAY, WANTED), valid(9 * DAY + 1, WANTED)],
+        [end(9 * DAY + 2), valid(9 * DAY + 3, WANTED)],
+        [valid(9 * DAY + 4, 1.0), valid(9 * DAY + 5, WANTED)],
+    ];
+    samples.iter().flatten().for_each(|sample| recorder.push(&gauge(), *sample));
+    assert!(recorder.finish());
+    let deleted = rusqlite::Connection::open(&fixture.path).unwrap();
+    deleted.execute("DELETE FROM sample WHERE at_us < ?1", [at(8 * DAY).0]).unwrap();
+    let found = fixture.reader().occurrences("chamber", &[1.0e9, WANTED], 2).unwrap();
+    let period = |first, last| Occurrence { pa: WANTED, first: at(first), last: at(last) };
+    assert_eq!(found.periods, [period(9 * DAY, 9 * DAY + 1), period(9 * DAY + 3, 9 * DAY + 3)]);
+    assert_eq!((found.samples, found.more, found.spans), (4, 1, Some((at(0), at(0)))));
+    assert_eq!(fixture.reader().occurrences("unknown", &[WANTED], 2).unwrap(), Occurrences::default());
 }
 
 #[test]

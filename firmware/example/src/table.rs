@@ -1,7 +1,7 @@
 //! The table of the gauge: what its manual would print.
 
 use profivac_devices::model::{
-    AlarmWords, ChannelRules, Clipping, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType,
+    AlarmWords, ChannelRules, Clipping, Configuration, Counts, Field, Gsd, INTEGER16_MAX, Limits, Location, Model, NumberType,
     ParameterSet, Part, PartSpec, Principle, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
 };
 use profivac_devices::profile::SafeState;
@@ -109,6 +109,7 @@ pub static MODEL: Model = Model {
     configurations: &CONFIGURATIONS,
     default_configuration: &CONFIGURATIONS[0],
     units: &UNITS,
+    max_integer: INTEGER16_MAX,
     user_prm: &USER_PRM,
     dpv1_status: 0x80,
     blocks: Parameter::BLOCKS,

@@ -1,11 +1,20 @@
 //! The database of a station.
 
 use super::Finding;
-use profivac_recorder::{Micros, Reader};
+use profivac_client::cyclic::IntegerRange;
+use profivac_client::pressure::Pressure;
+use profivac_client::values::format_number;
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::Model;
+use profivac_recorder::export::iso;
+use profivac_recorder::{DatabaseError, Micros, Occurrence, Occurrences, Reader};
 use std::path::Path;
 
-/// The findings about a database.
-pub fn check(path: &Path) -> Vec<Finding> {
+/// The most periods that a finding lists.
+const MAX_PERIODS: usize = 5;
+
+/// The findings about a database. `model` is the device that records a series, if a station's file names it.
+pub fn check(path: &Path, model: impl Fn(&str) -> Option<&'static Model>) -> Vec<Finding> {
     let reader = match Reader::open(path) {
         Ok(reader) => reader,
         Err(error) => {
@@ -16,7 +25,13 @@ pub fn check(path: &Path) -> Vec<Finding> {
         }
     };
     match reader.damage() {
-        Ok(damage) if damage.is_empty() => vec![Finding::good("the database is not damaged"), contents(&reader)],
+        Ok(damage) if damage.is_empty() => {
+            let mut findings = vec![Finding::good("the database is not damaged"), contents(&reader)];
+            findings.extend(integer_ends(&reader, model).unwrap_or_else(|error| {
+                vec![Finding::bad_file(error.to_string(), "stop the station and check the database again")]
+            }));
+            findings
+        }
         Ok(damage) => vec![Finding::bad_file(
             format!("the database is damaged: {}", damage.join("; ")),
             "stop the station and restore the database from a backup (`profivac backup` makes one)",
@@ -35,4 +50,67 @@ fn contents(reader: &Reader) -> Finding {
     };
     let age = Micros::now().0.saturating_sub(last.0).max(0) / Micros::SECOND;
     Finding::good(format!("a database of {} series; the last sample is {age} s old", series.len()))
+}
+
+/// The series with valid samples that are the highest integer in a pressure unit. Version 0.1 recorded it as a measured pressure; it
+/// stands for every higher one (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16).
+fn integer_ends(
+    reader: &Reader,
+    model: impl Fn(&str) -> Option<&'static Model>,
+) -> Result<Vec<Finding>, DatabaseError> {
+    let mut findings = Vec::new();
+    for series in reader.series_names()? {
+        let models: Vec<_> = model(&series).map_or_else(|| MODELS.to_vec(), |model| vec![model]);
+        let ends = ends_pa(&models);
+        let found = reader.occurrences(&series, &ends, MAX_PERIODS)?;
+        findings.extend(integer_end(&series, &found));
+    }
+    Ok(findings)
+}
+
+/// The highest integers of these models in all pressure units, in Pa.
+fn ends_pa(models: &[&'static Model]) -> Vec<f64> {
+    let mut ends = Vec::new();
+    for model in models {
+        for configuration in model.configurations {
+            let ranges = model.units.iter().filter_map(|unit| IntegerRange::of(model, configuration, unit));
+            ends.extend(ranges.map(|range| range.highest_pa));
+        }
+    }
+    ends.sort_unstable_by(f64::total_cmp);
+    ends.dedup();
+    ends
+}
+
+/// The finding about one series; `None` without such a sample.
+fn integer_end(series: &str, found: &Occurrences) -> Option<Finding> {
+    let mut places: Vec<_> = found.periods.iter().map(period).collect();
+    if found.more > 0 {
+        places.push(format!("{} more periods", found.more));
+    }
+    if let Some((first, last)) = found.spans {
+        let (first, last) = (iso(first), iso(last));
+        places
+            .push(format!("deleted samples, in six hours from {first} and six hours from {last}, and perhaps between"));
+    }
+    let places = Some(places.join("; ")).filter(|places| !places.is_empty())?;
+    Some(Finding::note(
+        format!(
+            "{series}: valid samples that are the highest integer in a pressure unit ({}): {places}",
+            found.samples
+        ),
+        "read each one as this pressure or a higher one: how high it was is not stored, and no alarm above it was raised. The database \
+         has neither the module nor the unit of a gauge: a gauge with floats that showed exactly this pressure is listed too. Readings of \
+         0, below one unit, are stored as faults and are not listed",
+    ))
+}
+
+/// `327.67 mbar from 2026-01-01T00:00:00.000000Z to ...`.
+fn period(Occurrence { pa, first, last }: &Occurrence) -> String {
+    let mbar = format_number(Pressure::from_pa(*pa).mbar());
+    if first == last {
+        format!("{mbar} mbar at {}", iso(*first))
+    } else {
+        format!("{mbar} mbar from {} to {}", iso(*first), iso(*last))
+    }
 }

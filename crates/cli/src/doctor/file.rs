@@ -26,7 +26,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
     let read = File::open(path).and_then(|mut file| file.read(&mut first));
     match read {
         Err(error) => vec![unreadable(path, &error)],
-        Ok(_) if first == SQLITE => database::check(path),
+        Ok(_) if first == SQLITE => database::check(path, |_| None),
         Ok(_) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => toml(path),
         Ok(_) => traffic(path),
     }

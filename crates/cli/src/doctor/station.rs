@@ -2,6 +2,8 @@
 
 use super::{Finding, database, port};
 use crate::{gateways, names};
+use profivac_devices::catalog::model_named;
+use profivac_devices::model::Model;
 use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::{Config, ConfigNotice, Segment};
 use rustix::fs::{Access, access, statvfs};
@@ -61,12 +63,21 @@ fn permissions(path: &Path, config: &Config) -> Option<Finding> {
     Some(if config.is_private() { Finding::bad_file(found, next) } else { Finding::note(found, next) })
 }
 
+/// The device that records a series: `chamber`, or `rack.2` for a channel of the controller `rack`.
+fn model(config: &Config, series: &str) -> Option<&'static Model> {
+    let named = |name: &str| {
+        let mut gauges = config.segments.iter().flat_map(|segment| &segment.gauges);
+        gauges.find(|gauge| gauge.name == name).and_then(|gauge| model_named(&gauge.device))
+    };
+    named(series).or_else(|| named(series.rsplit_once('.')?.0))
+}
+
 /// The database, or the folder in which it will be.
 fn database(config: &Config) -> Vec<Finding> {
     let path = &config.database;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut findings = match path.exists() {
-        true => database::check(path),
+        true => database::check(path, |series| model(config, series)),
         false => vec![match access(folder, Access::WRITE_OK | Access::EXEC_OK) {
             Ok(()) => Finding::good(format!("the database will be {}", path.display())),
             Err(_) => Finding::bad_file(

@@ -1,12 +1,14 @@
 //! The cyclic data of a slave: the layout of its inputs, and the values in them.
 
 mod channels;
+mod integer_range;
 mod numbers;
 mod quality;
 
 pub(crate) use channels::BLOCK_TYPE;
 pub(crate) use channels::whole_range;
 pub use channels::{ReportedChannels, open_instances, unranged_instances};
+pub use integer_range::IntegerRange;
 pub use numbers::{TtrReading, mantissa_number};
 pub use quality::Cause;
 pub(crate) use quality::ValueStatus;
@@ -14,7 +16,9 @@ pub(crate) use quality::ValueStatus;
 use crate::gsd;
 use crate::pressure::Pressure;
 use profivac_devices::Principle;
-use profivac_devices::model::{Configuration, Counts, Field, Model, NumberType, PressureFormat, Unit, UserPrm};
+use profivac_devices::model::{
+    Configuration, Counts, Field, HeldPressure, Model, NumberType, PressureFormat, Unit, UserPrm,
+};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
@@ -81,10 +85,14 @@ impl CyclicSlave {
         let fields = Fields { configuration: self.configuration, inputs };
         let exception = ExceptionStatus::from_bits_retain(fields.octet(Field::ExceptionStatus).unwrap_or_default());
         let values = fields.all().filter_map(|(field, octets)| {
-            let (instance, pa, status) = match field {
+            let (instance, held, status) = match field {
                 Field::ProcessValue(number) => {
-                    let instance = fields.octet(Field::PvSelector).unwrap_or_default();
-                    (instance, self.decode(number, octets, instance), fields.gauge_status())
+                    let selector = fields.octet(Field::PvSelector);
+                    let instance = selector.unwrap_or(NO_INSTANCE);
+                    // chosen: a gauge that measures names its part, so zeros alone are no pressure below one unit.
+                    let is_named =
+                        |held: &HeldPressure| selector != Some(NO_INSTANCE) || !matches!(held, HeldPressure::Below(_));
+                    (instance, self.decode(number, octets, instance).filter(is_named), fields.gauge_status())
                 }
                 Field::ChannelValue(channel, number) => {
                     (channel, self.decode(number, octets, channel), fields.channel_status(channel))
@@ -94,7 +102,11 @@ impl CyclicSlave {
                 }
                 Field::TtrValue => {
                     let reading = TtrReading::decode(octets)?;
-                    (NO_INSTANCE, Some(reading.pa), ValueStatus::Ttr { has_error: reading.has_error })
+                    (
+                        NO_INSTANCE,
+                        Some(HeldPressure::Exact(reading.pa)),
+                        ValueStatus::Ttr { has_error: reading.has_error },
+                    )
                 }
                 Field::ParameterChannel
                 | Field::TransitionCommand
@@ -108,7 +120,7 @@ impl CyclicSlave {
                 | Field::TripRelays(_) => return None,
             };
             let others_measure = fields.has_measuring_channel();
-            let reported = Reported { instance, pa, status, exception, others_measure };
+            let reported = Reported { instance, held, status, exception, others_measure };
             Some(reported.value(self.model, &self.channels))
         });
         CyclicValues { values: values.collect(), exception }
@@ -124,16 +136,23 @@ impl CyclicSlave {
         )
     }
 
-    fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<f64> {
-        self.format(number, self.counts(instance)?).decode(octets)
+    /// The pressures that the integers of the configuration show. `None` for floats and for COUNTS.
+    #[must_use]
+    pub fn integer_range(&self) -> Option<IntegerRange> {
+        IntegerRange::of(self.model, self.configuration, self.unit)
     }
 
-    fn decode_mantissa(&self, octets: &[u8]) -> Option<f64> {
-        self.format(NumberType::Float, CONTROLLER_COUNTS).pa_from_number(mantissa_number(octets)?)
+    fn decode(&self, number: NumberType, octets: &[u8], instance: u8) -> Option<HeldPressure> {
+        self.format(number, self.counts(instance)?).measured(octets)
+    }
+
+    fn decode_mantissa(&self, octets: &[u8]) -> Option<HeldPressure> {
+        let number = mantissa_number(octets)?;
+        self.format(NumberType::Float, CONTROLLER_COUNTS).pa_from_number(number).map(HeldPressure::Exact)
     }
 
     const fn format(&self, number: NumberType, counts: Counts) -> PressureFormat {
-        PressureFormat { unit: self.unit, number, counts, max_integer: u16::MAX }
+        PressureFormat { unit: self.unit, number, counts, max_integer: self.model.max_integer }
     }
 
     /// The COUNTS of an instance. Without PV Selector the telegram does not name the active one; those that can be active have the same.
@@ -157,8 +176,8 @@ const CONTROLLER_COUNTS: Counts = Counts::Linear { per_mbar: 1.0 };
 pub(crate) struct Reported {
     /// The instance or channel.
     pub instance: u8,
-    /// The number, in Pa.
-    pub pa: Option<f64>,
+    /// The number, in Pa. `None` for one that is no pressure.
+    pub held: Option<HeldPressure>,
     /// The status of the number.
     pub status: ValueStatus,
     /// Exception Status of the device.
@@ -170,7 +189,7 @@ pub(crate) struct Reported {
 impl Reported {
     /// The reading.
     pub fn value(self, model: &Model, channels: &ReportedChannels) -> ChannelValue {
-        let Self { instance, pa, status, exception, others_measure } = self;
+        let Self { instance, held, status, exception, others_measure } = self;
         let principle = channels.principle(model, instance);
         let range = match status {
             ValueStatus::Ttr { .. } => whole_range(model),
@@ -179,9 +198,9 @@ impl Reported {
         let range = range.map(Range::from);
         let shows_end = !unranged_instances(model).contains(&instance);
         let has_ion_part = model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
-        let evidence = Evidence { status, exception, pa, range, principle, shows_end, has_ion_part, others_measure };
+        let evidence = Evidence { status, exception, held, range, principle, shows_end, has_ion_part, others_measure };
         let quality::Verdict { quality, cause, limit_pa } = evidence.verdict();
-        ChannelValue { instance, quality, cause, pa: pa.filter(|_| quality == Quality::Valid), limit_pa }
+        ChannelValue { instance, quality, cause, pa: evidence.pa().filter(|_| quality == Quality::Valid), limit_pa }
     }
 }
 
@@ -271,7 +290,7 @@ pub struct ChannelValue {
     pub cause: Option<Cause>,
     /// In Pa. `None` unless it is valid.
     pub pa: Option<f64>,
-    /// The end of the range in Pa, of a pressure below or above it.
+    /// The end of the range in Pa, or the end of the integers of the telegram, of a pressure below or above it.
     pub limit_pa: Option<f64>,
 }
 
@@ -421,6 +440,87 @@ mod tests {
         assert_eq!((value.instance, value.pa, value.text()), (2, None, "fault: device alarm".to_owned()));
         assert_eq!(reading.exceptions(), ["device alarm", "device warning"]);
         assert_eq!(slave(1, "mbar").decode_inputs(&[]), CyclicValues::default());
+    }
+
+    /// errata-bpg-bcg-tpg 3 and 70, errata-pxg55x-img400 15 and 16: 32767 or 65535 stands for all above, 0 for less than one unit.
+    #[test]
+    fn an_integer_is_a_pressure_only_between_its_two_ends() {
+        let mut configurations = 0;
+        for model in MODELS {
+            let with_integers = |it: &&Configuration| it.number() == Some(NumberType::Integer);
+            for (configuration, unit) in model
+                .configurations
+                .iter()
+                .filter(with_integers)
+                .flat_map(|configuration| model.units.iter().map(move |unit| (configuration, unit)))
+            {
+                let channels = ReportedChannels::default();
+                let slave = CyclicSlave { address: 5, model, configuration, unit, channels };
+                let telegram = configuration.inputs.unwrap();
+                let is_log = unit.scale == profivac_devices::model::Scale::Counts;
+                let quality = |word: u16, instance: u8| {
+                    let mut inputs = vec![0; telegram.octets()];
+                    for (start, field) in telegram.layout() {
+                        match field {
+                            Field::ProcessValue(_) | Field::ChannelValue(..) => {
+                                inputs[start..start + 2].copy_from_slice(&word.to_be_bytes());
+                            }
+                            Field::PvSelector => inputs[start] = instance,
+                            _ => {}
+                        }
+                    }
+                    let values = slave.decode_inputs(&inputs).values;
+                    let all: Vec<_> = values.iter().map(|value| (value.quality, value.cause)).collect();
+                    assert!(all.iter().all(|one| *one == all[0]), "{}: {all:?}", model.name);
+                    (all[0], values[0].limit_pa)
+                };
+                let context = format!("{} {:02X?} {}", model.name, configuration.octets, unit.name);
+                let (highest, zero) = (quality(model.max_integer, 1), quality(0, 1));
+                assert_eq!(highest.0, (Quality::Overrange, Some(Cause::HighestInteger)), "{context}");
+                if is_log {
+                    assert_eq!(zero, ((Quality::Fault, Some(Cause::NoPressure)), None), "{context}");
+                } else {
+                    let per_mbar = |number: f64| format_of(unit).pa_from_number(number).unwrap();
+                    assert_eq!(highest.1, Some(per_mbar(model.max_integer.into())), "{context}");
+                    assert_eq!(zero.0, (Quality::Underrange, Some(Cause::BelowOneUnit)), "{context}");
+                    assert_eq!(zero.1, Some(per_mbar(1.0)), "{context}");
+                }
+                for word in [1, 2, model.max_integer - 1] {
+                    assert_eq!(quality(word, 1), ((Quality::Valid, None), None), "{context}: {word}");
+                }
+                for word in [32_768, 40_000, u16::MAX].into_iter().filter(|word| *word > model.max_integer) {
+                    let no_pressure = ((Quality::Fault, Some(Cause::NoPressure)), None);
+                    assert_eq!(quality(word, 1), no_pressure, "{context}: {word}");
+                }
+                if telegram.fields.contains(&Field::PvSelector) {
+                    assert_eq!(quality(0, NO_INSTANCE).0, (Quality::Fault, Some(Cause::NoPressure)), "{context}");
+                }
+                configurations += 1;
+            }
+        }
+        assert!(configurations > 150, "{configurations}");
+    }
+
+    fn format_of(unit: &'static Unit) -> PressureFormat {
+        PressureFormat { unit, number: NumberType::Float, counts: CONTROLLER_COUNTS, max_integer: u16::MAX }
+    }
+
+    /// A gauge that is below its range says so; the end of its range is a closer bound than one unit.
+    #[test]
+    fn the_status_of_a_gauge_counts_more_than_the_ends_of_its_integer() {
+        let reading = |status: u8, word: u16, unit| {
+            let [high, low] = word.to_be_bytes();
+            slave(4, unit).decode_inputs(&[vec![0; 8], vec![0x80, status, 2, high, low]].concat()).values[0]
+        };
+        let under = reading(StatusExtension::UNDER.bits(), 0, "mbar");
+        assert_eq!((under.quality, under.cause), (Quality::Underrange, None));
+        assert!((under.limit_pa.unwrap() / 5e-8 - 1.0).abs() < 1e-9, "{under:?}");
+        let off = reading(StatusExtension::INVALID.bits(), 0, "mbar");
+        assert_eq!(
+            (off.quality, off.limit_pa),
+            (Quality::Off, None),
+            "a Safe State of zero is no pressure below 1 mbar"
+        );
     }
 
     /// 830 x 10^-5 mbar is the example of errata-bpg-bcg-tpg 126; errata-pxg55x-img400 50 has the formula of the TTR value.

@@ -13,11 +13,13 @@
 //! | TPG | Measurement Status 1, 2, 3, 4, 5 (i9973ber/a 3.2.4.1) | underrange, overrange, fault, off, missing |
 //! | PCG, PSG in TTR compatibility mode | Bit 7 of the status (tira56e1 4.4.1) | fault |
 //! | PCG, PSG in TTR compatibility mode | the value is at an end of the range of the gauge or beyond: the telegram has no status of it | underrange, overrange |
+//! | all | no condition above, and the number is the highest integer of its format (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16) | overrange |
+//! | all | no condition above, and the number is the integer 0, not on a logarithmic scale of COUNTS: less than one unit | underrange |
 //! | all | no condition above, and the number is positive and finite | valid |
 //! | all | no condition above | fault |
 
 use profivac_devices::Principle;
-use profivac_devices::model::MeasuringRange;
+use profivac_devices::model::{HeldPressure, MeasuringRange};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::{Quality, is_pressure};
 use std::fmt;
@@ -51,6 +53,10 @@ pub enum Cause {
     DeclaredInvalid,
     /// The gauge reports an error in telegram 205.
     GaugeError,
+    /// The number is the highest integer of its format: the pressure may be any higher one.
+    HighestInteger,
+    /// The number is the integer 0: the pressure is below one unit.
+    BelowOneUnit,
     /// The number is not a pressure.
     NoPressure,
     /// The configuration has no status of the value, and the device reports a warning.
@@ -74,6 +80,8 @@ impl fmt::Display for Cause {
             Self::ChannelError => f.write_str("the controller reports an error of the channel"),
             Self::DeclaredInvalid => f.write_str("the gauge declares its reading invalid"),
             Self::GaugeError => f.write_str("the gauge reports an error"),
+            Self::HighestInteger => f.write_str("the number is the highest of an integer"),
+            Self::BelowOneUnit => f.write_str("the integer is 0, less than one unit"),
             Self::NoPressure => f.write_str("the number is not a pressure"),
             Self::NoStatus => {
                 f.write_str("the configuration has no status of the reading, and the device reports a warning")
@@ -116,8 +124,8 @@ pub(super) struct Evidence {
     pub status: ValueStatus,
     /// Exception Status of the device.
     pub exception: ExceptionStatus,
-    /// The number, in Pa.
-    pub pa: Option<f64>,
+    /// The number, in Pa. `None` for one that is no pressure.
+    pub held: Option<HeldPressure>,
     /// The range of the active part, if it is known.
     pub range: Option<Range>,
     /// Beyond its range the device shows the end of the range in place of the pressure.
@@ -147,7 +155,15 @@ impl Evidence {
             ValueStatus::Ttr { has_error } => self.by_ttr(has_error),
             ValueStatus::None => self.without_status(),
         };
-        Verdict { quality, cause, limit_pa: self.limit_pa(quality) }
+        Verdict { quality, cause, limit_pa: self.limit_pa(quality, cause) }
+    }
+
+    /// The number in Pa. `None` for a pressure below one unit: it has none.
+    pub const fn pa(&self) -> Option<f64> {
+        match self.held {
+            Some(HeldPressure::Exact(pa) | HeldPressure::AtLeast(pa)) => Some(pa),
+            Some(HeldPressure::Below(_)) | None => None,
+        }
     }
 
     fn by_extension(&self, status: StatusExtension) -> (Quality, Option<Cause>) {
@@ -183,7 +199,7 @@ impl Evidence {
     }
 
     fn invalid_by_value(&self) -> (Quality, Option<Cause>) {
-        let pa = self.pa.filter(|pa| is_pressure(*pa));
+        let pa = self.pa().filter(|pa| is_pressure(*pa));
         let is_within = self.range.zip(pa).is_some_and(|(range, pa)| range.contains(pa));
         let is_at_low_end = self.range.zip(pa).is_some_and(|(range, pa)| pa <= range.low_pa * (1.0 + ROUNDING));
         match (self.status, self.principle) {
@@ -211,7 +227,7 @@ impl Evidence {
 
     /// Telegram 205 shows an end of the range like any other pressure.
     fn by_ttr(&self, has_error: bool) -> (Quality, Option<Cause>) {
-        let (Some(pa), Some(range)) = (self.pa, self.range) else { return self.in_range() };
+        let (Some(pa), Some(range)) = (self.pa(), self.range) else { return self.in_range() };
         match () {
             () if has_error => (Quality::Fault, Some(Cause::GaugeError)),
             () if range.contains(pa) => (Quality::Valid, None),
@@ -230,20 +246,30 @@ impl Evidence {
     }
 
     fn in_range(&self) -> (Quality, Option<Cause>) {
-        if self.pa.is_some_and(is_pressure) {
-            (Quality::Valid, None)
-        } else {
-            (Quality::Fault, Some(Cause::NoPressure))
+        match self.held {
+            Some(HeldPressure::AtLeast(_)) => (Quality::Overrange, Some(Cause::HighestInteger)),
+            Some(HeldPressure::Below(_)) => (Quality::Underrange, Some(Cause::BelowOneUnit)),
+            Some(HeldPressure::Exact(pa)) if is_pressure(pa) => (Quality::Valid, None),
+            Some(HeldPressure::Exact(_)) | None => (Quality::Fault, Some(Cause::NoPressure)),
         }
     }
 
-    /// The end of the range, in Pa: that of the tables, that which the device reports, or the number that it shows. `None` if none
-    /// of them is known.
-    fn limit_pa(&self, quality: Quality) -> Option<f64> {
-        let shown = self.pa.filter(|pa| self.shows_end && is_pressure(*pa));
+    /// The bound of a pressure below or above it, in Pa: the end of the integers if the number alone decided; otherwise the end of the
+    /// range in the tables or as the device reports it, the number that the device shows, or the end of the integers. `None` if none of
+    /// them is known.
+    fn limit_pa(&self, quality: Quality, cause: Option<Cause>) -> Option<f64> {
+        let of_format = match (quality, self.held) {
+            (Quality::Overrange, Some(HeldPressure::AtLeast(pa))) => Some(pa),
+            (Quality::Underrange, Some(HeldPressure::Below(pa))) => Some(pa),
+            _ => None,
+        };
+        if matches!(cause, Some(Cause::HighestInteger | Cause::BelowOneUnit)) {
+            return of_format;
+        }
+        let shown = self.pa().filter(|pa| self.shows_end && is_pressure(*pa));
         match quality {
-            Quality::Underrange => self.range.map(|range| range.low_pa).or(shown),
-            Quality::Overrange => self.range.map(|range| range.high_pa).or(shown),
+            Quality::Underrange => self.range.map(|range| range.low_pa).or(shown).or(of_format),
+            Quality::Overrange => self.range.map(|range| range.high_pa).or(shown).or(of_format),
             _ => None,
         }
     }

@@ -8,7 +8,7 @@ use crate::error::ClientError;
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::{Value, pressure_format};
-use profivac_devices::model::{DataType, Field, MeasuringRange, Model, NumberType, Role};
+use profivac_devices::model::{DataType, Field, HeldPressure, MeasuringRange, Model, NumberType, Role};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::is_pressure;
 
@@ -90,7 +90,7 @@ impl<R: Records> Gauge<R> {
         let names = self.names();
         let instance = instance_of(named);
         let reading = self.read_parameter(named)?;
-        let pa = self.pressure_pa(&reading);
+        let held = self.held_pressure(&reading);
         let of_instance =
             |role| names.all().iter().find(move |other| has_role(other, role) && other.is_same_instance(named));
         let status = status.or_else(|| of_instance(Role::StatusExtension));
@@ -117,7 +117,7 @@ impl<R: Records> Gauge<R> {
         };
         let exception = self.exception_status()?;
         let channels = self.reported_channel(named)?;
-        Ok(Reported { instance, pa, status, exception, others_measure }.value(self.model, &channels))
+        Ok(Reported { instance, held, status, exception, others_measure }.value(self.model, &channels))
     }
 
     fn status_extension(&mut self, status: &NamedParameter) -> Result<StatusExtension, ClientError> {
@@ -194,7 +194,8 @@ impl<R: Records> Gauge<R> {
         }
     }
 
-    /// A reading in Pa; `None` for a parameter that is no pressure.
+    /// A reading in Pa; `None` for a parameter that is no pressure, and for an integer that is the highest of its format or less than
+    /// one unit: these stand for every pressure beyond them.
     ///
     /// ```
     /// # use profivac_client::Bus;
@@ -206,11 +207,19 @@ impl<R: Records> Gauge<R> {
     /// ```
     #[must_use]
     pub fn pressure_pa(&self, reading: &ParameterReading) -> Option<f64> {
-        let Value::Number(number) = reading.value else { return None };
+        match self.held_pressure(reading)? {
+            HeldPressure::Exact(pa) => Some(pa),
+            HeldPressure::AtLeast(_) | HeldPressure::Below(_) => None,
+        }
+    }
+
+    /// The pressure of a reading as far as its octets hold it; `None` for a parameter that is no pressure.
+    fn held_pressure(&self, reading: &ParameterReading) -> Option<HeldPressure> {
+        let Value::Number(_) = reading.value else { return None };
         let unit = self.model.unit_named(reading.unit?)?;
         let is_integer = reading.octets.len() == NumberType::Integer.octets();
         let number_type = if is_integer { NumberType::Integer } else { NumberType::Float };
-        pressure_format(self.model, &reading.named, unit, number_type)?.pa_from_number(number)
+        pressure_format(self.model, &reading.named, unit, number_type)?.measured(&reading.octets)
     }
 }
 

@@ -8,7 +8,8 @@ use crate::names::NamedParameter;
 use crate::records::ErrorKind;
 use crate::records::{Records, Unavailable};
 use crate::values::Value;
-use profivac_devices::model::{Direction, Role};
+use profivac_devices::catalog::model_named;
+use profivac_devices::model::{DataType, Direction, Model, Role};
 use profivac_devices::profile::DeviceState;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -44,6 +45,9 @@ const DEVICE_STATE: (u8, u8) = (0, 25);
 
 /// Why a gauge in IDLE has no pressure.
 pub const IN_IDLE: &str = "the gauge is in IDLE";
+
+/// Why a setting is not in the file.
+const HIGHEST_INTEGER: &str = "the highest integer of its format: choose the data type float and dump again";
 
 /// How often an instance is read when another master moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
@@ -147,6 +151,12 @@ impl Dump {
         Some(if self.is_idle() { IN_IDLE.to_owned() } else { pressure.text() })
     }
 
+    /// Whether a pressure is the highest integer of its format: the gauge may hold any higher one, which this one must not replace.
+    fn is_highest_integer(&self, reading: &ParameterReading) -> bool {
+        let is_highest = |model: &Model| reading.octets == model.max_integer.to_be_bytes();
+        reading.named.parameter.row.data_type == DataType::ByType && model_named(self.device).is_some_and(is_highest)
+    }
+
     fn is_idle(&self) -> bool {
         let (slot, index) = DEVICE_STATE;
         let idle = Value::Integer(DeviceState::Idle.code().into());
@@ -166,6 +176,10 @@ impl Dump {
             writeln!(text, "\n# {note}\n[{heading}]").ok();
             for (named, reading) in self.readings.iter().filter(|(named, _)| is_setting(named) == is_wanted) {
                 match reading {
+                    Ok(reading) if is_wanted && self.is_highest_integer(reading) => {
+                        let text_of = &reading.text;
+                        writeln!(text, "# {}: {text_of} or more, {HIGHEST_INTEGER}", named.name).ok()
+                    }
                     Ok(reading) => {
                         let reason = self.invalid_reason(named).map(|reason| format!("  # not valid: {reason}"));
                         let reason = reason.unwrap_or_default();
@@ -200,7 +214,6 @@ mod tests {
     use super::*;
     use crate::names::ParameterNames;
     use crate::records::RecordError;
-    use profivac_devices::catalog::model_named;
     use profivac_devices::model::{AccessPath, Length};
 
     #[test]
@@ -208,6 +221,33 @@ mod tests {
         assert_eq!(quoted("a \"b\" \\ \u{1}"), "\"a \\\"b\\\" \\\\ \\u0001\"");
         let text = format!("device = {}\nident = 1", quoted("a \"b\" \\ \u{1}"));
         assert_eq!(SettingsFile::parse(&text).unwrap().device, "a \"b\" \\ \u{1}");
+    }
+
+    /// errata-bpg-bcg-tpg 70: a restore would write 327.67 mbar over a higher Safe Value.
+    #[test]
+    fn a_setting_that_is_the_highest_integer_is_no_line_that_a_restore_writes() {
+        let model = model_named("bcg450").unwrap();
+        // Safe Value of the Pirani.
+        let named = ParameterNames::of(model).at(1, 1, 40).unwrap().clone();
+        let dumped = |octets: [u8; 2], text: &str| {
+            let value = Value::Number(u16::from_be_bytes(octets).into());
+            let reading = ParameterReading {
+                named: named.clone(),
+                octets: octets.to_vec(),
+                value,
+                text: text.to_owned(),
+                unit: Some("Pascal"),
+            };
+            let readings = vec![(named.clone(), Ok(reading))];
+            Dump { device: "bcg450", ident: model.ident, readings, pressures: BTreeMap::new() }.to_toml()
+        };
+        let text = dumped([0x7F, 0xFF], "32767 Pascal");
+        assert!(
+            text.contains("\n# pirani.safe-value: 32767 Pascal or more, the highest integer of its format"),
+            "{text}"
+        );
+        assert!(SettingsFile::parse(&text).unwrap().settings.is_empty());
+        assert!(dumped([0x7F, 0xFE], "32766 Pascal").contains("\n\"pirani.safe-value\" = \"32766 Pascal\"\n"));
     }
 
     /// A gauge whose selector another master moves after every `every` reads.

@@ -107,10 +107,14 @@ impl Decoder<'_> {
                 _ => String::new(),
             };
             let number = match field {
-                Field::ProcessValue(NumberType::Integer) | Field::ChannelValue(_, NumberType::Integer) => ", a word",
-                Field::ProcessValue(NumberType::Float) | Field::ChannelValue(_, NumberType::Float) => ", a float",
-                Field::ChannelMantissa(_) => ", mantissa and exponent",
-                _ => "",
+                Field::ProcessValue(NumberType::Integer) | Field::ChannelValue(_, NumberType::Integer) => {
+                    format!(", a word; {} stands for all above, 0 for less than 1", self.model.max_integer)
+                }
+                Field::ProcessValue(NumberType::Float) | Field::ChannelValue(_, NumberType::Float) => {
+                    ", a float".to_owned()
+                }
+                Field::ChannelMantissa(_) => ", mantissa and exponent".to_owned(),
+                _ => String::new(),
             };
             source.line(&format!("   {offset:<8} {}{channel}{number}", field.name()));
         }
@@ -184,6 +188,9 @@ impl Decoder<'_> {
             own += "POWER : INT;\n";
         }
         own += "NUMBER : REAL;\nIS_PRESSURE : BOOL;\nPA : REAL;\nQ : INT;\n";
+        if self.has_integers() {
+            own += "IS_HIGHEST : BOOL;\nIS_ZERO : BOOL;\n";
+        }
         own += status;
         if self.pressures().len() > 1 {
             own += "CHANNEL : INT;\n";
@@ -252,10 +259,16 @@ impl Decoder<'_> {
             Field::ChannelMantissa(_) => source.lines(MANTISSA),
             Field::TtrValue => source.lines(TTR),
             field if number_of(field) == Some(NumberType::Float) => source.lines(FLOAT),
-            _ => source.line("NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);"),
+            _ => {
+                source.line("NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);");
+                source.line(&format!("IS_PRESSURE := NUMBER <= {};", real(self.model.max_integer.into())));
+            }
         }
         if self.has_unit() {
             self.to_pascal(source);
+        }
+        if self.has_integers() {
+            self.integer_ends(source);
         }
         source
             .lines(&format!("IF (PA <= 0.0) OR (PA > {}) THEN\n    IS_PRESSURE := FALSE;\nEND_IF;", real(HIGHEST_PA)));
@@ -268,6 +281,18 @@ impl Decoder<'_> {
             "IF Q = 0 THEN\n    PRESSURE_PA{index} := PA;\nELSE\n    PRESSURE_PA{index} := SUBSTITUTE_PA;\nEND_IF;\n\
              PRESSURE_MBAR{index} := PRESSURE_PA{index} / 100.0;"
         ));
+    }
+
+    fn has_integers(&self) -> bool {
+        self.pressures().iter().any(|(_, field)| number_of(*field) == Some(NumberType::Integer))
+    }
+
+    /// The two integers that stand for every pressure beyond them. 0 on a logarithmic scale is no pressure already.
+    fn integer_ends(&self, source: &mut Source) {
+        let highest = real(self.model.max_integer.into());
+        source.line(&format!("IS_HIGHEST := IS_PRESSURE AND (NUMBER = {highest});"));
+        let named = if self.selector().is_some() { " AND (INSTANCE <> 0)" } else { "" };
+        source.line(&format!("IS_ZERO := IS_PRESSURE AND (NUMBER = 0.0){named};"));
     }
 
     /// The variable with the instance or channel of a value, if the tables have its COUNTS.
@@ -393,6 +418,10 @@ impl Decoder<'_> {
         }
         let mut rules = vec![("NOT EXCHANGING".to_owned(), Quality::Stale)];
         rules.extend(self.rules());
+        if self.has_integers() {
+            rules.push(("IS_HIGHEST".to_owned(), Quality::Overrange));
+            rules.push(("IS_ZERO".to_owned(), Quality::Underrange));
+        }
         for (number, (condition, quality)) in rules.into_iter().enumerate() {
             let word = if number == 0 { "IF" } else { "ELSIF" };
             source.line(&format!("{word} {condition} THEN"));

@@ -90,7 +90,7 @@ impl ValueFormat<'_> {
         let (held, octets) = match number {
             NumberType::Float => (f64::from(value as f32), (value as f32).to_be_bytes().to_vec()),
             NumberType::Integer => {
-                let whole = value.round().min(f64::from(u16::MAX));
+                let whole = value.round().min(f64::from(self.model.max_integer));
                 (whole, (whole as u16).to_be_bytes().to_vec())
             }
         };
@@ -131,7 +131,7 @@ pub(crate) fn pressure_format(
         Scale::Counts if is_difference => return None,
         Scale::Counts => model.counts_at(named.parameter.location)?,
     };
-    Some(PressureFormat { unit, number, counts, max_integer: u16::MAX })
+    Some(PressureFormat { unit, number, counts, max_integer: model.max_integer })
 }
 
 /// Whether a number of this size can be written as a pressure: 0 too, as a Safe Value; NaN cannot.

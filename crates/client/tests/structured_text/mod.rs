@@ -42,6 +42,9 @@ const NUMBERS: [f32; 18] = [
     2e30,
 ];
 
+/// The words of integers: both ends of each format, and the words beside and beyond them.
+const WORDS: [u16; 13] = [0, 1, 32767, 25_000, 65535, 2, 32766, 300, 65534, 7000, 32768, 20_480, 31_000];
+
 const STATUSES: [u8; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const EXCEPTIONS: [u8; 7] = [0x00, 0x01, 0x02, 0x04, 0x10, 0x20, 0x40];
 const INSTANCES: [u8; 6] = [0, 1, 2, 3, 4, 9];
@@ -58,9 +61,7 @@ fn inputs(telegram: &Telegram, number: usize) -> Vec<u8> {
             Field::ProcessValue(NumberType::Float) | Field::ChannelValue(_, NumberType::Float) => {
                 value.to_be_bytes().to_vec()
             }
-            Field::ProcessValue(_) | Field::ChannelValue(..) => {
-                (value.abs().min(65535.0) as u16).to_be_bytes().to_vec()
-            }
+            Field::ProcessValue(_) | Field::ChannelValue(..) => WORDS[turn % WORDS.len()].to_be_bytes().to_vec(),
             Field::ChannelMantissa(_) => vec![[0x03, 0x00, 0xFF][turn % 3], 0x3E, [0xFB, 0x00, 0x03, 0xF6][turn % 4]],
             Field::TtrValue => vec![[0x00, 0x08, 0x83, 0x0F, 0x05][turn % 5], [0x00, 0x41, 0xFF][turn % 3]],
             Field::ExceptionStatus => vec![of(&EXCEPTIONS)],

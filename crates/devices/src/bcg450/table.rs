@@ -8,8 +8,8 @@ use super::faults::Faults;
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, Location, Model, NumberType, ParameterSet, Scale,
-    TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
+    AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, INTEGER16_MAX, Location, Model, NumberType,
+    ParameterSet, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -251,6 +251,7 @@ pub static MODEL: Model = Model {
     // free choice: the manual names no default. A float, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
     units: &UNITS,
+    max_integer: INTEGER16_MAX,
     user_prm: &USER_PRM,
     dpv1_status: 0x80,
     blocks: Parameter::BLOCKS,

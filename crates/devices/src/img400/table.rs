@@ -232,6 +232,7 @@ pub static MODEL: Model = Model {
     // free choice: the manual names no default. Floats, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
     units: &UNITS,
+    max_integer: parts::HIGHEST_COUNT,
     user_prm: &USER_PRM,
     dpv1_status: DPV1_STATUS,
     blocks: Parameter::BLOCKS,

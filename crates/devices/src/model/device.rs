@@ -35,6 +35,8 @@ pub struct Model {
     pub default_configuration: &'static Configuration,
     /// The pressure units, in the manual's order.
     pub units: &'static [Unit],
+    /// The highest integer of its pressures.
+    pub max_integer: u16,
     /// The user parameter strings that the device accepts.
     pub user_prm: &'static [UserPrm],
     /// The bits of the first user parameter octet that a master may add to a printed string.

@@ -39,7 +39,7 @@ pub use fault::faults;
 pub use fault::{Fault, FaultList};
 pub use octets::Octets;
 pub use part_spec::{Clipping, Limits, MeasuringRange, Part, PartSpec, Principle, RangeStatus};
-pub use pressure::{Counts, NumberType, PressureFormat, Scale, Unit, mbar};
+pub use pressure::{Counts, HeldPressure, INTEGER16_MAX, NumberType, PressureFormat, Scale, Unit, mbar};
 pub use role::Role;
 pub use typed::{ParameterValue, Pascal, TypedParameter};
 pub use value::{DataType, Length, LengthError, RawValue, Value, command_code};

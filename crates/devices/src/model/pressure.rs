@@ -140,12 +140,27 @@ impl NumberType {
     }
 }
 
+/// The highest Integer16: errata-bpg-bcg-tpg 3.
+pub const INTEGER16_MAX: u16 = 32767;
+
 /// The highest pressure that fits into a float in every unit.
 const HIGHEST_PA: f64 = 1e30;
 
 /// Added before an integer is truncated, so that a 5 that is written and kept as 4.9999999999 is read as 5. Far below
 /// the one count of errata-bpg-bcg-tpg 69.
 const ROUNDING: f64 = 1e-6;
+
+/// A measured pressure as far as its format holds it, in Pa. An integer is saturated and truncated to whole units
+/// (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16), so its two ends stand for every pressure beyond them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HeldPressure {
+    /// This pressure.
+    Exact(f64),
+    /// The highest integer: this pressure or a higher one.
+    AtLeast(f64),
+    /// The integer 0: a pressure below this one, which is one unit.
+    Below(f64),
+}
 
 /// The format of the pressures of one instance on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,7 +171,7 @@ pub struct PressureFormat {
     pub number: NumberType,
     /// The instance's COUNTS.
     pub counts: Counts,
-    /// The highest integer: 32767, or 65535 where the manual means an unsigned word.
+    /// The highest integer: [`INTEGER16_MAX`], or 65535 where the manual means an unsigned word.
     pub max_integer: u16,
 }
 
@@ -219,6 +234,59 @@ impl PressureFormat {
             NumberType::Float => octets.try_into().map(f32::from_be_bytes).ok()?.into(),
         };
         self.pa_from_number(number)
+    }
+
+    /// The measured pressure; `None` as for [`decode`](Self::decode).
+    ///
+    /// ```
+    /// use profivac_devices::bcg450::table::MODEL;
+    /// use profivac_devices::model::{Counts, HeldPressure, NumberType, PressureFormat};
+    ///
+    /// let unit = MODEL.unit_named("Pascal").ok_or("no such unit")?;
+    /// let (number, counts) = (NumberType::Integer, Counts::Linear { per_mbar: 1.0 });
+    /// let format = PressureFormat { unit, number, counts, max_integer: MODEL.max_integer };
+    /// assert_eq!(format.measured(&[0x7F, 0xFE]), Some(HeldPressure::Exact(32766.0)));
+    /// assert_eq!(format.measured(&[0x7F, 0xFF]), Some(HeldPressure::AtLeast(32767.0)));
+    /// assert_eq!(format.measured(&[0, 0]), Some(HeldPressure::Below(1.0)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn measured(&self, octets: &[u8]) -> Option<HeldPressure> {
+        let pa = self.decode(octets)?;
+        if self.number == NumberType::Float {
+            return Some(HeldPressure::Exact(pa));
+        }
+        Some(match octets {
+            [0, 0] if self.truncates_to_zero() => HeldPressure::Below(self.pa_from_number(1.0)?),
+            _ if octets == self.max_integer.to_be_bytes() => HeldPressure::AtLeast(pa),
+            _ => HeldPressure::Exact(pa),
+        })
+    }
+
+    /// Whether a pressure of a gauge can be below one unit. chosen: 0 on a logarithmic scale of COUNTS is no reading, because the ranges
+    /// of all gauges end far above it, and a device sends 0 in place of a reading (Safe State Zero, errata-bpg-bcg-tpg 74).
+    fn truncates_to_zero(&self) -> bool {
+        !(self.unit.scale == Scale::Counts && matches!(self.counts, Counts::Log { .. }))
+    }
+
+    /// The pressure in Pa from which on an integer shows its highest number; `None` for a float.
+    ///
+    /// ```
+    /// use profivac_devices::bcg450::table::MODEL;
+    /// use profivac_devices::model::{Counts, NumberType, PressureFormat};
+    ///
+    /// let unit = MODEL.unit_named("Micron").ok_or("no such unit")?;
+    /// let (number, counts) = (NumberType::Integer, Counts::Linear { per_mbar: 1.0 });
+    /// let format = PressureFormat { unit, number, counts, max_integer: MODEL.max_integer };
+    /// assert!(format.integer_end_pa().is_some_and(|pa| (pa / 100.0 - 43.686).abs() < 1e-3));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn integer_end_pa(&self) -> Option<f64> {
+        match self.number {
+            NumberType::Integer => self.pa_from_number(self.max_integer.into()),
+            NumberType::Float => None,
+        }
     }
 }
 

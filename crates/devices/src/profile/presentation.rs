@@ -1,6 +1,6 @@
 //! Unit and number type: one of each for the whole device. errata-bpg-bcg-tpg 72.
 
-use crate::model::{AccessError, Configuration, Counts, Model, NumberType, PressureFormat, Unit, Value};
+use crate::model::{AccessError, Configuration, Counts, INTEGER16_MAX, Model, NumberType, PressureFormat, Unit, Value};
 
 /// Data Units and Data Type.
 #[derive(Clone, Copy, Debug)]
@@ -10,9 +10,6 @@ pub struct Presentation {
     /// Data Type.
     pub number: NumberType,
 }
-
-/// The highest Integer16: errata-bpg-bcg-tpg 3.
-const HIGHEST: u16 = 32767;
 
 impl Presentation {
     /// As it leaves the factory: floats (errata-bpg-bcg-tpg 73).
@@ -24,7 +21,7 @@ impl Presentation {
     /// The format of the pressures of an instance on the wire.
     #[must_use]
     pub const fn format(&self, counts: Counts) -> PressureFormat {
-        PressureFormat { unit: self.unit, number: self.number, counts, max_integer: HIGHEST }
+        PressureFormat { unit: self.unit, number: self.number, counts, max_integer: INTEGER16_MAX }
     }
 
     /// Sets Data Units.

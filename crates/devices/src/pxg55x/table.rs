@@ -6,9 +6,9 @@ use super::faults::{PCG_FAULTS, PCG_WITH_ATM_FAULTS, PSG_FAULTS};
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Configuration, FaultList, Field, Gsd, Location, Model,
-    NumberType, ParameterSet, Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit, UserPrm,
-    configuration, telegram, text,
+    AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Configuration, FaultList, Field, Gsd, INTEGER16_MAX,
+    Location, Model, NumberType, ParameterSet, Part, PartSpec, PlacedBlock, Row, Scale, TaskKind, Telegram, Unit,
+    UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
@@ -542,6 +542,7 @@ const fn variant(
         // free choice: the manual names no default. A float, and nothing that a master must send.
         default_configuration: &CONFIGURATIONS[1],
         units: &UNITS,
+        max_integer: INTEGER16_MAX,
         user_prm: &USER_PRM,
         // DPV1_Enable, Fail_Safe, WD_Base_1ms: what the slave supports (39).
         dpv1_status: 0xC4,

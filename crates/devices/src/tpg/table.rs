@@ -10,8 +10,8 @@ use super::codes::{
 use super::faults::Faults;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AccessError, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Location, Model, NumberType,
-    ParameterSet, PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
+    AccessError, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, INTEGER16_MAX, Location, Model,
+    NumberType, ParameterSet, PressureFormat, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
 use crate::profile::codes::UnitCode;
 use profivac_dp::slave::Features;
@@ -201,6 +201,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         configurations: &CONFIGURATIONS,
         default_configuration: &ALL_CHANNELS,
         units: UNITS,
+        max_integer: INTEGER16_MAX,
         // No user parameters; the three octets that a DP-V1 master adds are tolerated (151).
         user_prm: &[UserPrm { name: "none", octets: &[] }, UserPrm { name: "DPV1_Status", octets: &[0, 0, 0] }],
         dpv1_status: 0,

@@ -6,8 +6,9 @@ use super::faults::Faults;
 use super::parts;
 use crate::model::block_macros::{block, blocks};
 use crate::model::{
-    AlarmBit, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, Limits, Location, Model, NumberType,
-    ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
+    AlarmBit, AlarmWords, ChannelRules, Configuration, Counts, Field, Gsd, INTEGER16_MAX, Limits, Location, Model,
+    NumberType, ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
+    text,
 };
 use crate::profile::codes::UnitCode;
 use crate::profile::{DeviceState, ExceptionStatus, PotentiometerScale, SafeState, StateCommand, StatusExtension};
@@ -276,6 +277,7 @@ const fn model(
         // free choice: the manual names no default. A float, and nothing that a master must send.
         default_configuration: &CONFIGURATIONS[1],
         units: &UNITS,
+        max_integer: INTEGER16_MAX,
         user_prm: &USER_PRM,
         dpv1_status: 0x80,
         blocks,

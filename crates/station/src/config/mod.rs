@@ -142,6 +142,7 @@ use crate::plant::PlantPicture;
 use error::Located;
 use file::ConfigToml;
 use gateways::GatewaySettings;
+use profivac_client::cyclic::IntegerRange;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
@@ -149,6 +150,7 @@ use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
 use profivac_recorder::{Forward, Retention};
 use profivac_vacuum::Gas;
+use profivac_virtual::device_spec::entry;
 use profivac_virtual::segment_file::SegmentFile;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -269,6 +271,11 @@ impl Gauge {
         }
     }
 
+    /// The pressures that the integers of the configuration show, if the file names configuration and unit.
+    fn integer_range(&self) -> Option<IntegerRange> {
+        IntegerRange::of(entry(&self.device).ok()?.model, self.configuration?, self.unit?)
+    }
+
     /// Whether both entries describe the same slave: address and device model are equal.
     #[must_use]
     pub fn is_same_slave(&self, other: &Self) -> bool {
@@ -355,6 +362,10 @@ impl Config {
         let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
         let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
         let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+        let gauges = self.segments.iter().flat_map(|segment| &segment.gauges);
+        let integers = gauges.filter_map(|gauge| {
+            Some(ConfigNotice::IntegerRange { gauge: gauge.name.clone(), range: gauge.integer_range()? })
+        });
         let unprotected = self.gateways.iter().filter_map(|gateway| {
             Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
         });
@@ -367,7 +378,7 @@ impl Config {
             let host = gateway.unencrypted_broker()?.to_owned();
             Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
         });
-        renamed.chain(empty).chain(unprotected).chain(writers).chain(brokers).collect()
+        renamed.chain(empty).chain(integers).chain(unprotected).chain(writers).chain(brokers).collect()
     }
 
     /// The settings that differ in `new` and that the station applies only at its next start.

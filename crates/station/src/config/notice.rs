@@ -4,6 +4,7 @@ use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
 use crate::auth::openid::OpenIdSettings;
+use profivac_client::cyclic::IntegerRange;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::{Forward, Retention};
 use std::fmt;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A setting that is valid but probably not intended.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigNotice {
     /// A segment without gauges.
@@ -22,6 +23,14 @@ pub enum ConfigNotice {
     EmptySegment {
         /// The name of the segment.
         segment: String,
+    },
+    /// The integers of a gauge of another master do not show its whole range.
+    #[error("the gauge {gauge:?}: {range}")]
+    IntegerRange {
+        /// The name of the gauge.
+        gauge: String,
+        /// The pressures that they show.
+        range: IntegerRange,
     },
     /// A gateway whose protocol has neither encryption nor login listens beyond this computer.
     #[error(

@@ -7,7 +7,7 @@ use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::Defects;
-use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_client::cyclic::{CyclicSlave, CyclicValues, IntegerRange};
 use profivac_client::names::NamedParameter;
 use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
@@ -63,6 +63,8 @@ pub struct GaugeSession {
     listens: bool,
     /// The assumptions about the configuration and the unit of a gauge of another master.
     assumptions: Vec<String>,
+    /// The pressures that its integers show, as the last event about them says it.
+    integers: Option<IntegerRange>,
 }
 
 /// The heard facts about a gauge of another master.
@@ -103,6 +105,7 @@ impl GaugeSession {
             sample_at: now,
             listens: false,
             assumptions: Vec::new(),
+            integers: None,
         }
     }
 
@@ -133,8 +136,9 @@ impl GaugeSession {
                 self.last_exchange.1 = now.checked_sub(silence).unwrap_or(now);
                 self.read_at = Some((self.last_exchange.1, before_now(silence)));
                 self.observe(&slave, &values, silence);
-                if let Some(assumed) = assumed {
-                    self.withdraw(assumed, slave.unit.name);
+                match assumed {
+                    Some(assumed) => self.withdraw(assumed, slave.unit.name),
+                    None => self.note_integers(recorder, &slave),
                 }
                 self.note_problem(recorder, None);
                 // With another configuration the inputs have other series: none of them is recorded.
@@ -192,6 +196,7 @@ impl GaugeSession {
         match added {
             Ok(slave) => {
                 let now = Instant::now();
+                self.note_integers(recorder, &slave);
                 self.slave = Some(slave);
                 self.state = BusStationState::Starting;
                 self.sample_at = now;
@@ -205,6 +210,18 @@ impl GaugeSession {
                 self.note_problem(recorder, Some(error.to_string()));
             }
         }
+    }
+
+    /// Records an event if the integers of the slave do not show the whole range of the gauge, once for each range.
+    fn note_integers(&mut self, recorder: &RecorderHandle, slave: &CyclicSlave) {
+        let range = slave.integer_range();
+        if self.integers != range
+            && let Some(range) = range
+        {
+            let text = format!("{}: {range}", self.config.name);
+            recorder.event_now(Some(&self.config.name), EventKind::Bus, text);
+        }
+        self.integers = range;
     }
 
     /// Sets the problem, and records an event if it is another one than before.
@@ -462,4 +479,49 @@ pub fn planned_readings(config: &config::Gauge) -> Vec<view::Reading> {
 fn before_now(silence: Duration) -> Micros {
     let micros = i64::try_from(silence.as_micros()).unwrap_or(i64::MAX);
     Micros(Micros::now().0.saturating_sub(micros))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
+    use profivac_recorder::{Recorder, Settings};
+
+    /// A BCG450 with integers in Pascal at 900 mbar: the diaphragm shows 32767.
+    #[test]
+    fn the_highest_integer_is_recorded_as_a_bound_and_one_event_names_the_limits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, 0x7F, 0xFF]].concat());
+        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let mut gauge = GaugeSession::listening(config);
+        for _ in 0..3 {
+            gauge.take_heard(
+                &recorder,
+                Heard {
+                    slave: Some(slave),
+                    values: values.clone(),
+                    silence: Some(Duration::ZERO),
+                    unknown: Vec::new(),
+                    assumed: None,
+                    problem: String::new(),
+                },
+            );
+        }
+        let reading = &gauge.readings[0];
+        assert_eq!((reading.quality, reading.pa, reading.limit_pa), (Quality::Overrange, None, Some(32767.0)));
+        let reader = recorder.open_reader().unwrap();
+        drop(recorder);
+        let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+        let is_bound = |sample: &Sample| (sample.quality, sample.pa) == (Quality::Overrange, Some(32767.0));
+        assert!(!samples.is_empty() && samples.iter().all(is_bound), "{samples:?}");
+        let events = reader.events(Micros(0), Micros(i64::MAX), 100).unwrap();
+        let limits = "chamber: its integers in Pascal show 0.01 to 327.67 mbar only";
+        assert_eq!(events.iter().filter(|event| event.text.starts_with(limits)).count(), 1, "{events:?}");
+    }
 }
