@@ -84,6 +84,11 @@ struct Interruptible<R> {
 }
 
 impl<R> Interruptible<R> {
+    /// Drops the records.
+    fn into_signals(self) -> Signals {
+        self.signals
+    }
+
     fn check(&mut self) -> Result<(), RecordError> {
         if !self.reported && self.signals.are_pending() {
             self.reported = true;
@@ -134,9 +139,11 @@ impl GaugeOptions {
 
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
-        // Until here a signal may end the program: no value has to be restored.
+        // From here on a signal ends the program between two requests only: a connection has to be closed, and later a value restored.
         let signals = Signals::catch()?;
+        let mut identifying = Interruptible { records: Ms2::new(&mut *session, address), signals, reported: false };
+        let model = identify::model(slave.ident, address, &mut identifying)?;
+        let signals = identifying.into_signals();
         let via = match self.via {
             Via::Ms2 => {
                 let records = Interruptible { records: Ms2::new(session, address), signals, reported: false };
@@ -175,7 +182,7 @@ impl GaugeOptions {
         let (device, address) = (model.name, self.address);
         let session = Class1Session::open_unless(session, &cyclic, via, &|| signals.are_pending()).map_err(
             |error| match error {
-                RecordError::Session(error) => error.into(),
+                RecordError::Session(error) | RecordError::NotSent(error) => error.into(),
                 RecordError::Interrupted(reason) => {
                     Failure::no_answer(format!("{device} at address {address}: {reason}"))
                 }

@@ -1,6 +1,7 @@
 //! `profivac init`: makes a station's file from a scan.
 
 use crate::bus::BusOptions;
+use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
@@ -70,7 +71,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     // Devices of a series share an ident number; over MS2 they report their model.
+    // A signal ends the program between two of them, when no MS2 connection is open.
+    let signals = Signals::catch()?;
     for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
+        if signals.are_pending() {
+            return Err(Failure::no_answer("interrupted by a signal"));
+        }
         let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
         let reported = ident.and_then(|ident| reported_model(ident, &mut Ms2::new(&mut session, *address)));
         if let Some(model) = reported {

@@ -5,6 +5,7 @@ use crate::gauge::{AnyGauge, GaugeOptions, confirm};
 use crate::output::{json, out};
 use crate::read::Row;
 use clap::Args;
+use profivac_client::records::WriteEffect;
 use profivac_client::{ClientError, PreparedWrite, WriteResult};
 use serde::Serialize;
 
@@ -29,7 +30,7 @@ pub struct Arguments {
     /// Write a pressure outside the measuring range of the gauge
     #[arg(long)]
     force: bool,
-    /// Print JSON
+    /// Print JSON; after a failure its key `effect` says whether the gauge has the value: not-sent, refused, possibly-executed or executed
     #[arg(long)]
     json: bool,
     /// The parameter to write, or a command
@@ -59,17 +60,34 @@ struct Change {
     after: Option<Row>,
 }
 
+/// A write that failed, in the JSON output.
+#[derive(Debug, Serialize)]
+struct FailedChange<'a> {
+    target: &'a str,
+    /// `not-sent`, `refused`, `possibly-executed` or `executed`.
+    effect: &'static str,
+    error: String,
+}
+
 /// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    arguments.options.with_gauge(|gauge| {
+    // The effect of a write that has no output yet.
+    let mut effect = Some(WriteEffect::NotSent);
+    let done = arguments.options.with_gauge(|gauge| {
         let prepared = prepare(gauge, arguments)?;
         if let Some(risk) = prepared.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
             confirm(&format!("{} {} {risk}", prepared.named.name, prepared.text), arguments.yes)?;
         }
-        let written = gauge.execute(prepared)?;
+        let written = gauge.execute(prepared).inspect_err(|error| effect = Some(error.write_effect()))?;
         out(&if arguments.json { json(&change(&written)) } else { line(&written) });
+        effect = None;
         Ok(())
-    })
+    });
+    if let (Err(failure), Some(effect), true) = (&done, effect, arguments.json) {
+        let target = arguments.target.as_str();
+        out(&json(&FailedChange { target, effect: effect.name(), error: failure.to_string() }));
+    }
+    done
 }
 
 /// Prepares a command, or a parameter and its value.

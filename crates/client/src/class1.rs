@@ -281,7 +281,7 @@ fn channel_value(octets: &[u8]) -> Result<pkw::Value, RecordError> {
 fn ms1_error(error: ms1::RequestError) -> RecordError {
     match error {
         ms1::RequestError::Refused(negative) => RecordError::Refused(negative.into()),
-        ms1::RequestError::Failed(_) | ms1::RequestError::LeftExchange => Interruption::Ms1(error).into(),
+        _ => Interruption::Ms1(error).into(),
     }
 }
 

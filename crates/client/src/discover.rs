@@ -132,7 +132,7 @@ fn read_channels(
     for instance in open_instances(model) {
         match connection.read(instance, BLOCK_TYPE) {
             Ok(octets) => block_types.push((instance, octets)),
-            Err(Ms2Error::Session(error)) => return Err(error),
+            Err(Ms2Error::Session(error) | Ms2Error::NotSent(error)) => return Err(error),
             Err(_) => {}
         }
     }
@@ -144,7 +144,7 @@ fn read_channels(
             let Some(end_format) = range_end(model, instance, role) else { continue };
             match connection.read(instance, end_format.index) {
                 Ok(octets) => *end = end_format.pa(unit, &octets),
-                Err(Ms2Error::Session(error)) => return Err(error),
+                Err(Ms2Error::Session(error) | Ms2Error::NotSent(error)) => return Err(error),
                 Err(_) => {}
             }
         }

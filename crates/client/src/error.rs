@@ -1,7 +1,7 @@
 //! The errors of a gauge. Each message names address, parameter, slot and index, the reason, and what to do.
 
 use super::names::{NamedParameter, TargetError};
-use super::records::{ErrorKind, Interruption, RecordError, RefusalCodes, Unavailable};
+use super::records::{ErrorKind, Interruption, RecordError, RefusalCodes, Unavailable, WriteEffect};
 use super::values::{BeyondRange, ValueError, format_number};
 use profivac_devices::model::{AccessPath, Codes, LengthError, Role};
 use profivac_devices::profile::{DeviceState, StateEvent};
@@ -16,6 +16,8 @@ pub enum Operation {
     Read,
     /// Writing a parameter, or sending a command.
     Write,
+    /// Moving the Channel Instance Selector to the instance of a parameter, or back.
+    Select,
 }
 
 /// The device and the parameter that an error is about.
@@ -134,7 +136,7 @@ pub enum ClientError {
         reason: Unavailable,
     },
     /// No usable answer arrived.
-    #[error("{location}: {doing} was cut short: {reason}{}", if *doing == Operation::Write { "; it may have been written, read it" } else { "" })]
+    #[error("{location}: {doing} was cut short: {reason}{}", interrupted_effect(*.doing, .reason))]
     Interrupted {
         /// The parameter.
         location: ParameterContext,
@@ -142,6 +144,20 @@ pub enum ClientError {
         doing: Operation,
         /// The reason.
         reason: Interruption,
+    },
+    /// The bus session failed while a write was under way. The device may have accepted the value.
+    #[error("{location}: writing was cut short: {error}{MAY_BE_WRITTEN}")]
+    WriteLost {
+        /// The parameter.
+        location: ParameterContext,
+        /// The reason.
+        error: SessionError,
+    },
+    /// The device has accepted the value, and reading it back failed.
+    #[error("it was written, but reading it back failed: {error}")]
+    NotReadBack {
+        /// The error of reading.
+        error: Box<ClientError>,
     },
     /// A typed parameter cannot be used.
     #[error("{location}: {error}")]
@@ -173,6 +189,18 @@ pub enum ClientError {
         /// The value that was read back.
         found: String,
     },
+}
+
+/// What to do after a write whose effect is not known.
+const MAY_BE_WRITTEN: &str = "; it may have been written, read it";
+
+/// The effect of an interrupted operation, if it changes something.
+const fn interrupted_effect(doing: Operation, reason: &Interruption) -> &'static str {
+    match (doing, reason.write_effect()) {
+        (Operation::Write, WriteEffect::PossiblyExecuted) => MAY_BE_WRITTEN,
+        (Operation::Write, _) => "; nothing was written",
+        (Operation::Read | Operation::Select, _) => "",
+    }
 }
 
 /// The reason why a typed parameter cannot be used.
@@ -484,9 +512,13 @@ impl ClientError {
             | Self::Value { .. }
             | Self::BeyondRange { .. }
             | Self::Typed { error: TypedError::NotOnModel { .. }, .. } => ErrorKind::Usage,
-            Self::Session(_) | Self::Closed | Self::System(_) | Self::NoAnswer(_) | Self::Interrupted { .. } => {
-                ErrorKind::Line
-            }
+            Self::Session(_)
+            | Self::Closed
+            | Self::System(_)
+            | Self::NoAnswer(_)
+            | Self::Interrupted { .. }
+            | Self::WriteLost { .. } => ErrorKind::Line,
+            Self::NotReadBack { error } => error.kind(),
             Self::Master(_)
             | Self::Access { .. }
             | Self::Condition { .. }
@@ -499,6 +531,29 @@ impl ClientError {
         }
     }
 
+    /// The effect of a write, a command or a typed write that ended with this error.
+    ///
+    /// ```
+    /// use profivac_client::Bus;
+    /// use profivac_client::records::WriteEffect;
+    ///
+    /// let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// let unmet = gauge.command("degas on").unwrap_err();
+    /// assert_eq!(unmet.write_effect(), WriteEffect::NotSent);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn write_effect(&self) -> WriteEffect {
+        match self {
+            Self::NotReadBack { .. } | Self::NotKept { .. } => WriteEffect::Executed,
+            Self::WriteLost { .. } | Self::Closed => WriteEffect::PossiblyExecuted,
+            Self::Interrupted { doing: Operation::Write, reason, .. } => reason.write_effect(),
+            Self::Refused { doing: Operation::Write, .. } => WriteEffect::Refused,
+            _ => WriteEffect::NotSent,
+        }
+    }
+
     /// The error of a record, with its context.
     pub(super) fn from_record(
         error: RecordError,
@@ -507,7 +562,8 @@ impl ClientError {
         named: Option<&NamedParameter>,
     ) -> Self {
         match error {
-            RecordError::Session(error) => Self::Session(error),
+            RecordError::Session(error) if doing == Operation::Write => Self::WriteLost { location, error },
+            RecordError::Session(error) | RecordError::NotSent(error) => Self::Session(error),
             RecordError::Refused(refused) => {
                 Self::Refused { advice: advice(&refused, named), location, doing, refused }
             }
@@ -546,6 +602,7 @@ impl fmt::Display for Operation {
         f.write_str(match self {
             Self::Read => "reading",
             Self::Write => "writing",
+            Self::Select => "selecting the instance",
         })
     }
 }

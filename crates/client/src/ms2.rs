@@ -1,6 +1,10 @@
 //! Records over MS2, as a class 2 master reads and writes them. profibus-wire 4.2 and 4.6 to 4.8.
 //!
 //! MS2 needs no parameterisation and does not disturb the owner of the slave.
+//!
+//! A telegram may be lost or come too late at every step. A read is repeated then, on a new connection if the old one has ended. A write
+//! is repeated only if the slave cannot have executed it; otherwise its error says that it may have been executed. The master ends the
+//! connections that it gives up: [`profivac_dp::master::ms2`].
 
 use crate::records::{Interruption, RecordError, Records, Unavailable, UnrestoredRecord};
 use profivac_devices::model::AccessPath;
@@ -11,10 +15,11 @@ use profivac_host::session::{BusMaster, BusSession, SessionError};
 use profivac_wire::acyclic::Negative;
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
 use profivac_wire::control::Status;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-/// How often a record is requested when telegrams are lost.
-const ATTEMPTS: usize = 3;
+/// The pauses before a request is repeated because the slave does not answer: the computer or the slave is busy with something else.
+/// chosen: an opening that fails takes a few slot times only, so without pauses all attempts would fall into the same short stall.
+const PAUSES: [Duration; 2] = [Duration::from_millis(500), Duration::from_millis(1500)];
 
 /// The reason why an MS2 request failed.
 #[derive(Debug, thiserror::Error)]
@@ -23,9 +28,15 @@ pub enum Ms2Error {
     /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The connection ended.
+    /// The bus session failed before the request was sent.
+    #[error(transparent)]
+    NotSent(SessionError),
+    /// The connection ended, and the slave may have executed the request.
     #[error("{0}")]
     Ended(ConnectionEnd),
+    /// The connection could not be opened or ended, and the slave has not executed the request.
+    #[error("{0}")]
+    NotExecuted(ConnectionEnd),
     /// The slave refused.
     #[error("refused with {code_1}", code_1 = .0.code_1)]
     Refused(Negative),
@@ -121,6 +132,14 @@ pub trait Ms2Line {
         false
     }
 
+    /// Serves the line for this time before a request is repeated. The default repeats it at once.
+    ///
+    /// # Errors
+    /// [`Ms2Error::Session`].
+    fn pause(&mut self, _time: Duration) -> Result<(), Ms2Error> {
+        Ok(())
+    }
+
     /// Serves the line once, because the connection is busy with a request that was given up at a cancellation. Returns whether
     /// to try again; the default never waits, for lines without cancellation.
     ///
@@ -166,6 +185,10 @@ impl Ms2Line for BusSession {
 
     fn leave_connection(&mut self, address: u8, connection: Handle<Connect>) -> bool {
         Self::leave_connection(self, address, connection)
+    }
+
+    fn pause(&mut self, time: Duration) -> Result<(), Ms2Error> {
+        Ok(Self::pause(self, time)?)
     }
 
     fn wait_while_busy(&mut self, begun: Instant) -> Result<bool, Ms2Error> {
@@ -234,13 +257,39 @@ impl From<RequestError> for Ms2Error {
         match error {
             RequestError::Refused(negative) => Self::Refused(negative),
             RequestError::Ended(end) => Self::Ended(end),
+            RequestError::NotExecuted(end) => Self::NotExecuted(end),
         }
     }
 }
 
-/// Whether the access point was closed, so that the slave cannot have executed the request.
-const fn was_closed(end: &ConnectionEnd) -> bool {
-    matches!(end, ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. })
+/// Whether the request may be sent again, on another connection. A slave that has no connection is not asked again: the master has
+/// searched for one of its own there.
+const fn is_unexecuted(error: &Ms2Error) -> bool {
+    match error {
+        Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => false,
+        Ms2Error::NotExecuted(_) => true,
+        _ => false,
+    }
+}
+
+/// Whether the slave did not answer.
+const fn is_silence(error: &Ms2Error) -> bool {
+    matches!(
+        error,
+        Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::NoAnswer(_), .. })
+            | Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::NoAnswer(_), .. })
+    )
+}
+
+impl Ms2Error {
+    /// The same error of a step before the request.
+    fn before_request(self) -> Self {
+        match self {
+            Self::Session(error) => Self::NotSent(error),
+            Self::Ended(end) => Self::NotExecuted(end),
+            error => error,
+        }
+    }
 }
 
 impl<'a, L: Ms2Line> Ms2<'a, L> {
@@ -269,26 +318,40 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
-        let attempts = if self.reopens { ATTEMPTS } else { 1 };
-        let mut read = || self.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
-        let mut record = read();
-        for _ in 1..attempts {
-            if !matches!(record, Err(Ms2Error::Ended(_))) {
-                break;
-            }
-            record = read();
-        }
-        record
+        let read = |client: &mut Self| client.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
+        self.repeat(read, |error| matches!(error, Ms2Error::Ended(_)) || is_unexecuted(error))
     }
 
-    /// Writes a record once. After an error other than a refusal the slave may or may not have written it.
+    /// Writes a record. Repeats a request that the slave cannot have executed, and no other.
     ///
     /// # Errors
-    /// [`Ms2Error`].
+    /// [`Ms2Error`]. After [`Ms2Error::Session`], [`Ms2Error::Ended`] and [`Ms2Error::NoAnswer`] the slave may or may not have written
+    /// it, after every other error it has not.
     pub fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), Ms2Error> {
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_write(connection, slot, index, octets);
-        self.request::<ms2::Write, _>(submit, |outcome| outcome)
+        let write = |client: &mut Self| client.request::<ms2::Write, _>(submit, |outcome| outcome);
+        self.repeat(write, is_unexecuted)
+    }
+
+    /// Repeats a request after errors of this kind, unless a new connection would be needed and is not wanted.
+    fn repeat<T>(
+        &mut self,
+        request: impl Fn(&mut Self) -> Result<T, Ms2Error>,
+        is_repeatable: impl Fn(&Ms2Error) -> bool,
+    ) -> Result<T, Ms2Error> {
+        let mut result = request(self);
+        for pause in if self.reopens { &PAUSES[..] } else { &[] } {
+            match &result {
+                Err(error) if is_repeatable(error) && is_silence(error) => {
+                    self.line.pause(*pause).map_err(Ms2Error::before_request)?;
+                }
+                Err(error) if is_repeatable(error) => {}
+                _ => break,
+            }
+            result = request(self);
+        }
+        result
     }
 
     fn close(&mut self) -> Result<(), Ms2Error> {
@@ -316,39 +379,43 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
             if take(self.line.master().ok_or(Ms2Error::NoMaster)?) {
                 self.abandoned = None;
             } else if !self.line.wait_while_busy(begun)? {
-                return Err(Ms2Error::NoAnswer);
+                return Err(SubmitError::Busy.into());
             }
         }
         Ok(())
     }
 
     /// Sends a request on the connection. A connection that is known to have ended, or that the slave has closed for lack of
-    /// traffic, is opened again: the slave cannot have executed the request.
+    /// traffic, is opened again: the slave has not executed the request.
     fn request<O: Operation + 'static, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
-        match self.finish_opening() {
-            Ok(()) | Err(Ms2Error::Ended(_)) => {}
-            Err(error) => return Err(error),
-        }
-        self.finish_abandoned()?;
+        self.finish_earlier().map_err(Ms2Error::before_request)?;
         if self.connection.is_none() {
             self.connection = self.line.take_connection(self.address);
         }
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
-                Err(Ms2Error::Ended(end)) if was_closed(&end) => {}
+                Err(Ms2Error::NotExecuted(_)) => {}
                 result => return result,
             }
         }
         if !self.reopens {
             return Err(Ms2Error::KeptConnectionEnded);
         }
-        let connection = self.open()?;
+        let connection = self.open().map_err(Ms2Error::before_request)?;
         self.request_on(connection, &submit, &take)
+    }
+
+    /// Waits for an opening and a request that were given up.
+    fn finish_earlier(&mut self) -> Result<(), Ms2Error> {
+        match self.finish_opening() {
+            Ok(()) | Err(Ms2Error::Ended(_)) => self.finish_abandoned(),
+            Err(error) => Err(error),
+        }
     }
 
     /// Forgets a connection that has ended since the last request, whatever its end.
@@ -372,7 +439,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
             self.abandoned = Some(Box::new(move |master| master.outcome(handle).is_some()));
         }
         let outcome = outcome?;
-        if matches!(outcome, Err(RequestError::Ended(_))) {
+        if matches!(outcome, Err(RequestError::Ended(_) | RequestError::NotExecuted(_))) {
             self.connection = None;
         }
         Ok(outcome?)
@@ -428,10 +495,12 @@ impl From<Ms2Error> for RecordError {
         match error {
             Ms2Error::Session(error) => Self::Session(error),
             Ms2Error::Refused(negative) => Self::Refused(negative.into()),
-            Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => {
-                Unavailable::NoConnection.into()
-            }
-            Ms2Error::Ended(end @ ConnectionEnd::Refused(_)) => Unavailable::ConnectionRefused(end).into(),
+            Ms2Error::NotSent(error) => Self::NotSent(error),
+            Ms2Error::NotExecuted(ConnectionEnd::Failed {
+                cause: Cause::Status(Status::ServiceNotActivated), ..
+            }) => Unavailable::NoConnection.into(),
+            Ms2Error::NotExecuted(end @ ConnectionEnd::Refused(_)) => Unavailable::ConnectionRefused(end).into(),
+            Ms2Error::NotExecuted(end) => Interruption::NotExecuted(end).into(),
             Ms2Error::Ended(end) => Interruption::Ended(end).into(),
             Ms2Error::NotSubmitted(error) => Interruption::NotSubmitted(error).into(),
             Ms2Error::NoAnswer => Interruption::NoAnswer.into(),

@@ -104,6 +104,9 @@ pub enum RecordError {
     /// The bus session failed.
     #[error(transparent)]
     Session(#[from] SessionError),
+    /// The bus session failed before the request was sent.
+    #[error(transparent)]
+    NotSent(SessionError),
     /// The slave refused.
     #[error("{0}")]
     Refused(RefusalCodes),
@@ -151,11 +154,55 @@ impl RecordError {
     #[must_use]
     pub const fn kind(&self) -> ErrorKind {
         match self {
-            Self::Session(SessionError::Parameters(_)) => ErrorKind::Usage,
+            Self::Session(SessionError::Parameters(_)) | Self::NotSent(SessionError::Parameters(_)) => ErrorKind::Usage,
             // The device has answered.
             Self::Interrupted(Interruption::UnknownUnit) => ErrorKind::Refused,
-            Self::Session(_) | Self::Interrupted(_) => ErrorKind::Line,
+            Self::Session(_) | Self::NotSent(_) | Self::Interrupted(_) => ErrorKind::Line,
             Self::Refused(_) | Self::Unavailable(_) | Self::Malformed(_) => ErrorKind::Refused,
+        }
+    }
+
+    /// The effect of a write that ended with this error.
+    ///
+    /// ```
+    /// use profivac_client::records::{Interruption, RecordError, Unavailable, WriteEffect};
+    ///
+    /// assert_eq!(RecordError::from(Interruption::NoAnswer).write_effect(), WriteEffect::PossiblyExecuted);
+    /// assert_eq!(RecordError::from(Unavailable::NoConnection).write_effect(), WriteEffect::NotSent);
+    /// ```
+    #[must_use]
+    pub const fn write_effect(&self) -> WriteEffect {
+        match self {
+            Self::Session(_) | Self::Malformed(_) => WriteEffect::PossiblyExecuted,
+            Self::NotSent(_) | Self::Unavailable(_) => WriteEffect::NotSent,
+            Self::Refused(_) => WriteEffect::Refused,
+            Self::Interrupted(reason) => reason.write_effect(),
+        }
+    }
+}
+
+/// The effect of a write that failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WriteEffect {
+    /// The device does not have the value: it was not sent, or the device did not take the telegram.
+    NotSent,
+    /// The device has refused the value.
+    Refused,
+    /// The device may have the value: its answer was lost.
+    PossiblyExecuted,
+    /// The device has accepted the value, and reading it back failed.
+    Executed,
+}
+
+impl WriteEffect {
+    /// The word of the JSON output.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotSent => "not-sent",
+            Self::Refused => "refused",
+            Self::PossiblyExecuted => "possibly-executed",
+            Self::Executed => "executed",
         }
     }
 }
@@ -195,9 +242,12 @@ pub enum Unavailable {
     /// The parameter channel carries 1, 2 or 4 octets.
     #[error("the parameter channel carries 1, 2 or 4 octets")]
     TooLongForChannel,
-    /// The slave has closed the access point of the resource manager, or all connections are in use.
+    /// The slave has closed the access point of the resource manager, or all connections are in use. The master has searched for one
+    /// that an earlier program with its station address has left: [`profivac_dp::master::ms2`]. The slave closes one of another address
+    /// after 2 T without a request and T in which its Abort waits for a poll (profibus-wire 4.9), with the T of 5 s that this client asks
+    /// for.
     #[error(
-        "it has no MS2 connection, or none left: other class 2 masters may hold them, or a program that ended without closing its own, which the slave closes after some seconds"
+        "it has no MS2 connection, or none left: other class 2 masters may hold them, or a program with another station address that ended without closing its own, which the slave closes within 15 s"
     )]
     NoConnection,
     /// The slave refused the connection.
@@ -224,9 +274,12 @@ pub enum Unavailable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Interruption {
-    /// The connection ended.
+    /// The connection ended, and the slave may have executed the request.
     #[error("{0}")]
     Ended(ConnectionEnd),
+    /// The connection could not be opened or ended, and the slave has not executed the request.
+    #[error("{0}")]
+    NotExecuted(ConnectionEnd),
     /// The MS1 request failed.
     #[error("{0}")]
     Ms1(ms1::RequestError),
@@ -254,6 +307,31 @@ pub enum Interruption {
     /// The unit code is in no table of the device.
     #[error("the gauge reports a unit that its table does not have")]
     UnknownUnit,
+}
+
+impl Interruption {
+    /// The effect of a write that was interrupted.
+    pub(crate) const fn write_effect(&self) -> WriteEffect {
+        match self {
+            Self::Ended(_) | Self::NoAnswer => WriteEffect::PossiblyExecuted,
+            Self::Ms1(error) => match error {
+                ms1::RequestError::NotExecuted(_) | ms1::RequestError::NotSent => WriteEffect::NotSent,
+                _ => WriteEffect::PossiblyExecuted,
+            },
+            Self::ParameterChannel(error) => match error {
+                // The slave still answered an earlier task, so the master has not sent this one.
+                pkw::TaskError::Mismatch(pkw::AnswerMismatch::Unrequested) => WriteEffect::NotSent,
+                _ => WriteEffect::PossiblyExecuted,
+            },
+            Self::NotExecuted(_)
+            | Self::NotSubmitted(_)
+            | Self::KeptConnectionEnded
+            | Self::NoMaster
+            | Self::Cancelled
+            | Self::NoExchange(_)
+            | Self::UnknownUnit => WriteEffect::NotSent,
+        }
+    }
 }
 
 fn exchange_reason(error: &Option<ExchangeError>) -> String {

@@ -10,6 +10,7 @@ mod until;
 mod address;
 mod device_pages;
 mod drops;
+mod late;
 mod lost;
 mod malformed;
 mod ranges;

@@ -291,8 +291,19 @@ fn an_ms1_request_ends_when_the_slave_leaves_data_exchange() {
     let lost = line.master.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
     let stays = line.master.user.ms1_read(9, 1, 16, 8, &parameters).unwrap();
     line.master.user.restart(8);
-    assert_eq!(reported(&mut line, lost), "Err(LeftExchange)");
+    assert_eq!(reported(&mut line, lost), "Err(NotSent)");
     assert_eq!(reported(&mut line, stays), "Ok([09, 09, 09, 09])");
+
+    // The request is on its way: no telegram of MS1 arrives undamaged.
+    line.run_until(second(), |line| line.master.user.exchanging() == 2);
+    let sent = line.master.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
+    line.telegram_fault = Some(Box::new(|_, octets| {
+        let is_ms1 = octets.get(7) == Some(&0x33);
+        octets.iter().map(|octet| if is_ms1 { octet ^ 0x10 } else { *octet }).collect()
+    }));
+    line.run_for(second() / 100);
+    line.master.user.restart(8);
+    assert_eq!(reported(&mut line, sent), "Err(LeftExchange)");
 }
 
 /// Two requests whose responses never come fail in the same bit time, and each slave may still respond late.

@@ -58,12 +58,13 @@ impl Read {
         let user = &mut rig.station.user;
         Some(match self {
             Self::Ms1(handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
-                ms1::RequestError::Failed(cause) => Some(cause),
-                ms1::RequestError::Refused(_) | ms1::RequestError::LeftExchange => None,
+                ms1::RequestError::Failed(cause) | ms1::RequestError::NotExecuted(cause) => Some(cause),
+                ms1::RequestError::Refused(_) | ms1::RequestError::LeftExchange | ms1::RequestError::NotSent => None,
             }),
             Self::Ms2(_, handle) => user.outcome(handle)?.map(<[u8]>::to_vec).map_err(|error| match error {
-                ms2::RequestError::Ended(ConnectionEnd::Failed { cause, .. }) => Some(cause),
-                ms2::RequestError::Ended(_) | ms2::RequestError::Refused(_) => None,
+                ms2::RequestError::Ended(ConnectionEnd::Failed { cause, .. })
+                | ms2::RequestError::NotExecuted(ConnectionEnd::Failed { cause, .. }) => Some(cause),
+                ms2::RequestError::Ended(_) | ms2::RequestError::NotExecuted(_) | ms2::RequestError::Refused(_) => None,
             }),
         })
     }

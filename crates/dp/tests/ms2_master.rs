@@ -4,10 +4,12 @@
 use crate::golden;
 use crate::support;
 
+use profivac_dp::link::active::Failure;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::ms2::{self, Connect, RequestError};
 use profivac_dp::master::{Cause, ConnectionEnd, Handle, Master, Ms2Parameters, Phase, Settings, SubmitError};
 use profivac_wire::acyclic::AbortReason;
+use profivac_wire::control::Status;
 use profivac_wire::{DataTelegram, Telegram};
 use std::fmt::Write as _;
 use support::rig::MasterRig;
@@ -88,6 +90,7 @@ impl Request {
             Some(Ok(text)) => format!(", {text}"),
             Some(Err(RequestError::Refused(negative))) => format!(", refused: {}", negative.code_1),
             Some(Err(RequestError::Ended(end))) => format!(", {end}"),
+            Some(Err(RequestError::NotExecuted(end))) => format!(", not executed: {end}"),
         }
     }
 }
@@ -241,7 +244,7 @@ fn until_the_end(rig: &mut Class2Rig, connection: Handle<Connect>, what: &str) -
 }
 
 /// An end of the connection by this master.
-fn failed(reason: AbortReason, cause: Cause) -> ConnectionEnd {
+const fn failed(reason: AbortReason, cause: Cause) -> ConnectionEnd {
     ConnectionEnd::Failed { reason, cause }
 }
 
@@ -315,7 +318,7 @@ fn an_unanswered_initiate_ends_in_time() {
     answer(&mut rig, 48, "SC");
     let (_, end) = until_the_end(&mut rig, connection, "SC");
     assert_eq!(end, failed(AbortReason::TIMEOUT, Cause::Timeout));
-    // The resource manager has no connection to abort.
+    // The access point of the resource manager's connection is not known: the search begins at 48, where the slave accepts the Abort.
     let (mut rig, connection, _) = stand(PollManager);
     let (began, mut last) = (rig.now, rig.now);
     answer(&mut rig, 49, "SC");
@@ -331,7 +334,6 @@ fn an_unanswered_initiate_ends_in_time() {
 /// profibus-wire 4.9, rule 6: polls go on for T.
 #[test]
 fn a_silent_slave_is_polled_for_t() {
-    use profivac_dp::link::active::Failure;
     let (mut rig, connection) = open_with(100, 400, 100);
     rig.station.user.ms2_read(connection, 1, 16, 8).unwrap();
     rig.next_request();
@@ -390,7 +392,6 @@ fn a_request_that_got_no_answer_is_polled_for_and_not_repeated() {
 /// slave accepts it.
 #[test]
 fn a_busy_slave_is_asked_again_a_limited_number_of_times() {
-    use profivac_wire::control::Status;
     for (what, reason, status) in
         [("RR", AbortReason::Fdl(2), Status::NoResource), ("UE", AbortReason::Fdl(1), Status::UserError)]
     {
@@ -522,4 +523,211 @@ fn a_write_that_another_master_interrupted_is_polled_for() {
     assert_eq!(message(&rig.next_request().octets), (48, String::new()));
     answer(&mut rig, 48, "5F 01 10 02");
     assert!(matches!(rig.station.user.outcome(written), Some(Ok(()))));
+}
+
+/// Answers the next message to each access point from 48 down to `last` with RS.
+fn search_down_to(rig: &mut Class2Rig, last: u8) {
+    for sap in (last..=48).rev() {
+        let (asked, du) = message(&rig.next_request().octets);
+        assert!(asked == sap && du.starts_with("58 "), "{du} to {asked} instead of an Abort to {sap}");
+        answer(rig, sap, "RS");
+    }
+}
+
+const LOST: ConnectionEnd = failed(AbortReason::Fdl(15), Cause::NoAnswer(Failure::Silence));
+const CLOSED: ConnectionEnd = failed(AbortReason::Fdl(3), Cause::Status(Status::ServiceNotActivated));
+
+/// The slave has a connection for the master, which does not know its access point: profibus-wire 4.6.1 and 4.10.
+#[test]
+fn after_a_lost_answer_of_the_resource_manager_each_access_point_is_sent_an_abort_until_one_accepts_it() {
+    let (mut rig, connection) = opening();
+    search_down_to(&mut rig, 41);
+    assert_eq!(message(&rig.next_request().octets).0, 40);
+    answer(&mut rig, 40, "SC");
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(LOST)));
+    assert!(rig.next_request_within(40_000).is_none(), "the search is over");
+}
+
+/// An earlier program with this station address may have left a connection.
+#[test]
+fn a_closed_resource_manager_is_asked_again_when_the_search_has_freed_a_connection() {
+    let (mut rig, connection) = opening();
+    answer(&mut rig, 49, "RS");
+    search_down_to(&mut rig, 48);
+    assert_eq!(message(&rig.next_request().octets).0, 47);
+    answer(&mut rig, 47, "SC");
+    // The slave takes a moment until it offers the access point again.
+    for _ in 0..3 {
+        let (sap, du) = message(&rig.next_request().octets);
+        assert!(sap == 49 && du.starts_with("57"), "{du} to {sap}");
+        answer(&mut rig, 49, "RS");
+    }
+    rig.next_request();
+    answer(&mut rig, 49, MANAGER);
+    rig.next_request();
+    answer(&mut rig, 48, INITIATE_RES);
+    assert!(matches!(rig.station.user.outcome(connection), Some(Ok(_))));
+}
+
+/// T after the Abort the slave has had as long as for any other reaction.
+#[test]
+fn a_resource_manager_that_stays_closed_after_an_accepted_abort_ends_the_connection_after_t() {
+    let (mut rig, connection) = opening();
+    answer(&mut rig, 49, "RS");
+    rig.next_request();
+    answer(&mut rig, 48, "SC");
+    let began = rig.now;
+    let mut last = began;
+    while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+        last = rig.next_request().start;
+        answer(&mut rig, 49, "RS");
+    }
+    // T is the greater of the two Send_Timeouts: 1 s. Between two requests the station also asks an address of the GAP.
+    assert!((BAUD.tbit_of_ms(1000)..BAUD.tbit_of_ms(1100)).contains(&(last - began)), "{}", last - began);
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(CLOSED)));
+}
+
+/// Other masters hold all connections: the search is not repeated until this master may have left one itself.
+#[test]
+fn a_search_that_has_found_nothing_is_not_repeated_before_a_connection_may_have_been_left() {
+    let (mut rig, connection) = opening();
+    answer(&mut rig, 49, "RS");
+    search_down_to(&mut rig, 0);
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(CLOSED)));
+
+    let second = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    rig.next_request();
+    answer(&mut rig, 49, "RS");
+    assert_eq!(rig.station.user.outcome(second), Some(Err(CLOSED)), "at once");
+
+    // The answer of the manager is lost, and the search too.
+    let third = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    while rig.station.user.ms2_phase(third) != Some(Phase::Ended) {
+        rig.next_telegram();
+    }
+    rig.station.user.ms2_open(8, &parameters()).unwrap();
+    rig.next_request();
+    answer(&mut rig, 49, "RS");
+    search_down_to(&mut rig, 47);
+}
+
+/// The search would end the other connection, which has the same station address.
+#[test]
+fn a_slave_with_another_connection_of_this_master_is_not_searched() {
+    let (mut rig, held) = open();
+    let second = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    rig.next_request();
+    answer(&mut rig, 49, "RS");
+    assert_eq!(rig.station.user.outcome(second), Some(Err(CLOSED)));
+    let third = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    while rig.station.user.ms2_phase(third) != Some(Phase::Ended) {
+        rig.next_telegram();
+    }
+    assert_eq!(rig.station.user.outcome(third), Some(Err(LOST)));
+    assert_eq!(
+        message(&rig.next_request().octets),
+        (48, "48".to_owned()),
+        "the Idle of the other connection, no Abort"
+    );
+    assert_eq!(rig.station.user.ms2_phase(held), Some(Phase::Transferring));
+}
+
+/// The search could end the connection that the slave has just given.
+#[test]
+fn a_new_connection_waits_until_the_search_at_its_slave_is_over() {
+    let (mut rig, _) = opening();
+    answer(&mut rig, 49, "RS");
+    let (sap, _) = message(&rig.next_request().octets);
+    assert_eq!(sap, 48);
+    let second = rig.station.user.ms2_open(8, &parameters()).unwrap();
+    answer(&mut rig, 48, "RS");
+    for sap in (0..=47).rev() {
+        assert_eq!(message(&rig.next_request().octets).0, sap);
+        answer(&mut rig, sap, "RS");
+    }
+    assert_eq!(rig.station.user.ms2_phase(second), Some(Phase::Initiating));
+    assert_eq!(message(&rig.next_request().octets).0, 49);
+}
+
+/// A slave has few connections, so an Abort counts only with an answer. RS: the slave has received an earlier one.
+#[test]
+fn an_abort_without_an_answer_is_repeated_until_the_slave_answers_or_half_a_second_has_passed() {
+    let closed = ConnectionEnd::Closed(AbortReason::User(0));
+    for what in ["SC", "RS"] {
+        let (mut rig, connection) = open();
+        rig.station.user.ms2_close(connection).unwrap();
+        for _ in 0..20 {
+            assert!(rig.next_request().text().contains(" 30 32 58 "), "an Abort");
+        }
+        answer(&mut rig, 48, what);
+        assert_eq!(rig.station.user.outcome(connection), Some(Err(closed)));
+    }
+    let (mut rig, connection) = open();
+    rig.station.user.ms2_close(connection).unwrap();
+    let began = rig.now;
+    while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+        rig.next_telegram();
+    }
+    let took = rig.now - began;
+    assert!((BAUD.tbit_of_ms(500)..BAUD.tbit_of_ms(510)).contains(&took), "{took}");
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(closed)));
+}
+
+/// A lost poll may have fetched the response. A slave that still has it answers RR, and the master fetches it.
+#[test]
+fn a_read_is_sent_again_after_a_lost_answer() {
+    for (what, next) in [("SC", "5E 01 10 02 AA BB"), ("RR", "5E 01 10 02 AA BB")] {
+        let (mut rig, _, request) = stand(PollRead);
+        // The poll and its repetition by the link layer.
+        rig.next_request();
+        assert_eq!(message(&rig.next_request().octets), (48, "5E 01 10 08".to_owned()));
+        answer(&mut rig, 48, what);
+        assert_eq!(message(&rig.next_request().octets), (48, String::new()));
+        answer(&mut rig, 48, next);
+        assert_eq!(request.outcome(&mut rig.station.user), ", read [AA, BB]");
+    }
+}
+
+/// Whether a write that failed may have been executed: after each confirmation of the request, and of a poll.
+#[test]
+fn the_end_of_a_connection_says_whether_the_slave_may_have_executed_the_request() {
+    let write = |before: &[&str], last: &str| {
+        let (mut rig, connection) = open();
+        let write = rig.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+        rig.next_request();
+        for what in before {
+            if *what != "repeated" {
+                answer(&mut rig, 48, what);
+            }
+            rig.next_request();
+        }
+        answer(&mut rig, 48, last);
+        while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+            rig.next_request();
+            answer(&mut rig, 48, "SC");
+        }
+        match rig.station.user.outcome(write) {
+            Some(Err(RequestError::Ended(_))) => "possibly executed",
+            Some(Err(RequestError::NotExecuted(_))) => "not executed",
+            other => panic!("{before:?}, {last}: {other:?}"),
+        }
+    };
+    for (before, last, expected) in [
+        (&[][..], "RS", "not executed"),
+        (&["RR", "RR"], "RR", "not executed"),
+        (&["UE", "UE"], "UE", "not executed"),
+        (&["repeated"], "RS", "possibly executed"),
+        (&["SC"], "RS", "possibly executed"),
+        (&["SC"], "58 00 13", "possibly executed"),
+        (&["SC"], "5F 01 11 02", "possibly executed"),
+        (&["repeated", "repeated"], "RS", "possibly executed"),
+        (&[], "58 00 13", "possibly executed"),
+    ] {
+        assert_eq!(write(before, last), expected, "{before:?}, {last}");
+    }
+    // The connection ends before the request was sent: an Idle is under way.
+    let (mut rig, connection, _) = stand(Idle);
+    let write = rig.station.user.ms2_write(connection, 1, 16, &[1, 2]).unwrap();
+    answer(&mut rig, 48, "RS");
+    assert_eq!(rig.station.user.outcome(write), Some(Err(RequestError::NotExecuted(CLOSED))));
 }

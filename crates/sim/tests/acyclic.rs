@@ -81,7 +81,7 @@ impl Ring {
                     self.records[0] += 1;
                     true
                 }
-                Some(Err(ms2::RequestError::Ended(_))) => false,
+                Some(Err(ms2::RequestError::Ended(_) | ms2::RequestError::NotExecuted(_))) => false,
                 Some(Err(refused)) => panic!("{refused}"),
             },
         };

@@ -13,6 +13,7 @@ use profivac_host::session::BusMaster;
 use profivac_vacuum::sensor::Environment;
 use profivac_wire::{MAX_TELEGRAM, Telegram};
 use std::collections::VecDeque;
+use std::time::Duration;
 
 /// The number of telegrams in the history.
 const MAX_TELEGRAMS: usize = 32;
@@ -296,6 +297,11 @@ impl Ms2Line for MemorySegment {
             self.run_until(self.seconds() + MS2_STEP_S);
         }
         Err(Ms2Error::NoAnswer)
+    }
+
+    fn pause(&mut self, time: Duration) -> Result<(), Ms2Error> {
+        self.run_until(self.seconds() + time.as_secs_f64());
+        Ok(())
     }
 }
 

@@ -92,6 +92,23 @@ fn a_pressure_outside_the_measuring_range_needs_force() {
     assert_eq!(done.code, 2, "{}", done.err);
 }
 
+/// A script must know whether it has to read the parameter before it writes again.
+#[test]
+fn the_json_output_of_a_write_that_fails_says_whether_the_gauge_has_the_value() {
+    let line = Line::with(&["bcg450@5"]);
+    let effect = |target: &[&str]| {
+        let done = line.run("write", 5, &[&["--json"], target].concat());
+        let failed: Value = serde_json::from_str(&done.out).unwrap();
+        assert_eq!(failed["target"], json!(target[0]), "{failed}");
+        assert_eq!(done.err, format!("profivac: {}\n", failed["error"].as_str().unwrap()));
+        (done.code, failed["effect"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(effect(&["degas on", "--yes"]), (1, "not-sent".to_owned()), "the gauge is in IDLE");
+    assert_eq!(effect(&["pirani.safe-state", "never"]), (2, "not-sent".to_owned()));
+    line.output("write", 5, &["execute"]);
+    assert_eq!(effect(&["pirani.data-units", "Torr"]), (1, "refused".to_owned()));
+}
+
 /// Unit and data type change only in IDLE: the gauge refuses, and the error advises the next step.
 #[test]
 fn the_error_explains_a_wrong_state() {

@@ -50,7 +50,7 @@ fn restore_record(records: &mut impl Records, record: UnrestoredRecord) -> Resul
         _ => Ok(()),
     });
     records.set_restoring(false);
-    if let Err(RecordError::Session(_) | RecordError::Interrupted(_)) = &restored {
+    if let Err(RecordError::Session(_) | RecordError::NotSent(_) | RecordError::Interrupted(_)) = &restored {
         records.keep_unrestored(record);
     }
     restored
@@ -102,7 +102,7 @@ impl<R: Records> Gauge<R> {
     fn restore(&mut self, record: UnrestoredRecord) -> Result<(), ClientError> {
         restore_record(&mut self.records, record).map_err(|error| {
             let location = self.raw_context(record.slot, record.index);
-            ClientError::from_record(error, Operation::Write, location, None)
+            ClientError::from_record(error, Operation::Select, location, None)
         })
     }
 
@@ -205,7 +205,7 @@ impl<R: Records> Gauge<R> {
         let (slot, index) = (selector.parameter.location.slot, selector.parameter.row.index);
         let written = write_instance(&mut self.records, (slot, index), instance);
         written.map_err(|error| {
-            ClientError::from_record(error, Operation::Write, self.context(&selector), Some(&selector))
+            ClientError::from_record(error, Operation::Select, self.context(&selector), Some(&selector))
         })
     }
 

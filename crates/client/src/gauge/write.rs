@@ -205,9 +205,9 @@ impl<R: Records> Gauge<R> {
     /// Sends a prepared write and reads the parameter back.
     ///
     /// # Errors
-    /// [`ClientError::Refused`] with the codes of the device; [`ClientError::Interrupted`] if no answer came, and then the device
-    /// may have accepted the value; [`ClientError::UnitChanged`] if the gauge has another unit than when the value was prepared;
-    /// the errors of reading.
+    /// [`ClientError::Refused`] with the codes of the device; [`ClientError::Interrupted`] or [`ClientError::WriteLost`] if no answer
+    /// came; [`ClientError::NotReadBack`]; [`ClientError::UnitChanged`] if the gauge has another unit than when the value was prepared;
+    /// the errors of reading. [`ClientError::write_effect`] says whether the device has the value.
     pub fn execute(&mut self, write: PreparedWrite) -> Result<WriteResult, ClientError> {
         let PreparedWrite { named, octets, text, before, unit, .. } = write;
         // Another master may have moved the selector since.
@@ -230,7 +230,8 @@ impl<R: Records> Gauge<R> {
         if named.parameter.row.role == Some(Role::InstanceSelector) {
             self.selector_state = None;
         }
-        let after = if before.is_some() { Some(self.read_parameter(&named)?) } else { None };
+        let read_back = before.is_some().then(|| self.read_parameter(&named)).transpose();
+        let after = read_back.map_err(|error| ClientError::NotReadBack { error: Box::new(error) })?;
         Ok(WriteResult { named, before, after, text })
     }
 }

@@ -4,7 +4,7 @@
 //! slave leaves data exchange, when its access point is closed, when the response is wrong, and when none comes in time. In
 //! the last two cases a late response could be taken for the response to the next request, so the master restarts the slave.
 
-use super::acyclic::{AcyclicEvent, Cause, ExpectedResponse, Pooled, Progress, Timeouts, Transaction};
+use super::acyclic::{AcyclicEvent, Cause, ExpectedResponse, Pooled, Progress, Stage, Timeouts, Transaction};
 use crate::link::active::{Confirmation, Request};
 use crate::link::{Baud, BitTime};
 use core::fmt;
@@ -25,24 +25,28 @@ pub enum AcknowledgeAlarm {}
 
 /// The reason why an MS1 request has no positive response.
 ///
-/// Not `non_exhaustive`: a caller treats each of the three cases differently.
+/// Not `non_exhaustive`: a caller treats each of the cases differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RequestError {
     /// The slave refused the request.
     Refused(Negative),
-    /// The request failed.
+    /// The request failed, and the slave may have executed it.
     Failed(Cause),
-    /// The slave left data exchange.
+    /// The request failed, and the slave has not executed it: it was not sent, or the access point did not take it.
+    NotExecuted(Cause),
+    /// The slave left data exchange, and may have executed the request before.
     LeftExchange,
+    /// The slave left data exchange before the request was sent.
+    NotSent,
 }
 
 impl fmt::Display for RequestError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Refused(negative) => write!(f, "the slave refused the request: {}", negative.code_1),
-            Self::Failed(cause) => cause.fmt(f),
-            Self::LeftExchange => f.write_str("the slave left data exchange"),
+            Self::Failed(cause) | Self::NotExecuted(cause) => cause.fmt(f),
+            Self::LeftExchange | Self::NotSent => f.write_str("the slave left data exchange"),
         }
     }
 }
@@ -74,6 +78,7 @@ impl Ms1Parameters {
             lost_tbit: self.response_tbit,
             pace_tbit: self.pace_tbit,
             rejections: self.rejections,
+            resends: false,
         }
     }
 }
@@ -96,6 +101,8 @@ pub(super) struct Ms1Request {
     parameters: Ms1Parameters,
     expected: ExpectedResponse,
     state: RequestState,
+    /// The slave may have executed the request.
+    is_delivered: bool,
     transaction: Transaction,
 }
 
@@ -124,6 +131,7 @@ impl Ms1Request {
             parameters: *parameters,
             expected,
             state: RequestState::Running,
+            is_delivered: false,
             transaction,
         })
     }
@@ -165,8 +173,11 @@ impl Ms1Request {
         if self.state != RequestState::Running {
             return None;
         }
+        if self.transaction.stage == Stage::Request {
+            self.is_delivered |= confirmation.is_delivery();
+        }
         let timeouts = self.parameters.timeouts();
-        match self.transaction.confirmed(now, confirmation, self.expected.is_repeatable(), &timeouts) {
+        match self.transaction.confirmed(now, confirmation, &self.expected, &timeouts) {
             Progress::Waiting => None,
             Progress::Failed(cause) => self.fail(cause),
             Progress::Response(pdu) => match self.expected.matched(pdu) {
@@ -190,12 +201,13 @@ impl Ms1Request {
     }
 
     fn fail(&mut self, cause: Cause) -> Option<AcyclicEvent> {
-        self.finish(Err(RequestError::Failed(cause)))
+        let error = if self.is_delivered { RequestError::Failed } else { RequestError::NotExecuted };
+        self.finish(Err(error(cause)))
     }
 
     /// The slave left data exchange.
     pub(super) fn left_exchange(&mut self) -> Option<AcyclicEvent> {
-        self.finish(Err(RequestError::LeftExchange))
+        self.finish(Err(if self.is_delivered { RequestError::LeftExchange } else { RequestError::NotSent }))
     }
 
     fn finish(&mut self, result: Result<(), RequestError>) -> Option<AcyclicEvent> {

@@ -154,11 +154,13 @@ pub struct Scheduler<const SLOTS: usize> {
     first: usize,
     /// The slaves that may still respond to an MS1 request that has failed: one bit for each address.
     late: u128,
+    /// The slaves that have no MS2 connection of this station address left, as a search has shown: one bit for each address.
+    clean: u128,
 }
 
 impl<const SLOTS: usize> Scheduler<SLOTS> {
     pub(super) const fn new() -> Self {
-        Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, first: 0, late: 0 }
+        Self { ms2: Pool::new(), ms1: Pool::new(), pkw: Pool::new(), idle: true, first: 0, late: 0, clean: 0 }
     }
 
     pub(super) fn open(
@@ -167,7 +169,8 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         parameters: &Ms2Parameters,
     ) -> Result<Handle<ms2::Connect>, SubmitError> {
         self.idle = false;
-        named(self.ms2.insert(Connection::new(address, parameters)), SLOTS)
+        let searches = self.clean & bit(address) == 0;
+        named(self.ms2.insert(Connection::new(address, parameters, searches)), SLOTS)
     }
 
     /// Submits a request on a connection; `octets` is the length of the record.
@@ -187,8 +190,10 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     fn take_ms2(&mut self, key: Key, number: u32) -> Option<Result<&[u8], ms2::RequestError>> {
         let connection = self.ms2.get(key).filter(|connection| connection.has_request(number))?;
         if let Some(end) = connection.ended() {
+            let is_delivered = connection.is_delivered();
             self.ms2.remove(key);
-            return Some(Err(ms2::RequestError::Ended(end)));
+            let error = if is_delivered { ms2::RequestError::Ended } else { ms2::RequestError::NotExecuted };
+            return Some(Err(error(end)));
         }
         let outcome = self.ms2.get_mut(key)?.take_outcome()?;
         Some(outcome.map_err(ms2::RequestError::Refused))
@@ -213,11 +218,24 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     /// Advances the time of the MS2 connections to `now`.
     #[inline]
     pub(super) fn elapse_connections(&mut self, now: BitTime, events: &mut Sink<'_>) {
+        let shared = self.shared();
         for (key, connection) in self.ms2.entries() {
-            if let Some(event) = connection.elapse(now) {
-                push(now, connection.address(), AcyclicId::new(Service::Ms2, key), event, events);
+            let address = connection.address();
+            if let Some(event) = connection.elapse(now, shared & bit(address) == 0) {
+                note_leftover(&mut self.clean, connection);
+                push(now, address, AcyclicId::new(Service::Ms2, key), event, events);
             }
         }
+    }
+
+    /// The slaves to which this master has several connections: one bit for each address.
+    fn shared(&self) -> u128 {
+        let connections = self.ms2.iter().filter(|connection| !connection.is_over());
+        let (_, shared) = connections.fold((0, 0), |(once, twice), connection| {
+            let bit = bit(connection.address());
+            (once | bit, twice | (once & bit))
+        });
+        shared
     }
 
     /// Whether the user has ever submitted a request that belongs to a data exchange: MS1 or the parameter channel.
@@ -293,7 +311,15 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
 
     fn is_due(&mut self, index: QueueIndex, now: BitTime) -> bool {
         match index {
-            QueueIndex::Ms2(number) => self.ms2.at(number).is_some_and(|connection| connection.is_due(now)),
+            QueueIndex::Ms2(number) => {
+                // A new connection waits until a search at its slave is over, which could end it.
+                let searching = self.ms2.iter().filter(|connection| connection.is_searching());
+                let searched = searching.fold(0, |bits, connection| bits | bit(connection.address()));
+                let may_send = |connection: &mut Connection| {
+                    connection.is_due(now) && (connection.is_searching() || searched & bit(connection.address()) == 0)
+                };
+                self.ms2.at(number).is_some_and(may_send)
+            }
             QueueIndex::Ms1(number) => self.ms1.at(number).is_some_and(|request| request.is_due(now)),
         }
     }
@@ -316,8 +342,11 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     ) {
         match index {
             QueueIndex::Ms2(number) => {
+                let shared = self.shared();
                 let Some((key, connection)) = self.ms2.entry(number) else { return };
-                if let Some(event) = connection.confirmed(now, confirmation) {
+                let is_alone = shared & bit(connection.address()) == 0;
+                if let Some(event) = connection.confirmed(now, confirmation, is_alone) {
+                    note_leftover(&mut self.clean, connection);
                     push(now, connection.address(), AcyclicId::new(Service::Ms2, key), event, events);
                 }
             }
@@ -363,9 +392,23 @@ fn named<O>(key: Option<Key>, slots: usize) -> Result<Handle<O>, SubmitError> {
     key.map(|key| Handle::new(key, 0)).ok_or(SubmitError::Full { slots })
 }
 
+/// The bit of an address.
+fn bit(address: u8) -> u128 {
+    1_u128.checked_shl(address.into()).unwrap_or_default()
+}
+
 /// The bit of a slave that may still respond to this failed request.
 fn late(request: &Ms1Request) -> u128 {
-    if request.may_respond_late() { 1_u128.checked_shl(request.address().into()).unwrap_or_default() } else { 0 }
+    if request.may_respond_late() { bit(request.address()) } else { 0 }
+}
+
+/// Notes what a connection says about the slave: whether a connection of this master may be left there.
+fn note_leftover(clean: &mut u128, connection: &Connection) {
+    match connection.leftover() {
+        Some(true) => *clean &= !bit(connection.address()),
+        Some(false) => *clean |= bit(connection.address()),
+        None => {}
+    }
 }
 
 fn push(at: BitTime, address: u8, id: AcyclicId, event: AcyclicEvent, events: &mut Sink<'_>) {

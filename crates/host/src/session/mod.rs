@@ -19,6 +19,7 @@ pub use slot_time::SessionTiming;
 pub use station::{BusMaster, add_or_restart};
 pub use unrestored::UnrestoredRecord;
 
+use crate::clock::{duration_of, tbit_of};
 use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
@@ -244,6 +245,21 @@ impl BusSession {
         Ok(begun.elapsed() < self.line_timeout)
     }
 
+    /// Serves the line for this time.
+    ///
+    /// # Errors
+    /// [`SessionError::Port`]; [`SessionError::Interrupted`] at a cancellation.
+    pub fn pause(&mut self, time: Duration) -> Result<(), SessionError> {
+        let end = self.segment.now() + tbit_of(self.baud, time);
+        loop {
+            let now = self.segment.now();
+            if end <= now {
+                return Ok(());
+            }
+            self.serve_once(duration_of(self.baud, end - now).clamp(MIN_WAIT, MAX_WAIT))?;
+        }
+    }
+
     /// The name of the port.
     #[must_use]
     pub fn port_name(&self) -> &str {
@@ -323,14 +339,8 @@ impl BusSession {
         let left = self.line_timeout.saturating_sub(begun.elapsed());
         // A request that takes longer than the timeout has its own limit; meanwhile the line is served without a busy loop.
         let longest = if self.background.is_some() || self.cancellation.is_some() { MAX_WAIT } else { left };
-        self.serve(&[], left.min(longest).max(MIN_WAIT))?;
-        if !self.is_restoring && self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
-            return Err(SessionError::Interrupted);
-        }
-        let [BoxedStation(station)] = self.segment.stations_mut();
-        if let Some(work) = &mut self.background {
-            work(&mut station.user);
-        }
+        self.serve_once(left.min(longest).max(MIN_WAIT))?;
+        let station = self.station();
         if !left.is_zero() || station.has_token() {
             return Ok(());
         }
@@ -339,6 +349,19 @@ impl BusSession {
             (_, Some(master)) => SessionError::LineInUse(master),
             (_, None) => SessionError::NeverIdle,
         })
+    }
+
+    /// Serves the line once while something waits.
+    fn serve_once(&mut self, at_most: Duration) -> Result<(), SessionError> {
+        self.serve(&[], at_most)?;
+        if !self.is_restoring && self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+            return Err(SessionError::Interrupted);
+        }
+        let [BoxedStation(station)] = self.segment.stations_mut();
+        if let Some(work) = &mut self.background {
+            work(&mut station.user);
+        }
+        Ok(())
     }
 
     fn station(&mut self) -> &mut Active<BusMaster> {
@@ -350,7 +373,6 @@ impl BusSession {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::tbit_of;
     use crate::port::{Character, Delivery, ReaderSearch};
     use profivac_dp::link::BitTime;
     use profivac_dp::master::{Settings, services};

@@ -66,7 +66,9 @@ impl Pair {
                 panic!("{number}: {end}");
             }
             match self.pending[number].and_then(|read| master.outcome(read)) {
-                Some(Err(ms2::RequestError::Ended(end))) => panic!("{number}: {end}"),
+                Some(Err(ms2::RequestError::Ended(end) | ms2::RequestError::NotExecuted(end))) => {
+                    panic!("{number}: {end}")
+                }
                 Some(_) => self.reads[number] += 1,
                 None => {}
             }

@@ -5,9 +5,9 @@ use crate::control::error::{ChangedSinceArmed, OperationError, OutcomeUnknown, U
 use crate::control::operation::{Operation, OperationPreview, Readback};
 use crate::control::permissions;
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::records::Records;
+use profivac_client::records::{Records, WriteEffect};
 use profivac_client::values::BeyondRange;
-use profivac_client::{self, ClientError, Condition, ErrorKind, Gauge};
+use profivac_client::{self, ClientError, Condition, Gauge};
 
 /// Asks the gauge what an operation would do. Nothing is changed.
 pub fn preview<R: Records>(
@@ -120,13 +120,12 @@ fn before_sending(error: ClientError) -> OperationError {
     }
 }
 
-/// An error after the command was sent.
+/// An error of the execution.
 fn after_sending(error: ClientError) -> OperationError {
-    match error {
-        ClientError::Refused { doing: profivac_client::Operation::Write, .. } => {
-            OperationError::Refused(Box::new(error))
-        }
-        error if error.kind() == ErrorKind::Line => OutcomeUnknown::Line(Box::new(error)).into(),
-        error => OutcomeUnknown::NotReadBack(Box::new(error)).into(),
+    match error.write_effect() {
+        WriteEffect::Refused => OperationError::Refused(Box::new(error)),
+        WriteEffect::NotSent => Unavailable::Client(Box::new(error)).into(),
+        WriteEffect::PossiblyExecuted => OutcomeUnknown::Line(Box::new(error)).into(),
+        WriteEffect::Executed => OutcomeUnknown::NotReadBack(Box::new(error)).into(),
     }
 }

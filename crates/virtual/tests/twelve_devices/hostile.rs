@@ -117,7 +117,10 @@ fn a_line_that_is_cut_during_a_write_is_reported_as_lost() {
         let written = records.write(SLOT, INDEX, &[0]);
         assert!(begun.elapsed() < TIMEOUT, "{moment}");
         match written {
-            Err(Ms2Error::Session(SessionError::Port(lost @ PortError::Lost(_)))) => {
+            Err(
+                Ms2Error::Session(SessionError::Port(lost @ PortError::Lost(_)))
+                | Ms2Error::NotSent(SessionError::Port(lost @ PortError::Lost(_))),
+            ) => {
                 assert!(lost.to_string().contains("unplugged"), "{lost}");
             }
             Ok(()) => {

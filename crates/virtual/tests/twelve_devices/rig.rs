@@ -250,7 +250,7 @@ fn refused(negative: Negative) -> Told {
 fn ms2_refused(error: ms2::RequestError) -> Result<Told, String> {
     match error {
         ms2::RequestError::Refused(negative) => Ok(refused(negative)),
-        ms2::RequestError::Ended(end) => Err(end.to_string()),
+        ms2::RequestError::Ended(end) | ms2::RequestError::NotExecuted(end) => Err(end.to_string()),
     }
 }
 

@@ -115,6 +115,22 @@ pub enum Confirmation<'a> {
     Failed(Failure),
 }
 
+impl Confirmation<'_> {
+    /// Whether the layer above at the destination may have got the request. A repetition of the link layer does not show what has become
+    /// of the first telegram.
+    pub(crate) const fn is_delivery(&self) -> bool {
+        match self {
+            Self::Answer(Answer {
+                status: Status::ServiceNotActivated | Status::NoResource | Status::UserError,
+                repetitions,
+                ..
+            }) => *repetitions > 0,
+            Self::Failed(Failure::Impossible) => false,
+            Self::Sent | Self::Answer(_) | Self::Failed(_) => true,
+        }
+    }
+}
+
 /// An answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -30,6 +30,11 @@ impl ExpectedResponse {
             Self::Write(_) | Self::Transport(_) | Self::AlarmAck(_) => false,
         }
     }
+
+    /// Whether the request is sent again when an answer was lost. An Initiate would open another connection.
+    pub(in crate::master) const fn is_resent(&self) -> bool {
+        matches!(self, Self::Idle | Self::Read(_))
+    }
 }
 
 /// How a response differs from the expected one.

@@ -2,6 +2,7 @@
 //! the response by polling. profibus-wire 4.2.
 
 use super::outcome::Cause;
+use super::response::ExpectedResponse;
 use crate::link::BitTime;
 use crate::link::active::{Answer, Confirmation, Failure, Request};
 use profivac_wire::MAX_DU;
@@ -19,6 +20,9 @@ pub(in crate::master) struct Timeouts {
     pub(in crate::master) pace_tbit: u64,
     /// How often in a row the slave may answer RR or UE.
     pub(in crate::master) rejections: u8,
+    /// A read is sent again when an answer was lost. The slave may then have a response that nothing fetches, and answers RR to the next
+    /// request: only an Abort ends that.
+    pub(in crate::master) resends: bool,
 }
 
 /// The next message.
@@ -99,6 +103,16 @@ impl Transaction {
         }
     }
 
+    /// Whether the slave cannot have the request.
+    pub(in crate::master) const fn is_unheard(&self) -> bool {
+        matches!(self.stage, Stage::Request) && !self.uncertain
+    }
+
+    /// Sends the next message not before `until`.
+    pub(in crate::master) const fn pause(&mut self, until: BitTime) {
+        self.not_before = until;
+    }
+
     /// Whether the next message may be sent.
     pub(in crate::master) fn is_due(&self, now: BitTime) -> bool {
         self.not_before <= now
@@ -125,13 +139,12 @@ impl Transaction {
         }
     }
 
-    /// Evaluates the confirmation of the message sent last. `is_repeatable` says that the slave may execute the request
-    /// twice.
+    /// Evaluates the confirmation of the message sent last.
     pub(in crate::master) fn confirmed<'a>(
         &mut self,
         now: BitTime,
         confirmation: Confirmation<'a>,
-        is_repeatable: bool,
+        expected: &ExpectedResponse,
         timeouts: &Timeouts,
     ) -> Progress<'a> {
         self.not_before = now + timeouts.pace_tbit;
@@ -139,14 +152,16 @@ impl Transaction {
             Confirmation::Answer(answer) => self.answered(&answer, timeouts),
             Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::NoAnswer(failure)),
             // Another master sent at the same time, and neither telegram was received: the slave is not at fault.
-            Confirmation::Failed(Failure::Interrupted) if is_repeatable && self.stage == Stage::Request => {
+            Confirmation::Failed(Failure::Interrupted) if expected.is_repeatable() && self.stage == Stage::Request => {
                 self.uncertain = true;
                 Progress::Waiting
             }
-            // The slave may or may not have got the request, and a write must not be executed twice: from here on the master
-            // polls for the response. profibus-wire 4.9, rule 6.
+            // The slave may or may not have got the request, or has given its response to a poll whose answer was lost, and then polls
+            // for it are in vain. A read is sent again: a slave that has it answers RR (profibus-wire 10, point 20). A write must not
+            // be executed twice: from here on the master polls for the response. profibus-wire 4.9, rule 6.
             Confirmation::Failed(failure) => {
-                self.stage = Stage::Poll;
+                self.uncertain = timeouts.resends && expected.is_resent();
+                self.stage = if self.uncertain { Stage::Request } else { Stage::Poll };
                 let (_, since) = self.lost.unwrap_or((failure, now));
                 self.lost = Some((failure, since));
                 Progress::Waiting
@@ -164,8 +179,8 @@ impl Transaction {
                 Progress::Waiting
             }
             Status::DataLow => Progress::Response(answer.du),
-            // The slave already has the request.
-            Status::NoResource if self.uncertain => {
+            // The slave already has the request, from an earlier message or from the telegram that the link layer has repeated.
+            Status::NoResource if self.uncertain || (self.stage == Stage::Request && answer.repetitions > 0) => {
                 (self.stage, self.uncertain) = (Stage::Poll, false);
                 Progress::Waiting
             }

@@ -2,15 +2,22 @@
 //!
 //! ```text
 //! Initiating(Manager) ── RM ── Initiating(Server) ── Initiate.res ── Open ◄────────────┐
-//!     │ RS, UE, RR, D7, Abort        │ RS, D7, Abort                 │ service, T idle │
+//!     │ UE, RR, D7, Abort            │ RS, D7, Abort                 │ service, T idle │
 //!     ▼                              ▼                               ▼                 │
-//!   Ended ◄──────── SC ──────── Aborting ◄── wrong, late, user ── Transferring ── response
+//!   Ended ◄───── SC, RS ─────── Aborting ◄── wrong, late, user ── Transferring ── response
 //!     ▲                                                              │
 //!     └───────────────────────── RS, Abort of the slave ─────────────┘
 //! ```
 //!
 //! The first message to SAP 49 carries the Initiate. The resource manager answers it at once, or with SC, and then the master
 //! polls SAP 49. This master never reopens a connection that has ended; that is up to the user.
+//!
+//! A slave has few connections, so the master leaves none behind. It repeats an Abort until the slave answers. If the answer of the
+//! resource manager is lost, the slave has a connection for the master, and the master does not know its access point: it sends the
+//! Abort to one access point after the other until the slave accepts it. It does the same when the resource manager is closed (RS),
+//! because an earlier program with this station address may have ended without an Abort; then it asks for a connection again. A slave
+//! accepts the Abort of the master that has the connection, and answers RS to every other (profibus-wire 4.10), so the search ends no
+//! connection of another master.
 //!
 //! A master without slaves of its own reads and writes records of a slave that belongs to no master. The slave is in memory:
 //!
@@ -110,7 +117,7 @@ use super::acyclic::{
     AcyclicEvent, Cause, ConnectionEnd, ExpectedResponse, Pooled, Progress, Stage, SubmitError, Timeouts, Transaction,
 };
 use crate::link::BitTime;
-use crate::link::active::{Confirmation, Failure, Request};
+use crate::link::active::{Answer, Confirmation, Failure, Request};
 use core::fmt;
 use profivac_wire::Sap;
 use profivac_wire::acyclic::{
@@ -138,21 +145,24 @@ pub enum Transport {}
 
 /// The reason why an MS2 request has no positive response.
 ///
-/// Not `non_exhaustive`: after `Refused` the connection is open, after `Ended` it is not.
+/// Not `non_exhaustive`: after `Refused` the connection is open, after the others it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RequestError {
     /// The slave refused the request; the connection stays open.
     Refused(Negative),
-    /// The connection has ended. Its handle is used up too.
+    /// The connection has ended, and the slave may have executed the request. The handle of the connection is used up too.
     Ended(ConnectionEnd),
+    /// The connection has ended, and the slave has not executed the request: it was not sent, or the access point did not take it.
+    /// The handle of the connection is used up too.
+    NotExecuted(ConnectionEnd),
 }
 
 impl fmt::Display for RequestError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Refused(negative) => write!(f, "the slave refused the request: {}", negative.code_1),
-            Self::Ended(end) => end.fmt(f),
+            Self::Ended(end) | Self::NotExecuted(end) => end.fmt(f),
         }
     }
 }
@@ -193,10 +203,39 @@ enum ConnectionState {
     /// An Idle follows at this time, counted from the first call of `elapse` in this state.
     Open(Option<BitTime>),
     Transferring(ExpectedResponse),
-    /// The Abort with this reason is sent.
-    Aborting(AbortReason, ConnectionEnd),
+    /// The Abort is sent, after the first one without an answer until this time.
+    Aborting(ConnectionEnd, Option<BitTime>),
+    Searching(Search),
     Ended(ConnectionEnd),
 }
+
+/// The Abort is sent to one access point after the other, until the slave accepts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Search {
+    sap: u8,
+    /// The messages in a row without an answer.
+    unanswered: u8,
+    /// The end of the connection when the search is over.
+    end: ConnectionEnd,
+    /// A connection that the search has freed is asked for again.
+    is_for_reuse: bool,
+}
+
+/// The highest access point of a connection: profibus-wire 4.6.
+const FIRST_SAP: u8 = 48;
+
+/// How long an Abort without an answer is repeated, in milliseconds.
+/// chosen: a computer or a slave that is busy for a moment answers within it, and a program whose gauge is gone ends within a second.
+const ABORT_MS: u64 = 500;
+
+/// The messages in a row without an answer after which a search ends: the slave is gone.
+/// chosen: an absent slave costs three more slot times.
+const MAX_UNANSWERED: u8 = 3;
+
+/// How long a slave may take to offer an access point again after it has accepted the Abort: T, as for every other reaction. The master
+/// asks again after this time, in milliseconds.
+/// chosen: the reference has no time for it (profibus-wire 4.8).
+const FREE_PAUSE_MS: u64 = 20;
 
 /// The partner that the master asks for the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -227,6 +266,14 @@ pub(super) struct Connection {
     request: UserRequest,
     /// The number of the last request.
     number: u32,
+    /// The slave may have executed the last request.
+    is_delivered: bool,
+    /// Whether a closed resource manager is a reason to search for a connection that an earlier program has left.
+    searches: bool,
+    /// A search has freed a connection, and until this time the resource manager may still be closed.
+    freed_until: Option<BitTime>,
+    /// Whether the slave may still have a connection of this master: see [`leftover`](Self::leftover).
+    leftover: Option<bool>,
     /// The user closes the connection, for this reason.
     closing: Option<AbortReason>,
     server_sap: u8,
@@ -248,7 +295,8 @@ impl Pooled for Connection {
 const IDLE: [u8; 1] = [Function::Idle.number()];
 
 impl Connection {
-    pub(super) fn new(address: u8, parameters: &Ms2Parameters) -> Self {
+    /// `searches` as in the field.
+    pub(super) fn new(address: u8, parameters: &Ms2Parameters, searches: bool) -> Self {
         let timeout_tbit = parameters.timeout_tbit(0);
         let mut transaction = Transaction::new();
         transaction.store_request(&Pdu::Initiate(parameters.initiate()));
@@ -258,6 +306,10 @@ impl Connection {
             state: ConnectionState::Initiating(Step::Manager),
             request: UserRequest::None,
             number: 0,
+            is_delivered: false,
+            searches,
+            freed_until: None,
+            leftover: None,
             closing: None,
             server_sap: 0,
             max_len_data_unit: 0,
@@ -277,9 +329,20 @@ impl Connection {
             ConnectionState::Initiating(_) => Phase::Initiating,
             ConnectionState::Open(_) => Phase::Open,
             ConnectionState::Transferring(_) => Phase::Transferring,
-            ConnectionState::Aborting(..) => Phase::Aborting,
+            ConnectionState::Aborting(..) | ConnectionState::Searching(_) => Phase::Aborting,
             ConnectionState::Ended(_) => Phase::Ended,
         }
+    }
+
+    /// Whether the connection sends to access points that another connection to the same slave may get meanwhile.
+    pub(super) const fn is_searching(&self) -> bool {
+        matches!(self.state, ConnectionState::Searching(_))
+    }
+
+    /// What the end of the connection says about the slave: that it may still have a connection of this master, that it has none, or
+    /// nothing new.
+    pub(super) const fn leftover(&self) -> Option<bool> {
+        self.leftover
     }
 
     /// Accepts a request with a record of `octets` octets, to be read or written, and returns its number. An outcome that
@@ -304,6 +367,7 @@ impl Connection {
             return Err(SubmitError::Length { octets, room });
         }
         self.request = UserRequest::Waiting(expected);
+        self.is_delivered = false;
         self.number = self.number.wrapping_add(1);
         Ok(self.number)
     }
@@ -341,6 +405,11 @@ impl Connection {
             && matches!(self.request, UserRequest::Waiting(_) | UserRequest::Running | UserRequest::Done(_))
     }
 
+    /// Whether the slave may have executed the last request.
+    pub(super) const fn is_delivered(&self) -> bool {
+        self.is_delivered
+    }
+
     /// Whether a request is waiting or under way.
     pub(super) const fn is_running(&self, number: u32) -> bool {
         self.has_request(number) && !matches!(self.request, UserRequest::Done(_))
@@ -353,13 +422,14 @@ impl Connection {
         Some(result.map(|()| self.transaction.octets()))
     }
 
-    /// Advances the time to `now`: timeouts end the connection, a waiting request or an Idle begins.
-    pub(super) fn elapse(&mut self, now: BitTime) -> Option<AcyclicEvent> {
+    /// Advances the time to `now`: timeouts end the connection, a waiting request or an Idle begins. `is_alone` says that this master
+    /// has no other connection to the slave.
+    pub(super) fn elapse(&mut self, now: BitTime, is_alone: bool) -> Option<AcyclicEvent> {
         match self.state {
             _ if self.can_close() => return self.closed(),
             ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => {
                 if let Some(cause) = self.transaction.elapse(now, &self.timeouts) {
-                    return self.failed(cause);
+                    return self.failed(cause, is_alone);
                 }
             }
             ConnectionState::Open(idle_at) => {
@@ -370,7 +440,7 @@ impl Connection {
                     _ => self.state = ConnectionState::Open(Some(idle_at)),
                 }
             }
-            ConnectionState::Aborting(..) | ConnectionState::Ended(_) => {}
+            ConnectionState::Aborting(..) | ConnectionState::Searching(_) | ConnectionState::Ended(_) => {}
         }
         None
     }
@@ -378,8 +448,10 @@ impl Connection {
     /// Whether a message is ready to be sent.
     pub(super) fn is_due(&self, now: BitTime) -> bool {
         match self.state {
-            ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => self.transaction.is_due(now),
-            ConnectionState::Aborting(..) => true,
+            ConnectionState::Initiating(_) | ConnectionState::Transferring(_) | ConnectionState::Searching(_) => {
+                self.transaction.is_due(now)
+            }
+            ConnectionState::Aborting(_, until) => until.is_none() || self.transaction.is_due(now),
             ConnectionState::Open(_) | ConnectionState::Ended(_) => false,
         }
     }
@@ -389,7 +461,8 @@ impl Connection {
         let pdu = match self.state {
             ConnectionState::Transferring(ExpectedResponse::Idle) => &IDLE,
             ConnectionState::Initiating(_) | ConnectionState::Transferring(_) => self.transaction.octets(),
-            ConnectionState::Aborting(..) => return Some(self.abort_message()),
+            ConnectionState::Aborting(..) => return Some(self.abort_message(self.server_sap)),
+            ConnectionState::Searching(Search { sap, .. }) => return Some(self.abort_message(sap)),
             ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
         let dsap = match self.state {
@@ -399,42 +472,128 @@ impl Connection {
         Some(self.transaction.message(self.address, (dsap, MASTER_MS2), pdu))
     }
 
-    fn abort_message(&self) -> Request<'_> {
+    fn abort_message(&self, sap: u8) -> Request<'_> {
         Request {
             da: self.address,
             function: control::Function::SrdLow,
-            dsap: Some(self.server_sap),
+            dsap: Some(sap),
             ssap: Some(MASTER_MS2),
             du: &self.abort,
         }
     }
 
-    /// Evaluates the confirmation of the message sent last.
-    pub(super) fn confirmed(&mut self, now: BitTime, confirmation: Confirmation<'_>) -> Option<AcyclicEvent> {
+    /// Evaluates the confirmation of the message sent last. `is_alone` as in [`elapse`](Self::elapse).
+    pub(super) fn confirmed(
+        &mut self,
+        now: BitTime,
+        confirmation: Confirmation<'_>,
+        is_alone: bool,
+    ) -> Option<AcyclicEvent> {
         let expected = match self.state {
             ConnectionState::Initiating(Step::Manager) => ExpectedResponse::ResourceManager,
             ConnectionState::Initiating(Step::Server(_)) => ExpectedResponse::Initiate,
             ConnectionState::Transferring(expected) => expected,
-            // A slave answers an Abort with SC only, and if the Abort was lost the slave's own timers end the connection.
-            ConnectionState::Aborting(_, end) => return self.end(end),
+            ConnectionState::Aborting(end, until) => return self.abort_confirmed(now, end, until, confirmation),
+            ConnectionState::Searching(search) => return self.search_confirmed(now, search, confirmation),
             ConnectionState::Open(_) | ConnectionState::Ended(_) => return None,
         };
         let sent = self.transaction.stage;
-        match self.transaction.confirmed(now, confirmation, expected.is_repeatable(), &self.timeouts) {
+        if (sent, self.request) == (Stage::Request, UserRequest::Running) {
+            self.is_delivered |= confirmation.is_delivery();
+        }
+        match self.transaction.confirmed(now, confirmation, &expected, &self.timeouts) {
             Progress::Waiting => match (expected, sent, confirmation) {
-                // No station is there: no connection is lost by giving up at once. profibus-wire 4.11.
+                // No station is there, or its answer was lost: the search finds that out.
                 (ExpectedResponse::ResourceManager, Stage::Request, Confirmation::Failed(failure))
                     if failure != Failure::Interrupted =>
                 {
-                    self.failed(Cause::NoAnswer(failure))
+                    self.failed(Cause::NoAnswer(failure), is_alone)
                 }
                 _ => None,
             },
-            Progress::Failed(cause) => self.failed(cause),
+            Progress::Failed(Cause::Status(Status::ServiceNotActivated)) if self.is_being_freed(now) => {
+                self.transaction.pause(now + self.tbit_of_ms(FREE_PAUSE_MS));
+                None
+            }
+            Progress::Failed(cause) => self.failed(cause, is_alone),
             Progress::Response(pdu) => match expected.matched(pdu) {
                 Ok(response) => self.responded(&response),
-                Err(mismatch) => self.failed(Cause::Mismatch(mismatch)),
+                Err(mismatch) => self.failed(Cause::Mismatch(mismatch), is_alone),
             },
+        }
+    }
+
+    /// Whether the slave has accepted an Abort a short time ago, and may not offer the access point yet.
+    fn is_being_freed(&self, now: BitTime) -> bool {
+        self.state == ConnectionState::Initiating(Step::Manager) && self.freed_until.is_some_and(|until| now < until)
+    }
+
+    const fn tbit_of_ms(&self, ms: u64) -> u64 {
+        self.parameters.baud.tbit_of_ms(ms)
+    }
+
+    /// The slave answers an Abort with SC, or with RS if it has received an earlier one.
+    fn abort_confirmed(
+        &mut self,
+        now: BitTime,
+        end: ConnectionEnd,
+        until: Option<BitTime>,
+        confirmation: Confirmation<'_>,
+    ) -> Option<AcyclicEvent> {
+        if let Confirmation::Failed(_) = confirmation {
+            let until = until.unwrap_or(now + self.tbit_of_ms(ABORT_MS));
+            if now < until {
+                self.transaction.pause(now + self.parameters.pace_tbit);
+                self.state = ConnectionState::Aborting(end, Some(until));
+                return None;
+            }
+            self.leftover = Some(true);
+        }
+        self.end(end)
+    }
+
+    fn search_confirmed(
+        &mut self,
+        now: BitTime,
+        search: Search,
+        confirmation: Confirmation<'_>,
+    ) -> Option<AcyclicEvent> {
+        self.transaction.pause(now + self.parameters.pace_tbit);
+        match confirmation {
+            Confirmation::Answer(Answer { status: Status::NoReply, .. }) => self.found(now, search),
+            Confirmation::Answer(_) | Confirmation::Sent => match search.sap.checked_sub(1) {
+                Some(sap) => {
+                    self.state = ConnectionState::Searching(Search { sap, unanswered: 0, ..search });
+                    None
+                }
+                None => {
+                    self.leftover = Some(false);
+                    self.end(search.end)
+                }
+            },
+            Confirmation::Failed(_) => {
+                let unanswered = search.unanswered.saturating_add(1);
+                if unanswered < MAX_UNANSWERED {
+                    self.state = ConnectionState::Searching(Search { unanswered, ..search });
+                    return None;
+                }
+                self.leftover = Some(true);
+                self.end(search.end)
+            }
+        }
+    }
+
+    /// The slave has accepted the Abort, so it frees a connection.
+    fn found(&mut self, now: BitTime, search: Search) -> Option<AcyclicEvent> {
+        match self.closing {
+            None if search.is_for_reuse => {
+                self.freed_until = Some(now + self.timeout_tbit);
+                self.transaction.begin(Stage::Request);
+                self.state = ConnectionState::Initiating(Step::Manager);
+                None
+            }
+            Some(reason) if search.is_for_reuse => self.end(ConnectionEnd::Closed(reason)),
+            _ => self.end(search.end),
         }
     }
 
@@ -497,10 +656,8 @@ impl Connection {
     /// not know the access point yet, and the slave has reserved one.
     fn can_close(&self) -> bool {
         match self.state {
-            ConnectionState::Initiating(Step::Manager) => {
-                self.closing.is_some() && self.transaction.stage == Stage::Request
-            }
-            ConnectionState::Aborting(..) | ConnectionState::Ended(_) => false,
+            ConnectionState::Initiating(Step::Manager) => self.closing.is_some() && self.transaction.is_unheard(),
+            ConnectionState::Aborting(..) | ConnectionState::Searching(_) | ConnectionState::Ended(_) => false,
             _ => self.closing.is_some(),
         }
     }
@@ -514,22 +671,48 @@ impl Connection {
     }
 
     /// The connection has failed. The master sends an Abort, unless the slave has no access point for it.
-    fn failed(&mut self, cause: Cause) -> Option<AcyclicEvent> {
+    fn failed(&mut self, cause: Cause, is_alone: bool) -> Option<AcyclicEvent> {
         let reason = reason(cause);
         let end = ConnectionEnd::Failed { reason, cause };
         match (self.state, cause) {
-            (ConnectionState::Initiating(Step::Manager), _) | (_, Cause::Status(Status::ServiceNotActivated)) => {
+            (ConnectionState::Initiating(Step::Manager), Cause::Status(Status::ServiceNotActivated)) => {
+                if is_alone && core::mem::take(&mut self.searches) {
+                    self.search(reason, end, true)
+                } else {
+                    self.end(end)
+                }
+            }
+            // The slave has stored nothing.
+            (
+                ConnectionState::Initiating(Step::Manager),
+                Cause::Status(Status::NoResource | Status::UserError) | Cause::NoAnswer(Failure::Impossible),
+            )
+            | (_, Cause::Status(Status::ServiceNotActivated)) => self.end(end),
+            (ConnectionState::Initiating(Step::Manager), _) if is_alone => self.search(reason, end, false),
+            (ConnectionState::Initiating(Step::Manager), _) => {
+                self.leftover = Some(true);
                 self.end(end)
             }
             _ => self.abort(reason, end),
         }
     }
 
+    /// Begins to search for the connection that the slave has for this master.
+    fn search(&mut self, reason: AbortReason, end: ConnectionEnd, is_for_reuse: bool) -> Option<AcyclicEvent> {
+        let search = Search { sap: FIRST_SAP, unanswered: 0, end, is_for_reuse };
+        self.send_abort(reason, ConnectionState::Searching(search), end)
+    }
+
     fn abort(&mut self, reason: AbortReason, end: ConnectionEnd) -> Option<AcyclicEvent> {
+        self.send_abort(reason, ConnectionState::Aborting(end, None), end)
+    }
+
+    /// Enters a state in which an Abort with this reason is sent.
+    fn send_abort(&mut self, reason: AbortReason, state: ConnectionState, end: ConnectionEnd) -> Option<AcyclicEvent> {
         if Pdu::Abort(Abort::new(reason)).emit(&mut self.abort).is_err() {
             return self.end(end);
         }
-        self.state = ConnectionState::Aborting(reason, end);
+        self.state = state;
         None
     }
 

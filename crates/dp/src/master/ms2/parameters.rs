@@ -58,6 +58,7 @@ impl Ms2Parameters {
             lost_tbit: timeout_tbit,
             pace_tbit: self.pace_tbit,
             rejections: self.rejections,
+            resends: true,
         }
     }
 
