@@ -8,6 +8,8 @@
 
 #[path = "../tests/support/mod.rs"]
 mod support;
+#[path = "../../../tests/support/until.rs"]
+mod until;
 
 use profivac_station::services::Services;
 use profivac_station::station::Station;
