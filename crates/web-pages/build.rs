@@ -1,7 +1,7 @@
 //! Builds the dashboard with Node, so that the program can embed it.
 //!
 //! The build runs in a copy of the sources below the build folder, so that the source tree stays unchanged. Without Node, or
-//! without access to the packages, the program is built with a page that says so; a test of `web` detects that page.
+//! without access to the packages, the program is built with a page that says so; a test of this crate detects that page.
 
 use std::fs;
 use std::io::{Error, Result};
@@ -13,7 +13,7 @@ const SOURCES: [&str; 7] =
     ["index.html", "archive.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
 
 fn main() -> Result<()> {
-    let web = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("web");
+    let web = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("../station/web");
     let copy = PathBuf::from(variable("OUT_DIR")?).join("web");
     println!("cargo::rerun-if-changed=build.rs");
     for source in SOURCES {

@@ -1,7 +1,7 @@
 //! The files of a station: `plant.toml`, and its users. A wrong file is refused with line and column.
 
-use profivac_station::auth::users::Users;
 use profivac_station::config::Config;
+use profivac_web_server::auth::users::Users;
 use std::path::Path;
 
 /// Runs the target.

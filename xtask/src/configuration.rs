@@ -15,6 +15,9 @@ const FILES: [(&str, &str, &str); 2] = [
     ("The file of an archive", "crates/archive/src", "Toml"),
 ];
 
+/// The folder of the types that both files have.
+const SHARED: &str = "crates/web-server/src/tables";
+
 /// Types around the type of a value that do not show in the file.
 const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
 
@@ -91,9 +94,9 @@ pub fn check() -> Result<()> {
     verdict("configuration", &defects)
 }
 
-/// The types of each file.
+/// The types of each file, then those that both have.
 fn read() -> Result<Vec<Types>> {
-    FILES.iter().map(|(_, folder, _)| Types::read(folder)).collect()
+    FILES.iter().map(|(_, folder, _)| *folder).chain([SHARED]).map(Types::read).collect()
 }
 
 fn pages(types: &[Types]) -> Result<Vec<Page<'_>>> {

@@ -7,10 +7,10 @@ use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Response, StatusCode, Uri, body};
 use hyper_util::rt::TokioIo;
 use profivac_recorder::outbox::Waiting;
-use profivac_station::auth::secret::RandomSecret;
-use profivac_station::client_tls::{fault, is_of_another_name, trusting};
-use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::archive::Https;
+use profivac_web_server::auth::secret::RandomSecret;
+use profivac_web_server::client_tls::{fault, is_of_another_name, trusting};
+use profivac_web_server::tables::ca_certificates;
 use std::sync::Arc;
 use std::time::Duration;
 use thiserror::Error;
@@ -255,7 +255,7 @@ mod tests {
     use crate::config::{self, Sender};
     use crate::https::{Job, Server};
     use crate::pending::{Pending, PendingError};
-    use profivac_station::config::Secret;
+    use profivac_web_server::tables::Secret;
     use std::collections::BTreeMap;
     use std::sync::{Mutex, PoisonError};
 

@@ -6,13 +6,13 @@ use profivac_client::ErrorKind;
 use profivac_client::discover::CyclicError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
-use profivac_station::auth::file_permissions::PermissionError;
-use profivac_station::auth::users::{AccountError, UsersError};
 use profivac_station::config::ConfigError;
-use profivac_station::server::ServerError;
 use profivac_station::station::StationError;
 use profivac_virtual::device_spec::SpecError;
 use profivac_virtual::scenario::{MemorySegmentError, ScenarioError};
+use profivac_web_server::auth::file_permissions::PermissionError;
+use profivac_web_server::auth::users::{AccountError, UsersError};
+use profivac_web_server::server::ServerError;
 use std::fmt;
 use std::process::ExitCode;
 

@@ -10,13 +10,13 @@ use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteReq
 use profivac_recorder::Micros;
 use profivac_recorder::audit::AuditQuery;
 use profivac_station::alarm::{AlarmError, AlarmServiceError};
-use profivac_station::auth::password::Hash;
-use profivac_station::auth::users::Users;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
 use profivac_station::control::AuthorityAction;
 use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
+use profivac_web_server::auth::password::Hash;
+use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

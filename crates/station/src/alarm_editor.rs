@@ -9,9 +9,9 @@
 
 use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmService, AlarmServiceError, SettingsChange};
-use crate::auth::Actor;
 use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
 use profivac_host::text_file;
+use profivac_web_server::auth::Actor;
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};

@@ -2,15 +2,9 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`client_tls`] | TLS to servers of others |
-//! | [`host_name`] | host names in requests and in the station's file |
-//! | [`http_client`] | one HTTP request to a server of others |
-//! | [`visible_text`] | names, reasons and comments that users type |
 //! | [`pumpdown`] | pump-downs in the recorded pressures |
 //! | [`identification`] | plants identified from recorded pressures |
-//! | [`web`] | the dashboard, embedded in the program |
 //! | [`recording`] | the recorder as the threads share it |
-//! | [`auth`] | users, roles, sessions |
 //! | [`view`] | what the API shows |
 //! | [`bus`] | the state of the lines of all segments, and their captures |
 //! | [`plant`] | the picture of the plant, and the states of its parts |
@@ -27,7 +21,7 @@
 //! | [`services`] | what the threads share |
 //! | [`station`] | the running station |
 //! | [`api`] | the API over HTTP |
-//! | [`server`] | API and dashboard on a socket |
+//! | [`server`] | the station behind the web server |
 
 // The types and handlers keep the attributes of the description, which expand to nothing then (DESIGN 426).
 #[cfg(not(feature = "openapi"))]
@@ -36,17 +30,13 @@ extern crate profivac_no_openapi as utoipa;
 pub mod alarm;
 pub mod alarm_editor;
 pub mod api;
-pub mod auth;
 pub mod bus;
-pub mod client_tls;
 pub mod comparison;
 pub mod config;
 pub mod control;
 pub mod directory;
 pub mod drawing;
 pub mod gateway_status;
-pub mod host_name;
-pub mod http_client;
 pub mod identification;
 pub mod plant;
 pub mod pumpdown;
@@ -58,6 +48,4 @@ pub mod services;
 pub mod snapshot;
 pub mod station;
 pub mod view;
-pub mod visible_text;
-pub mod web;
 pub mod webhook;

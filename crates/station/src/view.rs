@@ -2,11 +2,11 @@
 //!
 //! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
-use crate::auth::Role;
 use profivac_devices::Principle;
 use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
 use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
+use profivac_web_server::auth::Role;
 use serde::{Deserialize, Serialize, Serializer};
 use std::sync::Arc;
 use std::time::Duration;

@@ -5,9 +5,9 @@
 mod support;
 
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::Role;
 use profivac_station::config::Config;
 use profivac_station::services::Services;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_station::alarm::{Condition, Priority, Rule, Series};
-use profivac_station::auth::file_permissions;
 use profivac_station::config::{Config, ConfigError};
+use profivac_web_server::auth::file_permissions;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;

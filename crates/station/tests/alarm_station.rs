@@ -7,10 +7,10 @@ mod support;
 use profivac_recorder::Micros;
 use profivac_station::alarm::AlarmState;
 use profivac_station::alarm::view::AlarmView;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
 use profivac_station::services::Services;
 use profivac_station::station::Station;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::fs;
 use std::path::Path;
 

@@ -7,13 +7,13 @@ mod support;
 
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
 use profivac_station::control::operation::{GivenValue, OperationRequest, Readback};
 use profivac_station::control::{AuthorityAction, ControlError};
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Gauge};
+use profivac_web_server::auth::{Actor, Role, User};
 use std::sync::Arc;
 use std::time::Instant;
 use support::tcp_segment::{Fault, TcpSegment};

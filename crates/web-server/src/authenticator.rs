@@ -8,10 +8,7 @@ use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
-use crate::control::ReleaseReason;
-use crate::services::Services;
 use governor::clock::DefaultClock;
-use profivac_recorder::EventKind;
 use std::fs;
 use std::net::IpAddr;
 use std::os::unix::fs::MetadataExt;
@@ -69,6 +66,15 @@ pub enum AuthError {
     Random(std::io::Error),
 }
 
+/// The reason why a user can no longer have control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReleaseReason {
+    /// The last session of the user has ended: logout, timeout, or removal of the account.
+    SessionEnded,
+    /// The user has another role.
+    RoleChanged,
+}
+
 /// What a program does about its users besides checking their passwords.
 pub trait AccessObserver: Send + Sync {
     /// Records a login, a logout, a refusal, or a change of the users' file. The sentence names no password.
@@ -76,20 +82,6 @@ pub trait AccessObserver: Send + Sync {
 
     /// Sessions may have ended or roles changed: `ended` says why a user has no session of this role any more.
     fn sessions_changed(&self, ended: &dyn Fn(&User) -> Option<ReleaseReason>);
-}
-
-/// The event log of the station, and control authority: a user without a session holds none.
-impl AccessObserver for Services {
-    fn record(&self, sentence: &str) {
-        self.recorder().event_now(None, EventKind::Access, sentence);
-    }
-
-    fn sessions_changed(&self, ended: &dyn Fn(&User) -> Option<ReleaseReason>) {
-        let Some(holder) = self.control().holder() else { return };
-        if let Some(reason) = ended(&holder) {
-            self.control().release_user(&holder.name, reason);
-        }
-    }
 }
 
 /// Inode, time of change in s and ns, and size of a file. A different value means different contents.

@@ -1,6 +1,6 @@
 //! The body of a request as JSON. The middleware has already checked its length, its content type and its arrival time.
 
-use super::problem::Problem;
+use crate::problem::Problem;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, Request};
 use serde::de::DeserializeOwned;

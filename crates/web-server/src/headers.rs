@@ -1,7 +1,7 @@
 //! Security headers, the check of the requested host, and the answer to a panic.
 
-use super::problem::task_failed;
 use crate::host_name::{host, is_loopback};
+use crate::problem::task_failed;
 use axum::extract::Request;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, STRICT_TRANSPORT_SECURITY};
 use axum::http::uri::Authority;

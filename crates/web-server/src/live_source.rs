@@ -3,9 +3,9 @@
 //! A client gets the whole state first and then merge patches. A client that is slow gets fewer and larger patches: the server keeps only
 //! the state that it has, and no queue.
 
-use super::compression::compressed;
-use super::merge_patch::merge_patch;
-use super::middleware::RequestContext;
+use crate::compression::compressed;
+use crate::merge_patch::merge_patch;
+use crate::middleware::RequestContext;
 use axum::http::{Extensions, HeaderMap};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -52,7 +52,7 @@ impl LiveSource {
     }
 
     /// The event that brings a client with the state `has` to the state at `now`.
-    pub(super) fn event(&self, has: &mut Option<StateJson>, now: Instant) -> NamedEvent {
+    pub fn event(&self, has: &mut Option<StateJson>, now: Instant) -> NamedEvent {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         let present = match latest.take() {
             Some(present) if now < present.made + self.shared() => present,

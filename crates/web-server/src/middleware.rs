@@ -8,16 +8,16 @@
 //! | any other path below `/api/` | the same, and a session |
 //! | … with another method than GET and HEAD | the same, and the token of the session in `x-csrf-token` |
 
-use super::authenticator::{AuthError, Authenticator};
-use super::headers::{self, Hosts};
-use super::problem::Problem;
 use crate::auth::Actor;
 use crate::auth::User;
 use crate::auth::connections::{Permit, StreamClient, StreamPermit, StreamPermits};
 use crate::auth::openid::{OpenIdError, pending};
 use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
+use crate::authenticator::{AuthError, Authenticator};
+use crate::headers::{self, Hosts};
 use crate::host_name::is_loopback;
+use crate::problem::Problem;
 use axum::body::{Body, to_bytes};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::{CONTENT_TYPE, COOKIE, HeaderName, ORIGIN};

@@ -1,6 +1,6 @@
 //! Checks of query parameters.
 
-use super::problem::Problem;
+use crate::problem::Problem;
 use axum::extract::Query;
 use axum::extract::rejection::QueryRejection;
 use profivac_recorder::Micros;

@@ -1,18 +1,32 @@
 //! The session of a user: login with a password or at an OpenID provider, logout, change of password.
 
-use super::body::Body;
-use super::middleware::RequestContext;
-use super::problem::Problem;
 use crate::auth::openid::{OpenIdProvider, ReturnedLogin, is_openid};
 use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::AuthenticatedUser;
 use crate::auth::{Role, User};
+use crate::body::Body;
+use crate::middleware::RequestContext;
+use crate::problem::Problem;
 use axum::Json;
+use axum::Router;
 use axum::http::header::{ORIGIN, SET_COOKIE};
 use axum::http::{Extensions, HeaderMap, StatusCode};
 use axum::response::{AppendHeaders, IntoResponse, Response};
+use axum::routing::{get, post};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+/// Login with a password or at an OpenID provider, logout, and change of the password. They need the middleware
+/// of [`crate::server::Server`] alone.
+pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    Router::new()
+        .route("/api/session", get(session))
+        .route("/api/login", post(login))
+        .route("/api/openid/begin", post(openid_begin))
+        .route("/api/openid/login", post(openid_login))
+        .route("/api/logout", post(logout))
+        .route("/api/password", post(password))
+}
 
 /// Whether the user has to log in, and has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]

@@ -2,8 +2,8 @@
 
 use super::{Finding, database, port};
 use crate::{gateways, names};
-use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::{Config, ConfigNotice, Segment};
+use profivac_web_server::auth::file_permissions::{self, PermissionError};
 use rustix::fs::{Access, access, statvfs};
 use std::io::ErrorKind;
 use std::net::TcpListener;

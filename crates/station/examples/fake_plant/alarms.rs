@@ -2,9 +2,9 @@
 
 use crate::gauges::Fake;
 use profivac_station::alarm::thread::inputs;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::{Config, Email};
 use profivac_station::services::Services;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;

@@ -1,8 +1,6 @@
 //! Recorded pressures and events.
 
 use super::database::DatabaseReaders;
-use super::problem::Problem;
-use super::query::{MomentError, checked_accuracy, checked_range, moment, parsed_query, positive, time_range};
 use crate::pumpdown;
 use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
 use axum::Json;
@@ -15,6 +13,10 @@ use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_identify::standard_uncertainty;
 use profivac_recorder::{Chunks, DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{
+    MomentError, checked_accuracy, checked_range, moment, parsed_query, positive, time_range,
+};
 use serde::Deserialize;
 use std::collections::HashSet;
 use std::time::Duration;

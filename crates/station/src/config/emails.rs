@@ -14,18 +14,17 @@
 //! priority = "medium"              # priority, quiet, unacknowledged-after: as those of [[webhook]]
 //! ```
 
-use super::certificates::ca_certificates;
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
-use super::webhooks::{Secret, password_of_file};
 use crate::alarm::{NotificationTarget, Priority, QuietHours};
-use crate::host_name::is_loopback;
 use hyper::Uri;
 use hyper::http::uri::Authority;
 #[cfg(feature = "email")]
 pub use lettre::message::Mailbox;
 use profivac_host::text_file::Parsed;
+use profivac_web_server::host_name::is_loopback;
+use profivac_web_server::tables::{Secret, ca_certificates, password_of_file};
 use serde::Deserialize;
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -1,13 +1,13 @@
 //! Errors in the configuration file.
 
-use super::certificates::CertificateError;
 use super::number_range::NumberRange;
 use crate::alarm::Priority;
-use crate::auth::file_permissions::PermissionError;
 use crate::directory::ViewState;
 use crate::drawing::DrawingProblem;
-use crate::visible_text::TextProblem;
 use profivac_virtual::device_spec::SpecError;
+use profivac_web_server::auth::file_permissions::PermissionError;
+use profivac_web_server::tables::{self, CertificateError, TableProblem};
+use profivac_web_server::visible_text::TextProblem;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
@@ -65,6 +65,12 @@ impl Located {
     }
 }
 
+impl From<tables::Located> for Located {
+    fn from(tables::Located { span, problem }: tables::Located) -> Self {
+        Self { span, problem: ConfigProblem::Table(problem) }
+    }
+}
+
 /// A table of the file that has a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NamedItem {
@@ -104,8 +110,6 @@ pub enum NamedItem {
     PlantState,
     /// `description` of a plant state.
     Description,
-    /// `name` of `[openid]`.
-    Provider,
 }
 
 impl fmt::Display for NamedItem {
@@ -129,7 +133,6 @@ impl fmt::Display for NamedItem {
             Self::PlantPart => "pump or valve",
             Self::PlantState => "plant state",
             Self::Description => "description",
-            Self::Provider => "provider",
         })
     }
 }
@@ -168,50 +171,6 @@ pub enum WebhookUrlProblem {
     /// A token would travel unencrypted to another computer.
     #[error("http with a token, which would travel unencrypted; use https")]
     TokenWithoutTls,
-}
-
-/// The most octets of an issuer, an identifier, a claim or a scope of `[openid]`. free choice.
-pub const MAX_OPENID_TEXT: usize = 255;
-
-/// Why a value of `[openid]` cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OpenIdProblem {
-    /// The issuer is none.
-    #[error(
-        "expected an issuer like https://login.example/realms/lab, or with http one on this computer, without a user, ? and #, found {0:?}"
-    )]
-    Issuer(String),
-    /// The address of the dashboard is none.
-    #[error(
-        "expected the address of the dashboard like https://vacuum.example:8443, without a path and without the port that browsers leave \
-         out (443 of https, 80 of http), found {0:?}"
-    )]
-    Url(String),
-    /// The station does not answer under this address.
-    #[error(
-        "expected one of the names in hosts, found {0:?}; add it to hosts, or the station refuses browsers that come back there"
-    )]
-    UrlHost(String),
-    /// Browsers reach the station under names that it does not know.
-    #[error(
-        "expected url, the address of the dashboard like https://vacuum.example:8443: the station has hosts, or listens beyond loopback"
-    )]
-    NoUrl,
-    /// An identifier, a claim or a scope is empty, too long or has other characters.
-    #[error("expected {expected} of 1 to {MAX_OPENID_TEXT} visible ASCII characters, found {found:?}")]
-    Text {
-        /// The expected text.
-        expected: &'static str,
-        /// The value.
-        found: String,
-    },
-    /// No value of the claim has a role.
-    #[error("expected in [openid.roles] at least one value of the claim for viewer, operator or engineer")]
-    NoRoles,
-    /// A value of the claim has two roles.
-    #[error("{0:?} has two roles; delete one of both")]
-    TwoRoles(String),
 }
 
 /// A problem in a configuration file.
@@ -603,32 +562,15 @@ pub enum ConfigProblem {
     /// A user without a password, or the reverse.
     #[error("expected user and password-file together")]
     MailCredentials,
-    /// A password cannot be sent. It is a secret and is not repeated.
-    #[error("expected a password in one line, without control characters")]
-    MailPassword,
     /// The address of the dashboard is none.
     #[error("expected a link like https://vacuum.example:8443, found {0:?}")]
     MailLink(String),
-    /// A value of `[openid]`.
-    #[error(transparent)]
-    OpenId(OpenIdProblem),
     /// `token` and `token-file` are both given.
     #[error("expected token or token-file, found both")]
     TwoTokens,
-    /// A token contains characters that HTTP does not permit. The token is a secret and is not repeated.
-    #[error("expected a token of visible ASCII characters without spaces")]
-    Token,
-    /// A token file is open to others.
+    /// A table that the files of a station and of an archive share.
     #[error(transparent)]
-    TokenFileOpen(PermissionError),
-    /// A token file cannot be read.
-    #[error("{file} cannot be read: {error}", file = file.display())]
-    TokenFile {
-        /// The file.
-        file: PathBuf,
-        /// The error of the operating system.
-        error: io::Error,
-    },
+    Table(TableProblem),
     /// The time after which a gateway closes an idle connection is out of range.
     #[error("expected an idle time from 1s to 1h, found {0}")]
     Idle(humantime::Duration),
@@ -848,8 +790,7 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Search
         | NamedItem::PlantPart
         | NamedItem::PlantState
-        | NamedItem::Description
-        | NamedItem::Provider => "choose another name",
+        | NamedItem::Description => "choose another name",
     }
 }
 

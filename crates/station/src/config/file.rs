@@ -12,19 +12,20 @@ use super::gateways::mqtt::MqttToml;
 use super::gateways::opcua::OpcuaToml;
 use super::gateways::prometheus::PrometheusToml;
 use super::names::stem;
-use super::openid::{OpenIdToml, Reach};
 use super::plant::{PumpToml, ValveToml, VolumeToml};
 use super::plant_states::PlantStateToml;
 use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::views::ViewToml;
 use super::webhooks::WebhookToml;
-use super::{Config, ConfigSource, TlsFiles, UsersFile};
-use crate::auth::openid::OpenIdSettings;
+use super::{Config, ConfigSource, UsersFile};
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
+use profivac_web_server::auth::openid::OpenIdSettings;
+use profivac_web_server::server::TlsFiles;
+use profivac_web_server::tables::openid::{OpenIdToml, Reach};
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -142,7 +143,7 @@ impl ConfigToml {
     pub fn openid(&self, folder: &Path) -> Result<Option<OpenIdSettings>, Located> {
         let hosts: Vec<_> = self.station.hosts.iter().map(|host| host.get_ref().clone()).collect();
         let reach = Reach { listen: self.listen(), hosts: &hosts };
-        self.openid.as_ref().map(|openid| openid.settings(folder, &reach)).transpose()
+        Ok(self.openid.as_ref().map(|openid| openid.settings(folder, &reach)).transpose()?)
     }
 
     fn listen(&self) -> SocketAddr {

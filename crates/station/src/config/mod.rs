@@ -82,7 +82,6 @@
 //! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
-//! | [`openid`] | `[openid]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
 //! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
 //! | `plant_states` | `[[plant-state]]` |
@@ -90,13 +89,12 @@
 //! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
 //! | `check` | checks of segments, gauges and host names |
 //! | `views` | `[[view]]` |
-//! | `names`, `number_range`, `values`, `certificates` | rules for names; ranges of numbers; delays and priorities; certificates |
+//! | `names`, `number_range`, `values` | rules for names; ranges of numbers; delays and priorities |
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
 mod alarm_settings;
 mod alarms;
-mod certificates;
 mod check;
 mod default_alarms;
 mod default_settings;
@@ -108,7 +106,6 @@ mod labels;
 mod names;
 mod notice;
 mod number_range;
-pub mod openid;
 mod plant;
 mod plant_states;
 mod retention;
@@ -119,24 +116,21 @@ mod views;
 mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
-pub use certificates::{CertificateError, ca_certificates};
 pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
-    MqttProblem, NamedItem, OpenIdProblem, WebhookUrlProblem,
+    MqttProblem, NamedItem, WebhookUrlProblem,
 };
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;
 pub use segments::{MEMORY_PORT, is_virtual};
 pub use source::ConfigSource;
 
-pub use webhooks::{Secret, Webhook, secret_of_file};
+pub use webhooks::Webhook;
 
 use crate::alarm::{PlantStateRule, Rule};
-use crate::auth::Access;
-use crate::auth::openid::OpenIdSettings;
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
 use error::Located;
@@ -150,6 +144,9 @@ use profivac_host::text_file::{self, line_and_column};
 use profivac_recorder::{Forward, Retention};
 use profivac_vacuum::Gas;
 use profivac_virtual::segment_file::SegmentFile;
+use profivac_web_server::auth::Access;
+use profivac_web_server::auth::openid::OpenIdSettings;
+use profivac_web_server::server::TlsFiles;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -202,15 +199,6 @@ pub struct UsersFile {
     pub path: PathBuf,
     /// Whether the configuration file names it. A named file must exist.
     pub named: bool,
-}
-
-/// The paths of certificate and key, both in PEM.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TlsFiles {
-    /// The certificate of the station, followed by its intermediate certificates.
-    pub certificate: PathBuf,
-    /// The key of the certificate. Only its owner may have access to the file.
-    pub key: PathBuf,
 }
 
 /// A segment.
@@ -421,5 +409,7 @@ fn in_file(Located { span, problem }: Located, text: &str, path: &Path) -> Confi
     ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
 }
 
+#[cfg(test)]
+mod openid_tests;
 #[cfg(test)]
 mod tests;

@@ -1,13 +1,10 @@
 //! Rules for names in the configuration file.
 
 use super::error::{ConfigProblem, Located, NamedItem};
-use crate::visible_text::{TextProblem, check_line, check_name};
+use profivac_web_server::visible_text::{MAX_NAME, TextProblem, check_line, check_name};
 use std::collections::HashSet;
 use std::path::Path;
 use toml::Spanned;
-
-/// The most characters of a name. free choice: a line of a list shows it whole, and every index of a database holds it.
-const MAX_NAME: usize = 120;
 
 /// Checks that every name is filled in, visible, no path and unique. A port may be a path.
 pub fn unique<'a>(item: NamedItem, names: impl Iterator<Item = &'a Spanned<String>>) -> Result<(), Located> {

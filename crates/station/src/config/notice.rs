@@ -3,9 +3,9 @@
 use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
-use crate::auth::openid::OpenIdSettings;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::{Forward, Retention};
+use profivac_web_server::auth::openid::OpenIdSettings;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

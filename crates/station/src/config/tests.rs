@@ -513,9 +513,9 @@ fn a_plant_state_has_defaults_and_ranges() {
         |lines: &str| parse(&format!("{LABELLED}[[plant-state]]\nname = 'Vented'\ngauges = ['chamber']\n{lines}\n"));
     let state = given("").unwrap().plant_states.remove(0);
     let found = (state.name.as_str(), state.description.as_deref(), state.longest, state.role);
-    assert_eq!(found, ("Vented", None, Duration::from_secs(86_400), crate::auth::Role::Operator));
+    assert_eq!(found, ("Vented", None, Duration::from_secs(86_400), profivac_web_server::auth::Role::Operator));
     let state = given("longest = '31 days'\nrole = 'engineer'\ndescription = 'open'").unwrap().plant_states.remove(0);
-    assert_eq!((state.longest.as_secs(), state.role), (31 * 86_400, crate::auth::Role::Engineer));
+    assert_eq!((state.longest.as_secs(), state.role), (31 * 86_400, profivac_web_server::auth::Role::Engineer));
     for (lines, sentence) in [
         ("longest = '59 s'", "expected a time from 1m to 31days, found 59s"),
         ("longest = '32 days'", "expected a time from 1m to 31days, found 1month 1day"),

@@ -11,46 +11,19 @@
 //! unacknowledged-after = "10 min"  # only alarms that no user has acknowledged for this time
 //! ```
 
-use super::certificates::ca_certificates;
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
 use crate::alarm::{NotificationTarget, Priority, QuietHours};
-use crate::auth::file_permissions::{self, PermissionError};
-use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
+use profivac_web_server::host_name::is_loopback;
+use profivac_web_server::tables::{Secret, ca_certificates, secret_of_file, token_of};
+use serde::Deserialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
-
-/// A token or password that the station sends or expects, and never shows.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Secret(String);
-
-impl<'de> Deserialize<'de> for Secret {
-    /// The error does not repeat the value: it may be the secret without its quotes.
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer).map(Self).map_err(|_| D::Error::custom("expected a token in quotes"))
-    }
-}
-
-impl Secret {
-    /// The token itself, for the request to the webhook and the comparison with a request only.
-    #[must_use]
-    pub fn reveal(&self) -> &str {
-        &self.0
-    }
-}
-
-impl fmt::Debug for Secret {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("(secret)")
-    }
-}
 
 /// A webhook that gets alarm notifications.
 #[derive(Clone, PartialEq, Eq)]
@@ -169,43 +142,10 @@ fn webhook(given: &WebhookToml, folder: &Path) -> Result<Webhook, Located> {
 }
 
 fn token(given: &WebhookToml, folder: &Path) -> Result<Option<Secret>, Located> {
-    let (span, token) = match (&given.token, &given.token_file) {
-        (None, None) => return Ok(None),
-        (Some(token), None) => (token.span(), token.get_ref().0.clone()),
-        (None, Some(file)) => (file.span(), token_of_file(file, folder)?),
-        (Some(_), Some(file)) => return Err(Located::new(file.span(), ConfigProblem::TwoTokens)),
-    };
-    secret(token, span).map(Some)
-}
-
-/// A token that HTTP permits.
-fn secret(token: String, span: std::ops::Range<usize>) -> Result<Secret, Located> {
-    let is_usable = !token.is_empty() && token.bytes().all(|octet| octet.is_ascii_graphic());
-    if is_usable { Ok(Secret(token)) } else { Err(Located::new(span, ConfigProblem::Token)) }
-}
-
-/// The token in a file, which only its owner may read.
-pub fn secret_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Secret, Located> {
-    secret(token_of_file(file, folder)?, file.span())
-}
-
-/// The password in a file, which only its owner may read.
-pub fn password_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Secret, Located> {
-    let password = token_of_file(file, folder)?;
-    let is_usable = !password.is_empty() && !password.chars().any(char::is_control);
-    if is_usable { Ok(Secret(password)) } else { Err(Located::new(file.span(), ConfigProblem::MailPassword)) }
-}
-
-fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Located> {
-    let path = folder.join(file.get_ref());
-    match file_permissions::check(&path) {
-        Err(error @ PermissionError::Open(..)) => {
-            return Err(Located::new(file.span(), ConfigProblem::TokenFileOpen(error)));
-        }
-        // The read below reports why the file cannot be read.
-        Ok(()) | Err(PermissionError::System(..)) => {}
+    match (&given.token, &given.token_file) {
+        (None, None) => Ok(None),
+        (Some(token), None) => Ok(Some(token_of(token)?)),
+        (None, Some(file)) => Ok(Some(secret_of_file(file, folder)?)),
+        (Some(_), Some(file)) => Err(Located::new(file.span(), ConfigProblem::TwoTokens)),
     }
-    let text = std::fs::read_to_string(&path);
-    let text = text.map_err(|error| Located::new(file.span(), ConfigProblem::TokenFile { file: path, error }))?;
-    Ok(text.trim().to_owned())
 }

@@ -1,7 +1,7 @@
 //! One e-mail over SMTP, encrypted unless the server is on this computer.
 
 use crate::alarm::{AlarmState, ChangeKind};
-use crate::config::{Email, MailSecurity, Secret};
+use crate::config::{Email, MailSecurity};
 use crate::view::mbar;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -10,6 +10,7 @@ use lettre::transport::smtp::authentication::Credentials;
 use lettre::transport::smtp::client::{Certificate, Tls, TlsParameters};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Message, Tokio1Executor};
 use profivac_recorder::alarms::Notification;
+use profivac_web_server::tables::Secret;
 use serde_json::Value;
 use std::error::Error;
 use std::fmt::Write;

@@ -1,9 +1,9 @@
 //! Forged and malformed requests, and the headers of every answer.
 
 use crate::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
-use profivac_station::auth::Role;
-use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::server::Limits;
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_web_server::server::Limits;
 use serde_json::json;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};

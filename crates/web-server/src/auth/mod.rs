@@ -19,7 +19,7 @@
 //! | [`sessions`] | sessions in memory |
 //! | [`users`] | the users' file |
 //!
-//! The API combines these parts in `api::authenticator`.
+//! [`crate::authenticator`] combines these parts.
 
 pub mod access;
 pub mod actor;

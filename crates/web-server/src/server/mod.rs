@@ -6,17 +6,14 @@
 mod slow_client;
 mod tls;
 
-use crate::api::authenticator::{AccessObserver, Authenticator};
-use crate::api::headers::{self, Hosts};
-use crate::api::middleware::{self, Peer, RequestGuard};
 use crate::auth::Access;
 use crate::auth::connections::{Evicted, Permit, Permits, StreamPermits};
 use crate::auth::openid::{OpenIdProvider, OpenIdSettings};
 use crate::auth::rate_limit::RateLimits;
 use crate::auth::users::{Users, UsersError};
-use crate::config::TlsFiles;
-use crate::gateway_status::GatewayStatus;
-use crate::services::Services;
+use crate::authenticator::{AccessObserver, Authenticator};
+use crate::headers::{self, Hosts};
+use crate::middleware::{self, Peer, RequestGuard};
 use axum::Router;
 use axum::extract::Request;
 use axum::middleware::{from_fn, from_fn_with_state};
@@ -29,7 +26,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
-pub use tls::{Keys, PemItem, TlsError};
+pub use tls::{Keys, PemItem, TlsError, TlsFiles};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
@@ -150,19 +147,11 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts the server of a station.
-    ///
-    /// # Errors
-    /// [`ServerError`].
-    pub fn start(services: Arc<Services>, setup: Setup) -> Result<Self, ServerError> {
-        Self::start_with(crate::api::router(Arc::clone(&services)), services, setup)
-    }
-
     /// Starts a server that answers with `router` what the middleware lets through. `observer` gets what happens to the users.
     ///
     /// # Errors
     /// [`ServerError`].
-    pub fn start_with(router: Router, observer: Arc<dyn AccessObserver>, setup: Setup) -> Result<Self, ServerError> {
+    pub fn start(router: Router, observer: Arc<dyn AccessObserver>, setup: Setup) -> Result<Self, ServerError> {
         check_openid(&setup)?;
         let Setup { listen, access, openid, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
@@ -182,7 +171,7 @@ impl Server {
             body_timeout: limits.head,
             streams: StreamPermits::new(limits.connections),
         };
-        let connections = Connections { router: guarded(router, guard), keys: keys.clone(), limits, gateway: None };
+        let connections = Connections { router: guarded(router, guard), keys: keys.clone(), limits, observer: None };
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || run(runtime, &listener, &connections, &authenticator, stopped));
         Ok(Self { address, keys, stop: Some(stop), thread: Some(thread) })
@@ -272,6 +261,18 @@ fn run(
     runtime.shutdown_background();
 }
 
+/// Counts the connections of a server, for example those of a gateway.
+pub trait ConnectionObserver: Send + Sync {
+    /// A client has connected.
+    fn connected(&self);
+
+    /// A client has disconnected.
+    fn disconnected(&self);
+
+    /// A connection was refused, with a sentence why.
+    fn refused(&self, reason: &str);
+}
+
 /// HTTP connections with their limits: of the dashboard, and of gateways over HTTP.
 #[derive(Clone)]
 pub struct Connections {
@@ -281,8 +282,8 @@ pub struct Connections {
     pub keys: Option<Arc<Keys>>,
     /// The limits; those on the rate of requests are the router's.
     pub limits: Limits,
-    /// The gateway to which the connections belong; it counts them.
-    pub gateway: Option<Arc<GatewayStatus>>,
+    /// Who counts the connections.
+    pub observer: Option<Arc<dyn ConnectionObserver>>,
 }
 
 /// An API behind its middleware. The outermost layer adds the headers, so that refusals have them too.
@@ -307,22 +308,22 @@ async fn watch_users(authenticator: &Arc<Authenticator>) {
     }
 }
 
-/// Counts a connection of a gateway while it lives.
-struct Counted(Option<Arc<GatewayStatus>>);
+/// Counts a connection while it lives.
+struct Counted(Option<Arc<dyn ConnectionObserver>>);
 
 impl Counted {
-    fn of(gateway: Option<&Arc<GatewayStatus>>) -> Self {
-        if let Some(gateway) = gateway {
-            gateway.client_connected();
+    fn of(observer: Option<&Arc<dyn ConnectionObserver>>) -> Self {
+        if let Some(observer) = observer {
+            observer.connected();
         }
-        Self(gateway.map(Arc::clone))
+        Self(observer.map(Arc::clone))
     }
 }
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        if let Some(gateway) = &self.0 {
-            gateway.client_disconnected();
+        if let Some(observer) = &self.0 {
+            observer.disconnected();
         }
     }
 }
@@ -336,11 +337,11 @@ impl Connections {
                 tokio::time::sleep(ACCEPT_PAUSE).await;
                 continue;
             };
-            match (permits.take(peer.ip()), &self.gateway) {
+            match (permits.take(peer.ip()), &self.observer) {
                 (Some((permit, evicted)), _) => {
                     drop(tokio::spawn(self.clone().accept(stream, peer.ip(), permit, evicted)))
                 }
-                (None, Some(gateway)) => gateway.refused("all places for connections are taken"),
+                (None, Some(observer)) => observer.refused("all places for connections are taken"),
                 (None, None) => {}
             }
         }
@@ -348,7 +349,7 @@ impl Connections {
 
     /// Serves one connection until it ends, or until its permit is needed for another one.
     async fn accept(self, stream: TcpStream, peer: IpAddr, permit: Arc<Permit>, evicted: Evicted) {
-        let _counted = Counted::of(self.gateway.as_ref());
+        let _counted = Counted::of(self.observer.as_ref());
         tokio::select! {
             () = self.serve_one(stream, peer, permit) => {}
             _ = evicted => {}

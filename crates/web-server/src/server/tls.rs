@@ -1,7 +1,6 @@
 //! TLS: certificate and key, which can be read again while the server runs.
 
 use crate::auth::file_permissions::{self, PermissionError};
-use crate::config::TlsFiles;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -9,6 +8,15 @@ use tokio_rustls::rustls::crypto::ring::default_provider;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::{self, ServerConfig};
+
+/// The paths of certificate and key, both in PEM.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The certificate of the station, followed by its intermediate certificates.
+    pub certificate: PathBuf,
+    /// The key of the certificate. Only its owner may have access to the file.
+    pub key: PathBuf,
+}
 
 /// The contents that a PEM file must have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,14 +21,13 @@
 //! request-urls = ["https://archive-2.example:8443"]   # the archives whose users ask the station; unless given, that of url
 //! ```
 
-use super::super::ca_certificates;
 use super::super::error::{ArchiveProblem, ConfigProblem, Located};
-use super::super::webhooks::{Secret, secret_of_file};
 use super::mqtt::{Credentials, credentials_file};
-use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;
+use profivac_web_server::host_name::is_loopback;
+use profivac_web_server::tables::{Secret, ca_certificates, secret_of_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::Spanned;

@@ -381,10 +381,10 @@ fn checked_template(template: Spanned<String>) -> Result<String, Located> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::auth::Role;
-    use crate::auth::users::Users;
     use crate::config::gateways::GatewaySettings;
     use crate::config::{Config, ConfigError};
+    use profivac_web_server::auth::Role;
+    use profivac_web_server::auth::users::Users;
 
     fn parse(table: &str) -> Result<Settings, ConfigError> {
         let text = format!(
@@ -452,7 +452,7 @@ mod tests {
             error.contains("plant.toml:9:18: expected an operator or engineer") && error.contains("does not exist"),
             "{error}"
         );
-        let hash = crate::auth::password::Hash::of("a password of some length").unwrap();
+        let hash = profivac_web_server::auth::password::Hash::of("a password of some length").unwrap();
         Users::change(&folder.path().join("plant.users.toml"), |users| {
             users.add("watch", Role::Viewer, hash.clone())?;
             users.add("epics", Role::Operator, hash)

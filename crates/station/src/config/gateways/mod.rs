@@ -9,13 +9,13 @@ pub mod opcua;
 pub mod prometheus;
 pub mod write;
 
-use super::TlsFiles;
 use super::error::Located;
 use archive::ArchiveToml;
 use epics::EpicsToml;
 use modbus::ModbusToml;
 use mqtt::MqttToml;
 use opcua::OpcuaToml;
+use profivac_web_server::server::TlsFiles;
 use prometheus::PrometheusToml;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -19,13 +19,12 @@
 //! backlog = "7 days"
 //! ```
 
-use super::super::certificates::ca_certificates;
 use super::super::error::{BrokerUrlProblem, ConfigProblem, CredentialsProblem, Located, MqttProblem};
-use super::super::webhooks::Secret;
-use crate::auth::file_permissions::{self, PermissionError};
-use crate::host_name::is_loopback;
 use hyper::Uri;
 use profivac_host::text_file::{self, Parsed};
+use profivac_web_server::auth::file_permissions::{self, PermissionError};
+use profivac_web_server::host_name::is_loopback;
+use profivac_web_server::tables::{Secret, ca_certificates};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -367,7 +366,7 @@ fn private_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Permi
     match file_permissions::check(&path) {
         Err(error @ PermissionError::Open(..)) => Err(error),
         // Reading reports why the file cannot be read.
-        Ok(()) | Err(PermissionError::System(..)) => Ok(path),
+        Ok(()) | Err(_) => Ok(path),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::super::error::{ConfigProblem, Located};
 use super::super::names::stem;
-use crate::auth::users::Users;
 use profivac_host::text_file::Parsed;
+use profivac_web_server::auth::users::Users;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};

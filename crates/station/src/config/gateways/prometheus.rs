@@ -1,9 +1,9 @@
 //! `[prometheus]`.
 
-use super::super::TlsFiles;
 use super::super::error::{ConfigProblem, Located};
-use super::super::webhooks::{Secret, secret_of_file};
 use profivac_host::text_file::Parsed;
+use profivac_web_server::server::TlsFiles;
+use profivac_web_server::tables::{Secret, secret_of_file};
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};

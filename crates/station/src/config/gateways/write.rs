@@ -2,9 +2,9 @@
 
 use super::super::error::{ConfigProblem, Located};
 use super::modbus::Network;
-use crate::auth::Role;
-use crate::auth::users::Users;
 use profivac_host::text_file::Parsed;
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::users::Users;
 use serde::Deserialize;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
