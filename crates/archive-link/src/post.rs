@@ -1,11 +1,11 @@
 //! The client of an archive without NATS: one batch, one POST, and its answer after the commit; polls for requests of users, and replies.
 
-use crate::request::MAX_OCTETS as MAX_REQUEST;
 use axum::body::{Body, Bytes, to_bytes};
 use hyper::client::conn::http1::{self, SendRequest};
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Response, StatusCode, Uri, body};
 use hyper_util::rt::TokioIo;
+use profivac_archive_protocol::request::{MAX_OCTETS as MAX_REQUEST, REQUEST_HEADER};
 use profivac_recorder::outbox::Waiting;
 use profivac_station::config::gateways::archive::Https;
 use profivac_web_server::auth::secret::RandomSecret;
@@ -28,9 +28,6 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// The longest wait for a request of a user: longer than the archive waits for one.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(40);
-
-/// The header with the id of a request.
-pub const REQUEST_HEADER: &str = "profivac-request";
 
 /// The longest reason of a refusal that is shown.
 const LONGEST_REASON: usize = 400;
@@ -252,9 +249,9 @@ async fn handshake(stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{self, Sender};
-    use crate::https::{Job, Server};
-    use crate::pending::{Pending, PendingError};
+    use profivac_archive::config::{self, Sender};
+    use profivac_archive::https::{Job, Server};
+    use profivac_archive::pending::{Pending, PendingError};
     use profivac_web_server::tables::Secret;
     use std::collections::BTreeMap;
     use std::sync::{Mutex, PoisonError};

@@ -3,18 +3,19 @@
 //! The cursor of the database moves when JetStream has acknowledged a batch, or the archive has committed it. Without a network batches
 //! wait in the database; the segments, the recorder and the dashboard do not notice.
 
-use crate::nats::{BATCH_HEADER, NatsError, connect_for, inbox, message_id, subject};
 use crate::post::{PostError, Poster};
 use crate::responder::{self, MAX_WAITING, Responder};
 use async_nats::HeaderMap;
 use async_nats::jetstream::Context as JetStream;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
+use profivac_archive_protocol::nats::{BATCH_HEADER, NatsError, connect_for, inbox, message_id, subject};
 use profivac_gateway::ReadModel;
 use profivac_gateway::thread::{Context, GatewayThread};
 use profivac_recorder::DatabaseError;
 use profivac_recorder::outbox::{Page, Waiting};
-use profivac_station::config::gateways::archive::{Https, Nats, Settings, Transport};
+use profivac_station::config::gateways::archive::{Https, Settings, Transport};
 use profivac_station::services::Services;
+use profivac_web_server::tables::archive::Nats;
 use std::sync::Arc;
 use std::time::Duration;
 use thiserror::Error;

@@ -1,17 +1,18 @@
 //! The station's answers to requests of the archive. The file of the station says which requests it answers.
 
-use crate::nats::NatsError;
 use crate::post::{PostError, Poster};
-use crate::request::{MAX_OCTETS, MAX_PIXELS, Reply, Request, subject};
 use async_nats::{Client, Message, Subject};
 use futures_util::StreamExt;
+use profivac_archive_protocol::nats::NatsError;
+use profivac_archive_protocol::request::{MAX_OCTETS, MAX_PIXELS, Reply, Request, subject};
 use profivac_recorder::Micros;
-use profivac_station::config::gateways::archive::{Https, Nats, Requests, Settings};
+use profivac_recorder::Trend;
+use profivac_station::config::gateways::archive::{Https, Requests, Settings};
 use profivac_station::gateway_status::GatewayStatus;
 use profivac_station::services::Services;
-use profivac_station::view::Trend;
 use profivac_web_server::auth::secret::RandomSecret;
 use profivac_web_server::auth::{Actor, Role, User};
+use profivac_web_server::tables::archive::Nats;
 use profivac_web_server::visible_text::check_line;
 use std::sync::Arc;
 use std::time::Duration;

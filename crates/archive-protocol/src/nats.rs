@@ -2,8 +2,8 @@
 
 use async_nats::jetstream::{self, Context};
 use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
-use profivac_station::config::gateways::archive::{Nats, is_name};
 use profivac_web_server::client_tls::{fault, is_of_another_name};
+use profivac_web_server::tables::archive::{Nats, is_name};
 use std::time::Duration;
 use thiserror::Error;
 use tokio_rustls::rustls;

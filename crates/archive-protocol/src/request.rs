@@ -7,7 +7,7 @@
 //! | a trend while others wait | `"busy"` |
 //! | any other | `{"refused": "the reason in a sentence"}` |
 
-use profivac_station::view::Trend;
+use profivac_recorder::Trend;
 use serde::{Deserialize, Serialize};
 
 /// The most entries of a trend: its answer stays below the megabyte that a server of NATS passes on.
@@ -15,6 +15,9 @@ pub const MAX_PIXELS: u32 = 4_000;
 
 /// The most octets of a request: names of alarms and series are far shorter.
 pub const MAX_OCTETS: usize = 8 << 10;
+
+/// The header with the id of a request.
+pub const REQUEST_HEADER: &str = "profivac-request";
 
 /// The subject of the requests to a station.
 pub fn subject(plant: &str, station: &str) -> String {

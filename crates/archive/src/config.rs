@@ -40,9 +40,9 @@
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
-use profivac_station::config::gateways::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
 use profivac_web_server::auth::openid::OpenIdSettings;
 use profivac_web_server::server::TlsFiles;
+use profivac_web_server::tables::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
 use profivac_web_server::tables::openid::{OpenIdToml, Reach};
 use profivac_web_server::tables::{Secret, secret_of_file};
 use serde::Deserialize;

@@ -10,18 +10,16 @@
 //! | Module | Holds |
 //! |---|---|
 //! | [`https`] | the server for stations without NATS |
-//! | [`publisher`] | the station's part: batches to JetStream, acknowledgements to the database |
 //! | [`config`] | the file of an archive |
 //! | [`database`] | the connection to PostgreSQL |
 //! | [`schema`] | tables, views and migrations of PostgreSQL |
 //! | [`store`] | batches to rows, in transactions |
-//! | `request`, `responder` | what users of the archive ask a station for, and the station's answers |
 //! | [`pending`] | requests to stations without NATS, which poll for them |
 //! | `session` | what a session reports, and the pause before the next one |
 //! | [`view`] | one view of all stations: API and page |
 //! | [`service`] | the loop of an archive: take, store, acknowledge |
-//! | `post` | the client of that server, at the station |
-//! | `nats` | connections to the servers, names of subjects and messages |
+//!
+//! `profivac-archive-link` is the station's side, `profivac-archive-protocol` what both exchange.
 //!
 //! A batch may come twice, late, and out of order. Its rows have keys, so that storing it again changes nothing; a span of a later
 //! batch replaces that of an earlier one. The acknowledgement follows the commit. Nothing else makes the effect exactly once.
@@ -29,17 +27,9 @@
 pub mod config;
 pub mod database;
 pub mod https;
-mod nats;
 pub mod pending;
-mod post;
-pub mod publisher;
-mod request;
-mod responder;
 pub mod schema;
 pub mod service;
 mod session;
 pub mod store;
 pub mod view;
-
-pub use nats::NatsError;
-pub use post::PostError;

@@ -23,6 +23,7 @@
 //! | [`audit`] | the audit trail: rows that are only added |
 //! | [`alarms`] | alarm states, their history, queued notifications |
 //! | [`reader`] | trends, samples, events |
+//! | [`trend`] | a trend as the station and the archive show it |
 //! | [`export`] | samples as rows and as CSV, chunk by chunk |
 //! | `parquet` | samples as a Parquet file, with the feature of that name |
 //! | [`backup`] | a consistent copy of the database while it is written |
@@ -63,6 +64,7 @@ pub mod ring;
 pub mod sample;
 pub mod schema;
 pub mod spans;
+pub mod trend;
 pub mod validity;
 pub mod writer;
 
@@ -77,4 +79,5 @@ pub use outbox::Forward;
 pub use quality::{Qualities, Quality};
 pub use reader::{Reader, Span};
 pub use sample::{Micros, Sample};
+pub use trend::Trend;
 pub use writer::{Health, Recorder, Settings, WriteReceipt};

@@ -20,7 +20,6 @@
 //! `requests` has the paths of the requests of users.
 
 use crate::config::{Config, Https, Sender};
-use crate::nats::{message_id, subject};
 use crate::pending::Pending;
 use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, Stored};
@@ -31,6 +30,7 @@ use axum::http::header::{AUTHORIZATION, CONTENT_LENGTH, RETRY_AFTER, WWW_AUTHENT
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use profivac_archive_protocol::nats::{message_id, subject};
 use profivac_recorder::Micros;
 use profivac_web_server::auth::connections::Permit;
 use profivac_web_server::server::{Connections, Keys, Limits, ServerError};

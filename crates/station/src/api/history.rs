@@ -2,7 +2,7 @@
 
 use super::database::DatabaseReaders;
 use crate::pumpdown;
-use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
+use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
@@ -11,6 +11,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_identify::standard_uncertainty;
+use profivac_recorder::Trend;
 use profivac_recorder::{Chunks, DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
 use profivac_web_server::problem::Problem;

@@ -597,9 +597,6 @@ pub enum ConfigProblem {
     /// The certificates of a webhook cannot be read.
     #[error(transparent)]
     Certificates(CertificateError),
-    /// The file with user and password for a broker or server cannot be used.
-    #[error(transparent)]
-    Credentials(CredentialsProblem),
     /// `[mqtt]` cannot be used.
     #[error(transparent)]
     Mqtt(MqttProblem),
@@ -608,7 +605,7 @@ pub enum ConfigProblem {
     Archive(ArchiveProblem),
 }
 
-/// The reason why `[archive]`, or the servers in the file of an archive, cannot be used.
+/// The reason why `[archive]` cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArchiveProblem {
@@ -624,21 +621,6 @@ pub enum ArchiveProblem {
     /// A limit with which no batch arrives.
     #[error("expected at least 1000 octets per second, found {0}")]
     Limit(u32),
-    /// No server.
-    #[error("expected at least one server in servers of the table nats, found none")]
-    NoServer,
-    /// The URL is not that of a server.
-    #[error("expected a URL like tls://nats.example:4222, without a user")]
-    Server,
-    /// Servers with and without TLS.
-    #[error("the first server has tls://, and this one nats://: give all servers the same scheme")]
-    MixedServers,
-    /// The connection to another computer is unencrypted, and the file does not say that this is intended.
-    #[error(
-        "expected tls:// for a server on another computer, found nats://, with which everybody on the way reads the values and the \
-         password: use tls://, or write unencrypted = true if the network is separate"
-    )]
-    Unencrypted,
     /// The table says not where to send.
     #[error(
         "expected [archive.nats] or [archive.https], found neither: name the servers of NATS or the archive to send to"
@@ -690,31 +672,6 @@ pub enum BrokerUrlProblem {
     /// A standby broker has another scheme than the first one.
     #[error("another scheme than that of broker")]
     OtherScheme,
-}
-
-/// The reason why a file with user and password cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CredentialsProblem {
-    /// The file is not TOML of that form.
-    #[error("expected user = \"…\" and password = \"…\" in {file}: {message}", file = file.display())]
-    Content {
-        /// The file.
-        file: PathBuf,
-        /// The message of the parser.
-        message: String,
-    },
-    /// The file cannot be read.
-    #[error("{file} cannot be read: {error}", file = file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// The error of the operating system.
-        error: io::Error,
-    },
-    /// The file is open to others.
-    #[error(transparent)]
-    Open(PermissionError),
 }
 
 /// The reason why `[mqtt]` cannot be used.

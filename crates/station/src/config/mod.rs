@@ -120,8 +120,8 @@ pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity};
 pub use error::{
-    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
-    MqttProblem, NamedItem, WebhookUrlProblem,
+    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, DrawingFileProblem, MqttProblem,
+    NamedItem, WebhookUrlProblem,
 };
 pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
 pub use number_range::NumberRange;

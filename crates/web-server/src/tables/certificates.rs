@@ -1,8 +1,10 @@
 //! Certificates that are trusted for webhooks, brokers and archives in addition to those of the system.
 
+use super::{Located, TableProblem};
 use std::path::{Path, PathBuf};
 use tokio_rustls::rustls::pki_types::CertificateDer;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
+use toml::Spanned;
 
 /// A file without usable certificates.
 #[derive(Debug, thiserror::Error)]
@@ -31,4 +33,14 @@ pub fn ca_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, Cert
     let failed = |error| CertificateError { file: file.to_owned(), error };
     let all = CertificateDer::pem_file_iter(file).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(failed)?;
     if all.is_empty() { Err(failed(pem::Error::NoItemsFound)) } else { Ok(all) }
+}
+
+/// The path of a file with certificates, which can be read now.
+///
+/// # Errors
+/// [`TableProblem::Certificates`].
+pub fn ca_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
+    let path = folder.join(file.get_ref());
+    let wrong = |error| Located::new(file.span(), TableProblem::Certificates(error));
+    ca_certificates(&path).map_err(wrong).map(|_| path)
 }

@@ -2,19 +2,25 @@
 //!
 //! | Module | Holds |
 //! |---|---|
+//! | [`archive`] | names, tokens and servers of NATS between stations and archives |
 //! | `certificates` | certificates that are trusted in addition to those of the system |
+//! | `credentials` | user and password in a file |
 //! | [`openid`] | `[openid]` |
 //! | `secret` | tokens and passwords |
 
+pub mod archive;
 mod certificates;
+mod credentials;
 pub mod openid;
 mod secret;
 
-pub use certificates::{CertificateError, ca_certificates};
+pub use certificates::{CertificateError, ca_certificates, ca_file};
+pub use credentials::{Credentials, CredentialsProblem, credentials_file};
 pub use openid::OpenIdProblem;
-pub use secret::{Secret, password_of_file, secret_of_file, token_of};
+pub use secret::{Secret, password_of_file, private_file, secret_of_file, token_of};
 
 use crate::auth::file_permissions::PermissionError;
+use archive::NatsProblem;
 use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -43,6 +49,12 @@ pub enum TableProblem {
     /// A value of `[openid]`.
     #[error(transparent)]
     OpenId(OpenIdProblem),
+    /// The servers of NATS cannot be used.
+    #[error(transparent)]
+    Nats(NatsProblem),
+    /// The file with user and password for a broker or server cannot be used.
+    #[error(transparent)]
+    Credentials(CredentialsProblem),
     /// The certificates cannot be read.
     #[error(transparent)]
     Certificates(CertificateError),

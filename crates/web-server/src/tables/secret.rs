@@ -77,3 +77,16 @@ fn token_of_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<String, Locat
     let text = text.map_err(|error| Located::new(file.span(), TableProblem::SecretFile { file: path, error }))?;
     Ok(text.trim().to_owned())
 }
+
+/// The path of a file that only its owner can read.
+///
+/// # Errors
+/// [`PermissionError`] if others have access to it.
+pub fn private_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, PermissionError> {
+    let path = folder.join(file.get_ref());
+    match file_permissions::check(&path) {
+        Err(error @ PermissionError::Open(..)) => Err(error),
+        // Reading reports why the file cannot be read.
+        Ok(()) | Err(_) => Ok(path),
+    }
+}

@@ -22,21 +22,18 @@
 //! ```
 
 use super::super::error::{ArchiveProblem, ConfigProblem, Located};
-use super::mqtt::{Credentials, credentials_file};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;
 use profivac_web_server::host_name::is_loopback;
-use profivac_web_server::tables::{Secret, ca_certificates, secret_of_file};
+use profivac_web_server::tables::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
+use profivac_web_server::tables::{Secret, ca_file, secret_of_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// The deadband of `samples = "deadband"` in percent, unless the file has another one: that of large archives.
 const DEADBAND_PERCENT: f64 = 5.0;
-
-/// The most characters of a name in a subject.
-const LONGEST_NAME: usize = 60;
 
 /// The settings of the station's part of an archive.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,9 +67,6 @@ pub enum Requests {
 
 // The deadband is a number of the file, never NaN.
 impl Eq for Settings {}
-
-/// The shortest token of a station: 16 random characters cannot be guessed.
-pub const SHORTEST_TOKEN: usize = 16;
 
 /// The most archives that a station asks for requests.
 const MAX_REQUEST_URLS: usize = 8;
@@ -127,28 +121,6 @@ impl Https {
     }
 }
 
-/// Servers of NATS, and how to log in there.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Nats {
-    /// Their URLs: `nats://` or `tls://`, with host and port.
-    pub servers: Vec<String>,
-    /// Every connection uses TLS.
-    pub tls: bool,
-    /// User and password.
-    pub credentials: Option<Credentials>,
-    /// Certificates that are trusted in addition to those of the system.
-    pub ca_file: Option<PathBuf>,
-}
-
-impl Nats {
-    /// The first host to which the connection leaves this computer without encryption.
-    #[must_use]
-    pub fn exposed(&self) -> Option<&str> {
-        let hosts = self.servers.iter().filter_map(|url| url.strip_prefix("nats://")?.rsplit_once(':'));
-        hosts.map(|(host, _port)| host).find(|host| !is_loopback(host))
-    }
-}
-
 /// `[archive]` as TOML.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -197,21 +169,6 @@ enum SamplesToml {
     #[default]
     Deadband,
     Off,
-}
-
-/// `[archive.nats]`, and `[nats]` in the file of the archive.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct NatsToml {
-    /// URLs of the servers: `tls://` or `nats://`, with host and port.
-    servers: Vec<Spanned<Parsed<Uri>>>,
-    /// `true` permits `nats://` to another computer. Default: `false`.
-    #[serde(default)]
-    unencrypted: bool,
-    /// A TOML file with `user` and `password`, which only its owner may read.
-    credentials: Option<Spanned<PathBuf>>,
-    /// Certificates in PEM that are trusted in addition to those of the system.
-    ca_file: Option<Spanned<PathBuf>>,
 }
 
 impl ArchiveToml {
@@ -289,55 +246,6 @@ fn url_of_archive(url: &Spanned<Parsed<Uri>>, unencrypted: bool) -> Result<Uri, 
         _ => return Err(located(url, ArchiveProblem::Url)),
     }
     Ok(uri.clone())
-}
-
-impl NatsToml {
-    /// The settings. `span` is shown where the list of servers is empty.
-    ///
-    /// # Errors
-    /// Where the file is wrong, and why.
-    pub fn into_settings(self, path: &Path, span: std::ops::Range<usize>) -> Result<Nats, Located> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let Some(first) = self.servers.first() else {
-            return Err(Located::new(span, ConfigProblem::Archive(ArchiveProblem::NoServer)));
-        };
-        let tls = first.get_ref().0.scheme_str() == Some("tls");
-        let servers = self.servers.iter().map(|url| server(url, tls, self.unencrypted)).collect::<Result<_, _>>()?;
-        let credentials = self.credentials.as_ref().map(|file| credentials_file(file, folder)).transpose()?;
-        let ca_file = self.ca_file.map(|file| ca_file(&file, folder)).transpose()?;
-        Ok(Nats { servers, tls, credentials, ca_file })
-    }
-}
-
-/// The path of a file with certificates, which can be read now.
-fn ca_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
-    let path = folder.join(file.get_ref());
-    let wrong = |error| Located::new(file.span(), ConfigProblem::Certificates(error));
-    ca_certificates(&path).map_err(wrong).map(|_| path)
-}
-
-/// The URL of a server.
-fn server(url: &Spanned<Parsed<Uri>>, tls: bool, unencrypted: bool) -> Result<String, Located> {
-    let uri = &url.get_ref().0;
-    let Some(authority) = uri.authority().filter(|authority| !authority.as_str().contains('@')) else {
-        return Err(located(url, ArchiveProblem::Server));
-    };
-    match uri.scheme_str() {
-        Some("tls") if tls => {}
-        Some("nats") if tls => return Err(located(url, ArchiveProblem::MixedServers)),
-        Some("nats") if unencrypted || is_loopback(authority.host()) => {}
-        Some("nats") => return Err(located(url, ArchiveProblem::Unencrypted)),
-        _ => return Err(located(url, ArchiveProblem::Server)),
-    }
-    let scheme = if tls { "tls" } else { "nats" };
-    Ok(format!("{scheme}://{}:{}", authority.host(), authority.port_u16().unwrap_or(4222)))
-}
-
-/// Whether a text can be the name of a plant or station in an archive: it is a part of subjects and of URLs.
-#[must_use]
-pub fn is_name(text: &str) -> bool {
-    let is_known = |character: char| character.is_ascii_alphanumeric() || matches!(character, '-' | '_');
-    !text.is_empty() && text.len() <= LONGEST_NAME && text.chars().all(is_known)
 }
 
 /// A name that is a part of a subject.

@@ -19,12 +19,11 @@
 //! backlog = "7 days"
 //! ```
 
-use super::super::error::{BrokerUrlProblem, ConfigProblem, CredentialsProblem, Located, MqttProblem};
+use super::super::error::{BrokerUrlProblem, ConfigProblem, Located, MqttProblem};
 use hyper::Uri;
-use profivac_host::text_file::{self, Parsed};
-use profivac_web_server::auth::file_permissions::{self, PermissionError};
+use profivac_host::text_file::Parsed;
 use profivac_web_server::host_name::is_loopback;
-use profivac_web_server::tables::{Secret, ca_certificates};
+use profivac_web_server::tables::{Credentials, ca_certificates, credentials_file, private_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -97,16 +96,6 @@ pub struct Tls {
     pub ca_file: Option<PathBuf>,
     /// The certificate of the station with its chain, and its key.
     pub client: Option<(PathBuf, PathBuf)>,
-}
-
-/// The login of the station at the broker.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Credentials {
-    /// The user.
-    pub user: String,
-    /// The password.
-    pub password: Secret,
 }
 
 /// The plain topics.
@@ -341,32 +330,11 @@ fn checked(value: &Spanned<String>, expected: &'static str, is_usable: fn(&str) 
     Err(located(value, MqttProblem::Topic { expected, found: text.clone() }))
 }
 
-/// User and password in a file that only its owner can read.
-pub fn credentials_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<Credentials, Located> {
-    let wrong = |problem| Located::new(file.span(), ConfigProblem::Credentials(problem));
-    let path = private_file(file, folder).map_err(|error| wrong(CredentialsProblem::Open(error)))?;
-    let text = text_file::read(&path);
-    let text = text.map_err(|error| wrong(CredentialsProblem::File { file: path.clone(), error }))?;
-    // The message of the parser has no part of the file.
-    let parsed = toml::from_str(&text).map_err(|error| error.message().to_owned());
-    parsed.map_err(|message| wrong(CredentialsProblem::Content { file: path, message }))
-}
-
 fn private_key(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Located> {
     let path = private_file(file, folder).map_err(|error| located(file, MqttProblem::Open(error)))?;
     match PrivateKeyDer::from_pem_file(&path) {
         Ok(_) => Ok(path),
         Err(error) => Err(located(file, MqttProblem::Key { file: path, error })),
-    }
-}
-
-/// The path of a file that only its owner can read.
-fn private_file(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, PermissionError> {
-    let path = folder.join(file.get_ref());
-    match file_permissions::check(&path) {
-        Err(error @ PermissionError::Open(..)) => Err(error),
-        // Reading reports why the file cannot be read.
-        Ok(()) | Err(_) => Ok(path),
     }
 }
 
