@@ -50,8 +50,8 @@ const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 
 /// Runs until SIGINT or SIGTERM.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let config = Config::read(&arguments.file)?;
-    config.notices().iter().for_each(notice);
+    let config = profivac_config::read(&arguments.file)?;
+    profivac_config::notices(&config).iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     gateways::check(&config.gateways)?;
     names::check(&config)?;
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Config { hosts, tls, openid, .. } = config.clone();
     let setup = Setup { hosts, tls, openid, ..Setup::new(listen, config.access()) };
     if arguments.check {
-        config.check_ports()?;
+        profivac_config::check_ports(&config)?;
         Server::check(&setup)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let services = station.services();
             // A change in the dashboard comes before or after this one.
             let _held = services.alarm_editor().hold();
-            let read = Config::read(&arguments.file).map_err(Failure::from);
+            let read = profivac_config::read(&arguments.file).map_err(Failure::from);
             match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
@@ -127,7 +127,7 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 
 /// Applies a changed configuration, and prints a notice for each change that needs a restart.
 fn apply_config(station: &mut Station, started_with: &Config, config: Config) -> Result<(), Failure> {
-    started_with.needs_restart(&config).iter().for_each(notice);
-    config.notices().iter().for_each(notice);
+    profivac_config::needs_restart(started_with, &config).iter().for_each(notice);
+    profivac_config::notices(&config).iter().for_each(notice);
     Ok(station.reconfigure(config)?)
 }

@@ -7,14 +7,16 @@
 //! damage = { priority = "off" }
 //! ```
 
-use super::default_settings::DefaultAlarmSettings;
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, number, priority_or_off};
-use crate::alarm::{Condition, Priority, Rule, Series};
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
+use profivac_station::alarm::{Condition, Priority, Rule, Series};
+use profivac_station::config::default_alarms::{
+    DAMAGE, DATABASE, Defaults, FAULT, MAX_DAMAGED, NOT_MEASURABLE, SEGMENT, STALE,
+};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
 use std::time::Duration;
@@ -62,48 +64,6 @@ pub struct DefaultAlarmToml {
     #[serde(default)]
     except: Vec<Spanned<String>>,
 }
-
-/// The defaults of a default alarm, delays in seconds. free choice: longer than what the bus recovers from without help, such as
-/// a gauge that is parameterised again or a lost token.
-struct Defaults {
-    priority: Priority,
-    delay_s: u64,
-    off_delay_s: u64,
-}
-
-const FAULT: Defaults = Defaults { priority: Priority::Medium, delay_s: 2, off_delay_s: 5 };
-const STALE: Defaults = Defaults { priority: Priority::Medium, delay_s: 15, off_delay_s: 2 };
-const NOT_MEASURABLE: Defaults = Defaults { priority: Priority::Medium, delay_s: 15, off_delay_s: 5 };
-const SEGMENT: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 5 };
-const DAMAGE: Defaults = Defaults { priority: Priority::Low, delay_s: 0, off_delay_s: 0 };
-const DATABASE: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 0 };
-
-/// The default alarms: their keys in `[alarms]`, and what holds without settings in the file.
-const DEFAULTS: [(&str, &Defaults); 6] = [
-    ("fault", &FAULT),
-    ("stale", &STALE),
-    ("not-measurable", &NOT_MEASURABLE),
-    ("segment", &SEGMENT),
-    ("damage", &DAMAGE),
-    ("database", &DATABASE),
-];
-
-/// What holds for the default alarm `name` where the file has no settings; `None` if there is no such default alarm.
-#[must_use]
-pub fn settings_by_default(name: &str) -> Option<DefaultAlarmSettings> {
-    let (_, defaults) = DEFAULTS.iter().find(|(key, _)| *key == name)?;
-    let seconds = |seconds: u64| Some(format!("{seconds} s"));
-    Some(DefaultAlarmSettings {
-        priority: Some(defaults.priority.word().to_owned()),
-        delay: seconds(defaults.delay_s),
-        off_delay: seconds(defaults.off_delay_s),
-        limit: (name == "damage").then_some(MAX_DAMAGED),
-        except: None,
-    })
-}
-
-/// The default limit of damaged telegrams per minute. free choice: one in some thousand on a bus without idle time.
-const MAX_DAMAGED: f64 = 30.0;
 
 /// The default alarms for all segments and gauges, and for the limits in `rules`.
 pub fn default_alarms(

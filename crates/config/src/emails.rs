@@ -17,97 +17,19 @@
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
-use crate::alarm::{NotificationTarget, Priority, QuietHours};
 use hyper::Uri;
 use hyper::http::uri::Authority;
-#[cfg(feature = "email")]
-pub use lettre::message::Mailbox;
 use profivac_host::text_file::Parsed;
+use profivac_station::alarm::Priority;
+use profivac_station::config::{Email, MailSecurity, Mailbox};
 use profivac_web_server::host_name::is_loopback;
 use profivac_web_server::tables::{Secret, ca_certificates, password_of_file};
 use serde::Deserialize;
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use toml::Spanned;
 
 /// The most recipients of a message. free choice: a list belongs to the mail server.
 const MAX_RECIPIENTS: usize = 50;
-
-/// The address of a sender or recipient: there is none in a program without the feature `email`.
-#[cfg(not(feature = "email"))]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mailbox(());
-
-/// How a connection to a mail server is encrypted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MailSecurity {
-    /// Encrypted with STARTTLS before anything is sent; without it nothing is sent.
-    Starttls,
-    /// Encrypted from the first octet on.
-    Tls,
-    /// Not encrypted, to this computer only.
-    None,
-}
-
-impl MailSecurity {
-    const ALL: [(&'static str, Self, u16); 3] =
-        [("starttls", Self::Starttls, 587), ("tls", Self::Tls, 465), ("none", Self::None, 25)];
-}
-
-/// Recipients of alarm notifications by e-mail, and the server that takes the messages.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Email {
-    /// Its name, unique among the webhooks and e-mails.
-    pub name: String,
-    /// The host name of the server.
-    pub host: String,
-    /// Its port.
-    pub port: u16,
-    /// How the connection is encrypted.
-    pub security: MailSecurity,
-    /// The sender.
-    pub from: Mailbox,
-    /// The recipients.
-    pub to: Vec<Mailbox>,
-    /// User and password at the server.
-    pub credentials: Option<(String, Secret)>,
-    /// Certificates in PEM that are trusted in addition to those of the system.
-    pub ca_file: Option<PathBuf>,
-    /// The address of the dashboard in messages, without a slash at its end.
-    pub link: Option<String>,
-    /// The lowest priority that is sent.
-    pub min_priority: Priority,
-    /// Only alarms that wait for their acknowledgement for this time are sent; zero: all, at once.
-    pub unacknowledged_after: Duration,
-    /// The hours in which only alarms of high priority are sent.
-    pub quiet: Option<QuietHours>,
-}
-
-impl fmt::Debug for Email {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Email").field("name", &self.name).field("host", &self.host).finish_non_exhaustive()
-    }
-}
-
-impl Email {
-    /// What it is told of.
-    #[must_use]
-    pub fn target(&self) -> NotificationTarget {
-        NotificationTarget {
-            webhook: self.name.clone(),
-            min_priority: self.min_priority,
-            unacknowledged_after: self.unacknowledged_after,
-            quiet: self.quiet.clone(),
-        }
-    }
-
-    /// The server, as it is shown.
-    #[must_use]
-    pub fn origin(&self) -> String {
-        format!("smtp://{}:{}", self.host, self.port)
-    }
-}
 
 /// One `[[email]]`.
 #[derive(Debug, Deserialize)]

@@ -1,9 +1,9 @@
 //! Errors in the configuration file.
 
 use super::number_range::NumberRange;
-use crate::alarm::Priority;
-use crate::directory::ViewState;
-use crate::drawing::DrawingProblem;
+use profivac_station::alarm::Priority;
+use profivac_station::directory::ViewState;
+use profivac_station::drawing::DrawingProblem;
 use profivac_virtual::device_spec::SpecError;
 use profivac_web_server::auth::file_permissions::PermissionError;
 use profivac_web_server::tables::{self, CertificateError, TableProblem};

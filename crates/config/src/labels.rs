@@ -3,9 +3,9 @@
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names;
 use super::segments::{GaugeToml, SegmentToml};
-use crate::directory::{Directory, GaugeLabels};
 use jiff::ToSpan;
 use jiff::civil::Date;
+use profivac_station::directory::{Directory, GaugeLabels};
 use std::ops::RangeInclusive;
 use toml::{Spanned, Value};
 

@@ -69,6 +69,7 @@
 //! zones = ["target"]
 //! ```
 //!
+//! [`read`] gives the settings of the station, whose types are in `profivac_station::config`.
 //! The whole file is checked before anything starts. An error names line and column.
 //!
 //! | Module | Holds |
@@ -76,10 +77,7 @@
 //! | `file` | the whole file as TOML, and its defaults |
 //! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
 //! | `alarms` | `[[alarm]]` |
-//! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
-//! | `source` | path and text of the file |
 //! | `default_alarms` | `[alarms]` |
-//! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
@@ -93,11 +91,9 @@
 //! | `error` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
-mod alarm_settings;
 mod alarms;
 mod check;
 mod default_alarms;
-mod default_settings;
 mod emails;
 mod error;
 mod file;
@@ -110,288 +106,119 @@ mod plant;
 mod plant_states;
 mod retention;
 mod segments;
-mod source;
 mod values;
 mod views;
 mod webhooks;
 
-pub use alarm_settings::{AlarmSettings, SettingsError};
-pub use default_alarms::settings_by_default;
-pub use default_settings::DefaultAlarmSettings;
-pub use emails::{Email, MailSecurity};
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, DrawingFileProblem, MqttProblem,
     NamedItem, WebhookUrlProblem,
 };
-pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
+pub use notice::{ConfigNotice, RestartNeeded, needs_restart};
 pub use number_range::NumberRange;
-pub use segments::{MEMORY_PORT, is_virtual};
-pub use source::ConfigSource;
 
-pub use webhooks::Webhook;
-
-use crate::alarm::{PlantStateRule, Rule};
-use crate::directory::Directory;
-use crate::plant::PlantPicture;
 use error::Located;
 use file::ConfigToml;
-use gateways::GatewaySettings;
-use profivac_client::pressure::Pressure;
-use profivac_devices::model::{Configuration, Unit};
-use profivac_dp::link::Baud;
 use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
-use profivac_recorder::{Forward, Retention};
-use profivac_vacuum::Gas;
+use profivac_station::config::{Config, ConfigSource};
 use profivac_virtual::segment_file::SegmentFile;
-use profivac_web_server::auth::Access;
-use profivac_web_server::auth::openid::OpenIdSettings;
-use profivac_web_server::server::TlsFiles;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-/// The configuration of a station.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Config {
-    /// The name of the station.
-    pub name: String,
-    /// The address of the dashboard and the API.
-    pub listen: SocketAddr,
-    /// The path of the database.
-    pub database: PathBuf,
-    /// How long rows of the database are kept.
-    pub retention: Retention,
-    /// The users' file.
-    pub users: UsersFile,
-    /// Host names and addresses of this computer, without ports.
-    pub hosts: Vec<String>,
-    /// The certificate and its key, if the station uses TLS.
-    pub tls: Option<TlsFiles>,
-    /// The OpenID provider at which users may log in besides.
-    pub openid: Option<OpenIdSettings>,
-    /// The segments.
-    pub segments: Vec<Segment>,
-    /// The alarms of the file, then the default alarms.
-    pub alarms: Vec<Rule>,
-    /// The plant states, in the order of the file.
-    pub plant_states: Vec<PlantStateRule>,
-    /// The webhooks that receive alarm notifications.
-    pub webhooks: Vec<Webhook>,
-    /// The recipients of alarm notifications by e-mail.
-    pub emails: Vec<Email>,
-    /// The gateways to control systems.
-    pub gateways: Vec<GatewaySettings>,
-    /// The picture of the plant; empty if the file has none.
-    pub plant: PlantPicture,
-    /// The labels of the gauges, and the views.
-    pub directory: Directory,
-    /// Keys that are written with a former name.
-    pub renamed_keys: Vec<RenamedKey>,
-    /// The file itself.
-    pub source: ConfigSource,
+/// Reads the file at `path`.
+///
+/// # Errors
+/// [`ConfigError`] with the position and the problem.
+pub fn read(path: &Path) -> Result<Config, ConfigError> {
+    parse(&text_of(path)?, path)
 }
 
-/// The file that holds the users.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UsersFile {
-    /// Its path.
-    pub path: PathBuf,
-    /// Whether the configuration file names it. A named file must exist.
-    pub named: bool,
+/// The file of the users of the station with the file at `path`. The tables of gateways are not checked: they may name a user who is
+/// about to be added.
+///
+/// # Errors
+/// [`ConfigError`] if the file cannot be read, or with the position and the problem.
+pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
+    let text = text_of(path)?;
+    let checked = ConfigToml::parse(&text).and_then(|file| check::check(&file).map(|()| file));
+    let file = checked.map_err(|error| in_file(error, &text, path))?;
+    Ok(file.into_config(path).users.path)
 }
 
-/// A segment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Segment {
-    /// Its name, unique in the station.
-    pub name: String,
-    /// Its port.
-    pub port: String,
-    /// Its baud rate.
-    pub baud: Baud,
-    /// The baud rate is not in the file: the station finds it by listening.
-    pub detects_baud: bool,
-    /// The station only listens and sends nothing.
-    pub listen_only: bool,
-    /// The address of the station's master. A segment that only listens has none.
-    pub master: u8,
-    /// Its gauges.
-    pub gauges: Vec<Gauge>,
+/// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.
+///
+/// # Errors
+/// [`ConfigError`] with the position and the problem.
+pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
+    let located = |error: Located| in_file(error, text, path);
+    let mut file = ConfigToml::parse(text).map_err(located)?;
+    check::check(&file).map_err(located)?;
+    let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
+    let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
+    let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
+    let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
+    let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
+    let mut plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    plant.drawing = plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
+    let mut directory = labels::directory(&file.segment).map_err(located)?;
+    directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
+    let known = plant_states::Known { rules: &alarms, segments: &file.segment, directory: &directory, plant: &plant };
+    let plant_states = plant_states::plant_states(&file.plant_state, &known).map_err(located)?;
+    let retention = retention::retention(&file.retention).map_err(located)?;
+    let openid = file.openid(folder).map_err(located)?;
+    let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
+    let source = ConfigSource::new(path, text, parse_again);
+    Ok(Config {
+        alarms,
+        plant_states,
+        webhooks,
+        emails,
+        plant,
+        directory,
+        retention,
+        openid,
+        renamed_keys,
+        gateways,
+        source,
+        ..file.into_config(path)
+    })
 }
 
-/// A gauge.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gauge {
-    /// Its name, unique in the station.
-    pub name: String,
-    /// Its bus address.
-    pub address: u8,
-    /// The name of its device model.
-    pub device: String,
-    /// The sampling interval.
-    pub poll: Duration,
-    /// The gas in the chamber.
-    pub gas: Gas,
-    /// The configuration of a gauge of another master, if the file names it.
-    pub configuration: Option<&'static Configuration>,
-    /// The unit of a gauge of another master, if the file names it.
-    pub unit: Option<&'static Unit>,
-    /// Horizontal lines in the trend: name and pressure.
-    pub levels: Vec<(String, Pressure)>,
+/// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
+/// other programs and may appear or change later.
+///
+/// # Errors
+/// [`PortError::File`] with the position in the segment file.
+pub fn check_ports(config: &Config) -> Result<(), PortError> {
+    let files = config.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
+    files.map(Path::new).try_for_each(|file| Ok(SegmentFile::read(file).map(drop)?))
 }
 
-impl Gauge {
-    /// A gauge with the defaults of all other keys.
-    #[must_use]
-    pub const fn plain(name: String, address: u8, device: String) -> Self {
-        Self {
-            name,
-            address,
-            device,
-            poll: segments::POLL,
-            gas: Gas::N2,
-            configuration: None,
-            unit: None,
-            levels: Vec::new(),
-        }
-    }
-
-    /// Whether both entries describe the same slave: address and device model are equal.
-    #[must_use]
-    pub fn is_same_slave(&self, other: &Self) -> bool {
-        (self.address, &self.device) == (other.address, &other.device)
-    }
+/// Notices about settings that are valid but probably not intended.
+#[must_use]
+pub fn notices(config: &Config) -> Vec<ConfigNotice> {
+    let renamed = config.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
+    let empty = config.segments.iter().filter(|segment| segment.gauges.is_empty());
+    let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
+    let unprotected = config.gateways.iter().filter_map(|gateway| {
+        Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
+    });
+    let writers = config.gateways.iter().filter_map(|gateway| {
+        let write = gateway.writer()?;
+        let clients = write.clients.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        Some(ConfigNotice::WritableGateway { gateway: gateway.name(), clients, user: write.user.clone() })
+    });
+    let brokers = config.gateways.iter().filter_map(|gateway| {
+        let host = gateway.unencrypted_broker()?.to_owned();
+        Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
+    });
+    renamed.chain(empty).chain(unprotected).chain(writers).chain(brokers).collect()
 }
 
-impl Config {
-    /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with the position and the problem.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        Self::parse(&text_of(path)?, path)
-    }
-
-    /// The file of the users of the station with the file at `path`. The tables of gateways are not checked: they may name a user who is
-    /// about to be added.
-    ///
-    /// # Errors
-    /// [`ConfigError`] if the file cannot be read, or with the position and the problem.
-    pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
-        let text = text_of(path)?;
-        let checked = ConfigToml::parse(&text).and_then(|file| check::check(&file).map(|()| file));
-        let file = checked.map_err(|error| in_file(error, &text, path))?;
-        Ok(file.into_config(path).users.path)
-    }
-
-    /// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with the position and the problem.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let located = |error: Located| in_file(error, text, path);
-        let mut file = ConfigToml::parse(text).map_err(located)?;
-        check::check(&file).map_err(located)?;
-        let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
-        let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
-        let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
-        let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
-        let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
-        let mut plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        plant.drawing =
-            plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
-        let mut directory = labels::directory(&file.segment).map_err(located)?;
-        directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
-        let known =
-            plant_states::Known { rules: &alarms, segments: &file.segment, directory: &directory, plant: &plant };
-        let plant_states = plant_states::plant_states(&file.plant_state, &known).map_err(located)?;
-        let retention = retention::retention(&file.retention).map_err(located)?;
-        let openid = file.openid(folder).map_err(located)?;
-        let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
-        let source = ConfigSource::new(path, text);
-        Ok(Self {
-            alarms,
-            plant_states,
-            webhooks,
-            emails,
-            plant,
-            directory,
-            retention,
-            openid,
-            renamed_keys,
-            gateways,
-            source,
-            ..file.into_config(path)
-        })
-    }
-
-    /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
-    /// other programs and may appear or change later.
-    ///
-    /// # Errors
-    /// [`PortError::File`] with the position in the segment file.
-    pub fn check_ports(&self) -> Result<(), PortError> {
-        let files = self.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
-        files.map(Path::new).try_for_each(|file| Ok(SegmentFile::read(file).map(drop)?))
-    }
-
-    /// Notices about settings that are valid but probably not intended.
-    #[must_use]
-    pub fn notices(&self) -> Vec<ConfigNotice> {
-        let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
-        let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
-        let unprotected = self.gateways.iter().filter_map(|gateway| {
-            Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
-        });
-        let writers = self.gateways.iter().filter_map(|gateway| {
-            let write = gateway.writer()?;
-            let clients = write.clients.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-            Some(ConfigNotice::WritableGateway { gateway: gateway.name(), clients, user: write.user.clone() })
-        });
-        let brokers = self.gateways.iter().filter_map(|gateway| {
-            let host = gateway.unencrypted_broker()?.to_owned();
-            Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
-        });
-        renamed.chain(empty).chain(unprotected).chain(writers).chain(brokers).collect()
-    }
-
-    /// The settings that differ in `new` and that the station applies only at its next start.
-    #[must_use]
-    pub fn needs_restart(&self, new: &Self) -> Vec<RestartNeeded> {
-        notice::needs_restart(self, new)
-    }
-
-    /// Which samples go into the outbox, if the record is sent to an archive.
-    #[must_use]
-    pub fn outbox(&self) -> Option<Forward> {
-        self.gateways.iter().find_map(|gateway| match gateway {
-            GatewaySettings::Archive(settings) => Some(settings.samples),
-            _ => None,
-        })
-    }
-
-    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer. With an OpenID
-    /// provider there must be a file, so that a provider that is down locks no engineer out.
-    #[must_use]
-    pub fn access(&self) -> Access {
-        let UsersFile { path, named } = &self.users;
-        if *named || self.openid.is_some() || path.exists() {
-            Access::Users(path.clone())
-        } else {
-            Access::UsersWhenPresent(path.clone())
-        }
-    }
-
-    /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
-    /// webhook is often a secret.
-    #[must_use]
-    pub fn is_private(&self) -> bool {
-        let has_secrets = self.openid.is_some() || self.gateways.iter().any(GatewaySettings::is_private);
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || !self.emails.is_empty() || has_secrets
-    }
+/// Parses a text that the station has edited; the error says the problem without its position.
+fn parse_again(text: &str, path: &Path) -> Result<Config, String> {
+    parse(text, path).map_err(|error| error.problem.to_string())
 }
 
 /// The text of the file at `path`.

@@ -1,14 +1,14 @@
 //! Notices about a valid configuration file.
 
-use super::Config;
 use super::error::{ConfigProblem, Located};
 use super::file::ConfigToml;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::{Forward, Retention};
+use profivac_station::config::{Config, RenamedKey};
 use profivac_web_server::auth::openid::OpenIdSettings;
 use std::fmt;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// A setting that is valid but probably not intended.
@@ -61,22 +61,6 @@ pub enum ConfigNotice {
         /// The user.
         user: String,
     },
-}
-
-/// A key that is written with a former name. The station accepts it.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}:{column}: the key {old} is now called {new}; the former name still works", file = file.display())]
-pub struct RenamedKey {
-    /// The configuration file.
-    pub file: PathBuf,
-    /// The line of the key, from 1.
-    pub line: usize,
-    /// The column of the key, from 1.
-    pub column: usize,
-    /// The former name.
-    pub old: &'static str,
-    /// The current name.
-    pub new: &'static str,
 }
 
 /// A setting that differs from that of the running station and takes effect at its next start.
@@ -156,7 +140,8 @@ fn openid(config: &Config) -> String {
     )
 }
 
-/// The settings that differ and take effect at the next start.
+/// The settings that differ in `new` and that the station applies only at its next start.
+#[must_use]
 pub fn needs_restart(running: &Config, new: &Config) -> Vec<RestartNeeded> {
     let tls = |config: &Config| match &config.tls {
         None => "off".to_owned(),

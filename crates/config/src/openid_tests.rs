@@ -1,6 +1,6 @@
 //! Tests of `[openid]` in the file of a station.
 
-use super::Config;
+use profivac_station::config::Config;
 use profivac_web_server::auth::openid::OpenIdSettings;
 use profivac_web_server::auth::{Access, Role};
 use std::fs;
@@ -26,7 +26,7 @@ fn folder(mode: u32) -> TempDir {
 fn parse(text: &str) -> Result<Config, String> {
     let folder = folder(0o600);
     let file = folder.path().join("hall.toml");
-    Config::parse(text, &file).map_err(|error| error.to_string().replace(&file.display().to_string(), "hall.toml"))
+    crate::parse(text, &file).map_err(|error| error.to_string().replace(&file.display().to_string(), "hall.toml"))
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn wrong_values_are_errors_with_their_position() {
 #[test]
 fn a_secret_that_others_can_read_is_refused() {
     let folder = folder(0o640);
-    let error = Config::parse(&format!("{OPENID}{ROLES}{SEGMENT}"), &folder.path().join("hall.toml")).unwrap_err();
+    let error = crate::parse(&format!("{OPENID}{ROLES}{SEGMENT}"), &folder.path().join("hall.toml")).unwrap_err();
     assert!(
         error.to_string().contains("openid.secret is open to others (mode 640)")
             || error.to_string().contains("(mode 640): chmod 600"),

@@ -1,20 +1,16 @@
 //! `[[segment]]` and `[[segment.gauge]]`.
 
-use super::{Gauge, Segment};
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::text_file::{Parsed, baud, usual_baud};
+use profivac_station::config::{Gauge, POLL, Segment};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 use toml::Spanned;
-
-/// The default of `poll`.
-pub const POLL: Duration = Duration::from_millis(200);
 
 /// `[[segment]]`.
 #[derive(Debug, Deserialize)]
@@ -103,15 +99,6 @@ impl SegmentToml {
             gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
         }
     }
-}
-
-/// The port of a segment in memory without a file.
-pub const MEMORY_PORT: &str = "in memory";
-
-/// Whether a port leads to devices in memory.
-#[must_use]
-pub fn is_virtual(port: &str) -> bool {
-    port.starts_with("sim:") || port == MEMORY_PORT
 }
 
 /// The file of a segment in memory is relative to the folder of the station's file; other ports are as they are.

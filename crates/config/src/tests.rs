@@ -1,10 +1,18 @@
 //! The configuration file: defaults, errors with positions, notices.
 
-use super::segments::POLL;
 use super::*;
-use crate::directory::ViewState;
-use crate::plant::PlantPartKind;
+use profivac_dp::link::Baud;
+use profivac_recorder::Retention;
+use profivac_station::config::POLL;
+use profivac_station::directory::Directory;
+use profivac_station::directory::ViewState;
+use profivac_station::plant::PlantPartKind;
+use profivac_station::plant::PlantPicture;
+use profivac_vacuum::Gas;
+use profivac_web_server::auth::Access;
 use std::path::Path;
+use std::path::PathBuf;
+use std::time::Duration;
 
 const FILE: &str = r#"
 [station]
@@ -26,7 +34,7 @@ levels = { process = "1e-3 mbar" }
 "#;
 
 fn parse(text: &str) -> Result<Config, ConfigError> {
-    Config::parse(text, Path::new("plants/hall.toml"))
+    crate::parse(text, Path::new("plants/hall.toml"))
 }
 
 fn problem(text: &str) -> String {
@@ -127,7 +135,7 @@ fn former_keys_are_accepted_with_a_notice_that_names_line_column_and_the_new_key
     let config = parse(&old).unwrap();
     assert_eq!(config.database, Path::new("plants/old.db"));
     assert!(config.alarms.iter().all(|rule| rule.name != "station: not recording"));
-    let notices: Vec<_> = config.notices().iter().map(ToString::to_string).collect();
+    let notices: Vec<_> = crate::notices(&config).iter().map(ToString::to_string).collect();
     assert_eq!(
         notices,
         [
@@ -141,7 +149,7 @@ fn former_keys_are_accepted_with_a_notice_that_names_line_column_and_the_new_key
         .replace("\"record\"", "database")
         .replace("blind", "not-measurable");
     let config = parse(&new).unwrap();
-    assert_eq!((config.database.as_path(), config.notices()), (Path::new("plants/old.db"), Vec::new()));
+    assert_eq!((config.database.as_path(), crate::notices(&config)), (Path::new("plants/old.db"), Vec::new()));
     assert!(config.alarms.iter().all(|rule| rule.name != "station: not recording"));
 }
 
@@ -157,9 +165,9 @@ fn a_key_is_given_by_one_of_its_names_only() {
 #[test]
 fn changes_that_need_a_restart_are_listed() {
     let old = parse(FILE).unwrap();
-    assert_eq!(old.needs_restart(&old), []);
+    assert_eq!(needs_restart(&old, &old), []);
     let new = FILE.replace("Target hall\"", "Target hall\"\nlisten = \"127.0.0.1:9090\"\ndatabase = \"other.db\"");
-    let needed: Vec<_> = old.needs_restart(&parse(&new).unwrap()).iter().map(ToString::to_string).collect();
+    let needed: Vec<_> = needs_restart(&old, &parse(&new).unwrap()).iter().map(ToString::to_string).collect();
     assert_eq!(
         needed,
         [
@@ -172,7 +180,7 @@ fn changes_that_need_a_restart_are_listed() {
 #[test]
 fn another_certificate_with_the_same_key_needs_a_restart() {
     let tls = |certificate| parse(&format!("{FILE}\n[tls]\ncertificate = \"{certificate}\"\nkey = \"a.key\"")).unwrap();
-    let needed = tls("a.pem").needs_restart(&tls("b.pem"));
+    let needed = needs_restart(&tls("a.pem"), &tls("b.pem"));
     assert_eq!(
         needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
         [
@@ -183,9 +191,9 @@ fn another_certificate_with_the_same_key_needs_a_restart() {
 
 #[test]
 fn a_segment_without_gauges_gives_a_notice() {
-    assert_eq!(parse(FILE).unwrap().notices(), []);
+    assert_eq!(notices(&parse(FILE).unwrap()), []);
     let empty = parse("[[segment]]\nname = 'a'\nport = 'b'").unwrap();
-    assert_eq!(empty.notices(), [ConfigNotice::EmptySegment { segment: "a".to_owned() }]);
+    assert_eq!(notices(&empty), [ConfigNotice::EmptySegment { segment: "a".to_owned() }]);
 }
 
 #[test]
@@ -200,7 +208,7 @@ fn two_gauges_cannot_share_an_address_or_a_name() {
 
 #[test]
 fn an_error_about_a_missing_file_names_the_file() {
-    let error = Config::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
+    let error = crate::read(Path::new("no/such/plant.toml")).unwrap_err().to_string();
     assert!(error.starts_with("no/such/plant.toml: the file cannot be read"), "{error}");
 }
 
@@ -239,7 +247,7 @@ fn a_drawing_is_read_from_its_file_and_an_error_names_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hall.toml");
     let text = FILE.replacen("[station]\n", "[station]\ndrawing = \"hall.svg\"\n", 1);
-    let parse = || Config::parse(&text, &path).map(|config| config.plant.drawing);
+    let parse = || crate::parse(&text, &path).map(|config| config.plant.drawing);
     let error = parse().unwrap_err().to_string();
     assert!(error.contains("hall.toml:3:") && error.contains("hall.svg: No such file"), "{error}");
     let svg =
@@ -292,7 +300,7 @@ fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
         );
         assert_eq!(error, expected);
     }
-    let needed = parse(FILE).unwrap().needs_restart(&all);
+    let needed = needs_restart(&parse(FILE).unwrap(), &all);
     assert_eq!(
         needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
         [

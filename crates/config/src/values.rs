@@ -2,10 +2,10 @@
 
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
-use crate::alarm::{Priority, QuietHours};
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_host::text_file::Parsed;
+use profivac_station::alarm::{Priority, QuietHours};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;

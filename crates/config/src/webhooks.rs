@@ -14,62 +14,15 @@
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
-use crate::alarm::{NotificationTarget, Priority, QuietHours};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
+use profivac_station::alarm::Priority;
+use profivac_station::config::Webhook;
 use profivac_web_server::host_name::is_loopback;
 use profivac_web_server::tables::{Secret, ca_certificates, secret_of_file, token_of};
 use serde::Deserialize;
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use toml::Spanned;
-
-/// A webhook that gets alarm notifications.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Webhook {
-    /// Its name, unique among the webhooks.
-    pub name: String,
-    /// Its URL. The part after the host is often a secret and is not shown.
-    pub url: Uri,
-    /// The token that is sent as `Authorization: Bearer`.
-    pub token: Option<Secret>,
-    /// Certificates in PEM that are trusted in addition to those of the system.
-    pub ca_file: Option<PathBuf>,
-    /// The lowest priority that is sent.
-    pub min_priority: Priority,
-    /// Only alarms that wait for their acknowledgement for this time are sent; zero: all, at once.
-    pub unacknowledged_after: Duration,
-    /// The hours in which only alarms of high priority are sent.
-    pub quiet: Option<QuietHours>,
-}
-
-impl fmt::Debug for Webhook {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let origin = self.origin();
-        formatter.debug_struct("Webhook").field("name", &self.name).field("origin", &origin).finish_non_exhaustive()
-    }
-}
-
-impl Webhook {
-    /// What it is told of.
-    #[must_use]
-    pub fn target(&self) -> NotificationTarget {
-        NotificationTarget {
-            webhook: self.name.clone(),
-            min_priority: self.min_priority,
-            unacknowledged_after: self.unacknowledged_after,
-            quiet: self.quiet.clone(),
-        }
-    }
-
-    /// Scheme and host of the URL: the part that may be shown.
-    #[must_use]
-    pub fn origin(&self) -> String {
-        let host = self.url.authority().map_or("", |host| host.as_str());
-        format!("{}://{host}", self.url.scheme_str().unwrap_or_default())
-    }
-}
 
 /// One `[[webhook]]`.
 #[derive(Debug, Deserialize)]

@@ -10,7 +10,7 @@
 //! | [`plant`] | the picture of the plant, and the states of its parts |
 //! | [`snapshot`] | the latest snapshot of each segment |
 //! | [`alarm`] | alarms after ISA-18.2 |
-//! | [`config`] | the station's file |
+//! | [`config`] | the settings of the station's file |
 //! | [`alarm_editor`] | settings of alarms, changed in the file and in the running station |
 //! | [`control`] | commands and parameter writes: armed, executed, in the audit trail |
 //! | [`report`] | a page about a pump-down |

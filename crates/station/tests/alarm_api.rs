@@ -5,7 +5,6 @@
 mod support;
 
 use profivac_recorder::{Micros, Quality};
-use profivac_station::config::Config;
 use profivac_station::services::Services;
 use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
@@ -49,7 +48,7 @@ impl Fixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let services = support::services(folder.path());
-        let rules = Config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
+        let rules = profivac_config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
         services.alarms().start(rules, Vec::new()).unwrap();
         services.snapshots().publish(snapshot(1.0, Quality::Valid));
         Self { services, _folder: folder }

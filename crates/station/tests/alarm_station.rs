@@ -25,7 +25,7 @@ fn config(folder: &Path, more: &str) -> Config {
          [[alarm]]\nname = 'much too high'\ngauge = 'chamber'\nabove = '1 mbar'\ndelay = '0 s'\n{more}",
         segment.display()
     );
-    Config::parse(&text, &folder.join("plant.toml")).unwrap()
+    profivac_config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
 fn alarm(services: &Services, name: &str) -> Option<AlarmView> {

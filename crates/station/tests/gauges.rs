@@ -7,7 +7,6 @@ mod support;
 
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::config::Config;
 use profivac_station::control::operation::{GivenValue, OperationRequest, Readback};
 use profivac_station::control::{AuthorityAction, ControlError};
 use profivac_station::services::Services;
@@ -37,7 +36,7 @@ impl Fixture {
     fn beside(hall: TcpSegment, gauges: &[&str], others: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let text = segment("hall", &hall, gauges) + others;
-        let config = Config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+        let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
         let station = Station::start(config).unwrap();
         let services = station.services();
         Self { _folder: folder, hall, station, services }

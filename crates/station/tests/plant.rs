@@ -58,7 +58,7 @@ impl Fixture {
                 );
             }
         }
-        Config::parse(&text, &self.path("plant.toml")).unwrap()
+        profivac_config::parse(&text, &self.path("plant.toml")).unwrap()
     }
 }
 

@@ -25,9 +25,10 @@ use super::super::error::{ArchiveProblem, ConfigProblem, Located};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;
+use profivac_station::config::gateways::archive::{Https, Requests, Settings, Transport};
 use profivac_web_server::host_name::is_loopback;
-use profivac_web_server::tables::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
-use profivac_web_server::tables::{Secret, ca_file, secret_of_file};
+use profivac_web_server::tables::archive::{NatsToml, SHORTEST_TOKEN, is_name};
+use profivac_web_server::tables::{ca_file, secret_of_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -35,91 +36,8 @@ use toml::Spanned;
 /// The deadband of `samples = "deadband"` in percent, unless the file has another one: that of large archives.
 const DEADBAND_PERCENT: f64 = 5.0;
 
-/// The settings of the station's part of an archive.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// The plant.
-    pub plant: String,
-    /// The name of the station in the archive.
-    pub station: String,
-    /// Which samples are sent.
-    pub samples: Forward,
-    /// The most octets per second, on average.
-    pub limit: Option<u32>,
-    /// Where the batches go.
-    pub transport: Transport,
-    /// What users of the archive may ask the station for.
-    pub requests: Requests,
-}
-
-/// What users of the archive may ask a station for. Each permits what those before it permit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Requests {
-    /// Nothing: the station does not listen.
-    #[default]
-    Off,
-    /// Trends from the database of the station.
-    Read,
-    /// An operator of the archive acknowledges alarms of the station.
-    Acknowledge,
-}
-
-// The deadband is a number of the file, never NaN.
-impl Eq for Settings {}
-
 /// The most archives that a station asks for requests.
 const MAX_REQUEST_URLS: usize = 8;
-
-/// Where the batches of a station go.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Transport {
-    /// To servers of NATS.
-    Nats(Nats),
-    /// To the archive itself.
-    Https(Https),
-}
-
-impl Transport {
-    /// The first host to which the connection leaves this computer without encryption.
-    #[must_use]
-    pub fn exposed(&self) -> Option<&str> {
-        match self {
-            Self::Nats(nats) => nats.exposed(),
-            Self::Https(https) => https.exposed(),
-        }
-    }
-
-    /// Whether its table names a file with a secret.
-    #[must_use]
-    pub const fn is_private(&self) -> bool {
-        match self {
-            Self::Nats(nats) => nats.credentials.is_some(),
-            Self::Https(_) => true,
-        }
-    }
-}
-
-/// An archive that takes batches over HTTPS.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Https {
-    /// Its URL: `https://` or `http://`, with a host and without a path.
-    pub url: Uri,
-    /// The URLs of the archives whose users ask the station.
-    pub request_urls: Vec<Uri>,
-    /// The token of the station.
-    pub token: Secret,
-    /// Certificates that are trusted in addition to those of the system.
-    pub ca_file: Option<PathBuf>,
-}
-
-impl Https {
-    /// The first host to which a connection leaves this computer without encryption.
-    fn exposed(&self) -> Option<&str> {
-        let plain = std::iter::once(&self.url).chain(&self.request_urls).filter(|url| url.scheme_str() == Some("http"));
-        plain.filter_map(Uri::host).find(|host| !is_loopback(host))
-    }
-}
 
 /// `[archive]` as TOML.
 #[derive(Debug, Deserialize)]
@@ -263,10 +181,10 @@ fn located<T>(value: &Spanned<T>, problem: ArchiveProblem) -> Located {
 
 #[cfg(test)]
 mod tests {
-    use super::super::GatewaySettings;
-    use super::{Requests, Transport};
-    use crate::config::Config;
     use profivac_recorder::Forward;
+    use profivac_station::config::Config;
+    use profivac_station::config::gateways::GatewaySettings;
+    use profivac_station::config::gateways::archive::{Requests, Transport};
     use std::os::unix::fs::PermissionsExt;
 
     fn read(table: &str) -> Result<Config, String> {
@@ -281,7 +199,7 @@ mod tests {
             std::fs::write(&token, text).unwrap();
             std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
         }
-        Config::read(&path).map_err(|error| error.to_string())
+        crate::read(&path).map_err(|error| error.to_string())
     }
 
     const NATS: &str = "[archive.nats]\nservers = [\"nats://127.0.0.1\"]";
@@ -340,7 +258,11 @@ mod tests {
         let notices = |servers: &str| {
             let nats = format!("[archive.nats]\nservers = [{servers}]\nunencrypted = true");
             let config = read(&format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\n{nats}")).unwrap();
-            config.notices().iter().map(ToString::to_string).filter(|notice| !notice.contains("segment")).collect()
+            crate::notices(&config)
+                .iter()
+                .map(ToString::to_string)
+                .filter(|notice| !notice.contains("segment"))
+                .collect()
         };
         let near: Vec<String> = notices("\"nats://127.0.0.1\", \"nats://[::1]:4223\"");
         assert_eq!(near, [] as [String; 0]);

@@ -1,7 +1,10 @@
 //! `[epics]`.
 
 use super::super::error::{ConfigProblem, Located};
-use super::write::{Write, WriteToml};
+use super::write::WriteToml;
+use profivac_station::config::gateways::epics::{
+    Interface, MAX_NAME, OnInvalid, PLACES, Preset, ReadingState, Settings, Severity, size_of,
+};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::net::Ipv4Addr;
@@ -21,156 +24,8 @@ const PVA_SEARCH_PORT: u16 = 5076;
 /// The default of `name`.
 const NAME: &str = "{prefix}{GAUGE}:{signal}";
 
-/// The places that `name` may have.
-pub const PLACES: [&str; 8] = ["prefix", "station", "segment", "gauge", "GAUGE", "address", "device", "channel"];
-
-/// The longest name of a record, in characters: `PVNAME_STRINGSZ` of EPICS base without its end mark.
-pub const MAX_NAME: usize = 60;
-
 /// The longest unit in Channel Access, in octets without the end mark.
 const MAX_UNIT: usize = 7;
-
-/// The units and their size in Pa, in lower case.
-const UNITS: [(&str, f64); 9] = [
-    ("pa", 1.0),
-    ("hpa", 100.0),
-    ("kpa", 1000.0),
-    ("mbar", 100.0),
-    ("bar", 1e5),
-    ("ubar", 0.1),
-    ("torr", TORR),
-    ("mtorr", TORR / 1000.0),
-    ("micron", TORR / 1000.0),
-];
-
-/// One torr in Pa: the 760th part of the standard atmosphere.
-const TORR: f64 = 101_325.0 / 760.0;
-
-/// A network interface at which the gateway listens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interface {
-    /// Its address; 0.0.0.0 stands for all.
-    pub address: Ipv4Addr,
-    /// The broadcast address of its network, if the file gives the length of its prefix.
-    pub broadcast: Option<Ipv4Addr>,
-}
-
-/// The value of a pressure whose reading has none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnInvalid {
-    /// Not a number.
-    #[default]
-    Nan,
-    /// The last value; the severity tells that it is old.
-    Hold,
-}
-
-/// The states of a reading whose severity a site may set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ReadingState {
-    /// Below the range.
-    Underrange,
-    /// Above the range.
-    Overrange,
-    /// Switched off.
-    Off,
-    /// Being brought into data exchange.
-    Starting,
-    /// The gauge declares its number invalid.
-    Invalid,
-    /// No gauge is connected to the channel.
-    NotPresent,
-    /// No data, or the last ones are too old.
-    Gap,
-    /// The gauge reports a defect.
-    Fault,
-}
-
-/// The severity of a state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// `NO_ALARM`.
-    None,
-    /// `MINOR`.
-    Minor,
-    /// `MAJOR`.
-    Major,
-    /// `INVALID`.
-    Invalid,
-}
-
-/// The names that a facility gives to signals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// ISIS Neutron and Muon Source.
-    Isis,
-    /// Diamond Light Source.
-    Dls,
-    /// NSLS-II.
-    Nsls2,
-    /// LCLS.
-    Lcls,
-    /// European Spallation Source.
-    Ess,
-    /// Sirius.
-    Sirius,
-}
-
-/// The settings of the EPICS gateway.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// The port of Channel Access; `None` if it is switched off.
-    pub ca_port: Option<u16>,
-    /// The ports of PV Access for circuits and for search; `None` if it is switched off.
-    pub pva_ports: Option<(u16, u16)>,
-    /// Where it listens.
-    pub interfaces: Vec<Interface>,
-    /// The template of the names of gauges.
-    pub name: String,
-    /// What all names begin with.
-    pub prefix: String,
-    /// The unit of pressures, as the site spells it.
-    pub unit: String,
-    /// The value of a pressure whose reading has none.
-    pub on_invalid: OnInvalid,
-    /// Severities that differ from the default.
-    pub severities: BTreeMap<ReadingState, Severity>,
-    /// The names that a facility gives to signals.
-    pub preset: Option<Preset>,
-    /// Names of signals, by the key of the signal; they precede those of the preset.
-    pub signals: BTreeMap<String, String>,
-    /// Further names: what they stand for, as `gauge.signal`, by name.
-    pub aliases: BTreeMap<String, String>,
-    /// As which user clients write; `None` if they only read.
-    pub write: Option<Write>,
-}
-
-impl Settings {
-    /// The size of its unit in Pa.
-    #[must_use]
-    pub fn unit_pa(&self) -> f64 {
-        size_of(&self.unit).unwrap_or(1.0)
-    }
-
-    /// Whether other computers reach the gateway, for which the protocols have no login.
-    #[must_use]
-    pub fn is_open_to_network(&self) -> bool {
-        self.interfaces.iter().any(|interface| !interface.address.is_loopback())
-    }
-
-    /// The addresses at which it listens.
-    #[must_use]
-    pub fn addresses(&self) -> String {
-        self.interfaces.iter().map(|interface| interface.address.to_string()).collect::<Vec<_>>().join(", ")
-    }
-}
-
-fn size_of(unit: &str) -> Option<f64> {
-    let unit = unit.to_lowercase();
-    UNITS.iter().find(|(name, _)| *name == unit).map(|(_, pa)| *pa)
-}
 
 /// `[epics]` as TOML.
 #[derive(Debug, Deserialize)]
@@ -381,8 +236,8 @@ fn checked_template(template: Spanned<String>) -> Result<String, Located> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::gateways::GatewaySettings;
-    use crate::config::{Config, ConfigError};
+    use crate::ConfigError;
+    use profivac_station::config::gateways::GatewaySettings;
     use profivac_web_server::auth::Role;
     use profivac_web_server::auth::users::Users;
 
@@ -390,7 +245,7 @@ mod tests {
         let text = format!(
             "[[segment]]\nname = 'hall'\nport = '/dev/ttyUSB0'\n[[segment.gauge]]\nname = 'a'\naddress = 5\ndevice = 'bcg450'\n[epics]\n{table}"
         );
-        let config = Config::parse(&text, Path::new("plant.toml"))?;
+        let config = crate::parse(&text, Path::new("plant.toml"))?;
         let [GatewaySettings::Epics(settings)] = &config.gateways[..] else { panic!("one gateway") };
         Ok(settings.clone())
     }
@@ -428,8 +283,8 @@ mod tests {
             let text = format!(
                 "[[segment]]\nname = 'hall'\nport = 'x'\n[[segment.gauge]]\nname = 'a'\naddress = 5\ndevice = 'bcg450'\n[epics]\n{table}"
             );
-            let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
-            config.notices().iter().map(ToString::to_string).collect::<Vec<_>>()
+            let config = crate::parse(&text, Path::new("plant.toml")).unwrap();
+            crate::notices(&config).iter().map(ToString::to_string).collect::<Vec<_>>()
         };
         assert!(notices("").is_empty() && notices("interfaces = ['127.0.0.1']").is_empty());
         let open = notices("interfaces = ['0.0.0.0']");
@@ -444,7 +299,7 @@ mod tests {
             let text = format!(
                 "[[segment]]\nname = 'hall'\nport = 'x'\n[[segment.gauge]]\nname = 'a'\naddress = 5\ndevice = 'bcg450'\n[epics]\n{table}"
             );
-            Config::parse(&text, &path)
+            crate::parse(&text, &path)
         };
         let write = |user: &str| format!("write = {{ user = '{user}' }}");
         let error = parse(&write("epics")).unwrap_err().to_string();
@@ -464,7 +319,7 @@ mod tests {
         let written = config.gateways[0].writer().unwrap();
         assert_eq!(written.user, "epics");
         assert!(written.permits("127.0.0.1".parse().unwrap()) && !written.permits("10.0.0.1".parse().unwrap()));
-        let notices: Vec<_> = config.notices().iter().map(ToString::to_string).collect();
+        let notices: Vec<_> = crate::notices(&config).iter().map(ToString::to_string).collect();
         assert!(notices[0].starts_with("[epics] lets programs on 127.0.0.1/8 write as the user epics"), "{notices:?}");
         let config = parse("write = { user = 'epics', clients = ['10.0.0.0/8'] }").unwrap();
         assert!(config.gateways[0].writer().unwrap().permits("10.0.0.1".parse().unwrap()));

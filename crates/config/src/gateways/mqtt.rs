@@ -22,8 +22,9 @@
 use super::super::error::{BrokerUrlProblem, ConfigProblem, Located, MqttProblem};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
+use profivac_station::config::gateways::mqtt::{Broker, Plain, Settings, Sparkplug, Tls};
 use profivac_web_server::host_name::is_loopback;
-use profivac_web_server::tables::{Credentials, ca_certificates, credentials_file, private_file};
+use profivac_web_server::tables::{ca_certificates, credentials_file, private_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -45,80 +46,6 @@ const BACKLOG: Duration = Duration::from_secs(7 * 86_400);
 
 /// The longest backlog: the longest retention of samples.
 const LONGEST_BACKLOG: Duration = Duration::from_secs(36_525 * 86_400);
-
-/// The settings of the MQTT gateway.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// The broker.
-    pub broker: Broker,
-    /// The plain topics, if they are published.
-    pub plain: Option<Plain>,
-    /// The edge node of Sparkplug B, if there is one.
-    pub sparkplug: Option<Sparkplug>,
-}
-
-/// A broker and how the station logs in there.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Broker {
-    /// The host name or address, without brackets.
-    pub host: String,
-    /// The port.
-    pub port: u16,
-    /// TLS, unless the connection is unencrypted.
-    pub tls: Option<Tls>,
-    /// User and password.
-    pub credentials: Option<Credentials>,
-    /// The client identifier; without it the gateway makes one from the name of the station.
-    pub client_id: Option<String>,
-    /// Hosts and ports of further brokers, to which the gateway connects while the ones before cannot be reached. Login and certificates
-    /// are the same.
-    pub standby: Vec<(String, u16)>,
-}
-
-impl Broker {
-    /// The first host to which the connection leaves this computer without encryption.
-    #[must_use]
-    pub fn exposed(&self) -> Option<&str> {
-        self.addresses().map(|(host, _)| host).find(|host| self.tls.is_none() && !is_loopback(host))
-    }
-
-    /// Hosts and ports of all brokers, the first one first.
-    pub fn addresses(&self) -> impl Iterator<Item = (&str, u16)> {
-        let standby = self.standby.iter().map(|(host, port)| (host.as_str(), *port));
-        std::iter::once((self.host.as_str(), self.port)).chain(standby)
-    }
-}
-
-/// The certificates for a broker with TLS, as files in PEM.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Tls {
-    /// Certificates that are trusted in addition to those of the system.
-    pub ca_file: Option<PathBuf>,
-    /// The certificate of the station with its chain, and its key.
-    pub client: Option<(PathBuf, PathBuf)>,
-}
-
-/// The plain topics.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Plain {
-    /// What all topics begin with; without it the gateway makes it from the name of the station.
-    pub prefix: Option<String>,
-    /// The prefix of Home Assistant's discovery, if the gateway describes its sensors there.
-    pub discovery: Option<String>,
-}
-
-/// The edge node of Sparkplug B.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sparkplug {
-    /// The group.
-    pub group: String,
-    /// The edge node; without it the name of the station.
-    pub edge_node: Option<String>,
-    /// The host that must be online before the edge node publishes.
-    pub primary_host: Option<String>,
-    /// The longest outage after which the samples of the outage are sent; the samples before are not.
-    pub backlog: Duration,
-}
 
 /// `[mqtt]` as TOML.
 #[derive(Debug, Deserialize)]
@@ -340,16 +267,15 @@ fn private_key(file: &Spanned<PathBuf>, folder: &Path) -> Result<PathBuf, Locate
 
 #[cfg(test)]
 mod tests {
-    use super::super::GatewaySettings;
     use super::*;
-    use crate::config::Config;
+    use profivac_station::config::gateways::GatewaySettings;
     use std::os::unix::fs::PermissionsExt;
 
     const SEGMENT: &str = "[[segment]]\nname = 'hall'\nport = 'sim:hall.toml'\n";
 
     fn parse_in(folder: &Path, table: &str) -> Result<Settings, String> {
         let text = format!("{SEGMENT}[mqtt]\n{table}");
-        let config = Config::parse(&text, &folder.join("plant.toml")).map_err(|error| error.to_string())?;
+        let config = crate::parse(&text, &folder.join("plant.toml")).map_err(|error| error.to_string())?;
         let [GatewaySettings::Mqtt(settings)] = &config.gateways[..] else { panic!("one gateway") };
         Ok(*settings.clone())
     }

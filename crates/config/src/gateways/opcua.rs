@@ -3,6 +3,7 @@
 use super::super::error::{ConfigProblem, Located};
 use super::super::names::stem;
 use profivac_host::text_file::Parsed;
+use profivac_station::config::gateways::opcua::{Policy, Settings};
 use profivac_web_server::auth::users::Users;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -11,43 +12,6 @@ use toml::Spanned;
 
 /// The default of `listen`: loopback, the port that IANA has registered for OPC UA.
 const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 4840);
-
-/// A security policy of OPC 10000-7. Messages are always signed and encrypted. Policies with SHA-1 signatures are not offered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub enum Policy {
-    /// `Basic256Sha256`.
-    Basic256Sha256,
-    /// `Aes128_Sha256_RsaOaep`.
-    #[serde(rename = "Aes128_Sha256_RsaOaep")]
-    Aes128Sha256RsaOaep,
-    /// `Aes256_Sha256_RsaPss`.
-    #[serde(rename = "Aes256_Sha256_RsaPss")]
-    Aes256Sha256RsaPss,
-}
-
-impl Policy {
-    /// All policies, which is the default.
-    pub const ALL: [Self; 3] = [Self::Basic256Sha256, Self::Aes128Sha256RsaOaep, Self::Aes256Sha256RsaPss];
-}
-
-/// The settings of the OPC UA gateway.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// Where it listens.
-    pub listen: SocketAddr,
-    /// The name or address of this computer in the URLs of its endpoints.
-    pub host: String,
-    /// Whether programs of this computer read without encryption and login.
-    pub is_anonymous: bool,
-    /// The policies of the endpoints with encryption and login.
-    pub policies: Vec<Policy>,
-    /// The folder of the certificates.
-    pub certificates: PathBuf,
-    /// The file of the users who may log in.
-    pub users: PathBuf,
-    /// Whether users who log in write parameters.
-    pub write: bool,
-}
 
 /// `[opcua]` as TOML.
 #[derive(Debug, Deserialize)]
@@ -149,13 +113,12 @@ fn problem(span: std::ops::Range<usize>, expected: &'static str, found: &str) ->
 
 #[cfg(test)]
 mod tests {
-    use crate::config::Config;
-    use crate::config::gateways::GatewaySettings;
+    use profivac_station::config::gateways::GatewaySettings;
     use std::path::Path;
 
     fn settings(table: &str) -> Result<super::Settings, String> {
         let plant = "[[segment]]\nname = \"hall\"\nport = \"sim:hall.toml\"\n";
-        let config = Config::parse(&format!("{plant}[opcua]\n{table}"), Path::new("plants/hall.toml"));
+        let config = crate::parse(&format!("{plant}[opcua]\n{table}"), Path::new("plants/hall.toml"));
         let config = config.map_err(|error| error.to_string())?;
         match config.gateways.into_iter().next() {
             Some(GatewaySettings::Opcua(settings)) => Ok(settings),

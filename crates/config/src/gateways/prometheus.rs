@@ -2,8 +2,9 @@
 
 use super::super::error::{ConfigProblem, Located};
 use profivac_host::text_file::Parsed;
+use profivac_station::config::gateways::prometheus::Settings;
 use profivac_web_server::server::TlsFiles;
-use profivac_web_server::tables::{Secret, secret_of_file};
+use profivac_web_server::tables::secret_of_file;
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -11,17 +12,6 @@ use toml::Spanned;
 
 /// The default of `listen`: loopback, port 9464.
 const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 9464);
-
-/// The settings of the Prometheus gateway.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// The address at which it serves `/metrics`.
-    pub listen: SocketAddr,
-    /// The bearer token that a scrape must have.
-    pub token: Option<Secret>,
-    /// The certificate of the station, beyond loopback: then the gateway uses TLS.
-    pub tls: Option<TlsFiles>,
-}
 
 /// `[prometheus]` as TOML.
 #[derive(Debug, Deserialize)]

@@ -1,33 +1,15 @@
 //! `write` in the table of a gateway: clients of a control system may write, as a user of the station.
 
 use super::super::error::{ConfigProblem, Located};
-use super::modbus::Network;
 use profivac_host::text_file::Parsed;
+use profivac_station::config::gateways::modbus::Network;
+use profivac_station::config::gateways::write::Write;
 use profivac_web_server::auth::Role;
 use profivac_web_server::auth::users::Users;
 use serde::Deserialize;
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::Spanned;
-
-/// What clients of a gateway may write.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Write {
-    /// The user as whom the gateway writes.
-    pub user: String,
-    /// The file of the users.
-    pub users: PathBuf,
-    /// The computers that may write.
-    pub clients: Vec<Network>,
-}
-
-impl Write {
-    /// Whether a computer may write.
-    #[must_use]
-    pub fn permits(&self, peer: IpAddr) -> bool {
-        self.clients.iter().any(|network| network.contains(peer))
-    }
-}
 
 /// `write` as TOML.
 #[derive(Debug, Deserialize)]

@@ -58,7 +58,7 @@ pub fn config(epics: &str) -> (Config, Settings) {
 
 /// The plant of a file with a table `[epics]`.
 pub fn parsed(file: &str) -> (Config, Settings) {
-    let config = Config::parse(file, Path::new("plant.toml")).unwrap();
+    let config = profivac_config::parse(file, Path::new("plant.toml")).unwrap();
     let [GatewaySettings::Epics(settings)] = &config.gateways[..] else { panic!("one gateway") };
     let settings = settings.clone();
     (config, settings)

@@ -194,15 +194,26 @@ fn text(email: &Email, body: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Config;
+    use crate::alarm::Priority;
     use profivac_recorder::Micros;
     use serde_json::json;
-    use std::path::Path;
+    use std::time::Duration;
 
     fn email() -> Email {
-        let file = "[[email]]\nserver = 'localhost:25'\nsecurity = 'none'\nfrom = 'Hall <a@example.org>'\nto = ['b@example.org']\n\
-            link = 'https://vacuum.example/'\n[[segment]]\nname = 'hall'\nport = 'p'";
-        Config::parse(file, Path::new("plant.toml")).unwrap().emails.remove(0)
+        Email {
+            name: "localhost".to_owned(),
+            host: "localhost".to_owned(),
+            port: 25,
+            security: MailSecurity::None,
+            from: "Hall <a@example.org>".parse().unwrap(),
+            to: vec!["b@example.org".parse().unwrap()],
+            credentials: None,
+            ca_file: None,
+            link: Some("https://vacuum.example".to_owned()),
+            min_priority: Priority::Low,
+            unacknowledged_after: Duration::ZERO,
+            quiet: None,
+        }
     }
 
     fn formatted(body: &Value) -> String {
