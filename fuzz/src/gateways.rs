@@ -52,7 +52,7 @@ priority = "high"
 "#;
 
 static CONFIG: LazyLock<Config> =
-    LazyLock::new(|| Config::parse(PLANT, Path::new("plant.toml")).expect("a right file"));
+    LazyLock::new(|| profivac_config::parse(PLANT, Path::new("plant.toml")).expect("a right file"));
 
 /// The records and values of EPICS.
 static WORLD: LazyLock<World> = LazyLock::new(|| {

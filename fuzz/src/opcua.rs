@@ -24,7 +24,6 @@ use profivac_gateway_opcua::alarms::{self, ANONYMOUS, Condition, Conditions};
 use profivac_gateway_opcua::server::limits;
 use profivac_gateway_opcua::{filters, history, value};
 use profivac_recorder::{Deadband, Micros, Quality, Reader, Recorder, Sample, Settings};
-use profivac_station::config::Config;
 use profivac_station::gateway_status::GatewayStatuses;
 use profivac_station::services::Services;
 use std::cell::LazyCell;
@@ -112,7 +111,7 @@ impl Server {
         let services = Arc::new(Services::new("hall".to_owned(), folder.path().join("other.db"), other));
         let commander = Arc::new(Commander::new(services, folder.path().join("absent.toml")));
         let conditions = Conditions::new(GatewayStatuses::default().add("opcua"), Some(commander));
-        let config = Config::parse(PLANT, Path::new("plant.toml")).expect("a right file");
+        let config = profivac_config::parse(PLANT, Path::new("plant.toml")).expect("a right file");
         let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
         let events = conditions.update(2, &snapshot, None);
         let (mut space, mut tree) = (AddressSpace::new(), DefaultTypeTree::new());

@@ -14,9 +14,12 @@ use syn::{
 
 /// The files that users write: title, the folder of the types, the type of the whole file.
 const FILES: [(&str, &str, &str); 2] = [
-    ("The file of a station", "crates/station/src/config", "ConfigToml"),
+    ("The file of a station", "crates/config/src", "ConfigToml"),
     ("The file of an archive", "crates/archive/src", "Toml"),
 ];
+
+/// The folders of the types that both files have, and of the settings of a station.
+const SHARED: [&str; 2] = ["crates/web-server/src/tables", "crates/station/src/config"];
 
 /// Types around the type of a value that do not show in the file.
 const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
@@ -86,9 +89,10 @@ pub fn check() -> Result<()> {
     verdict("configuration", &defects)
 }
 
-/// The types of each file.
+/// The types of each file, then those of other folders.
 fn read() -> Result<Vec<Types>> {
-    FILES.iter().map(|(_, folder, _)| types(&files(&root().join(folder), "rs")?)).collect()
+    let folders = FILES.iter().map(|(_, folder, _)| *folder).chain(SHARED);
+    folders.map(|folder| types(&files(&root().join(folder), "rs")?)).collect()
 }
 
 fn pages(types: &[Types]) -> Result<Vec<Page<'_>>> {

@@ -40,10 +40,11 @@
 
 use crate::database::{Database, DatabaseProblem, PostgresToml};
 use profivac_host::text_file::{self, line_and_column};
-use profivac_station::auth::openid::OpenIdSettings;
-use profivac_station::config::gateways::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
-use profivac_station::config::openid::{OpenIdToml, Reach};
-use profivac_station::config::{Secret, TlsFiles, secret_of_file};
+use profivac_web_server::auth::openid::OpenIdSettings;
+use profivac_web_server::server::TlsFiles;
+use profivac_web_server::tables::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_name};
+use profivac_web_server::tables::openid::{OpenIdToml, Reach};
+use profivac_web_server::tables::{Secret, secret_of_file};
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! The connection to PostgreSQL: unencrypted on this computer, with TLS to others.
 
 use profivac_host::text_file;
-use profivac_station::auth::file_permissions::{self, PermissionError};
-use profivac_station::client_tls::{fault, is_of_another_name, trusting};
-use profivac_station::config::{CertificateError, ca_certificates};
-use profivac_station::host_name::is_loopback;
+use profivac_web_server::auth::file_permissions::{self, PermissionError};
+use profivac_web_server::client_tls::{fault, is_of_another_name, trusting};
+use profivac_web_server::host_name::is_loopback;
+use profivac_web_server::tables::{CertificateError, ca_certificates};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -7,23 +7,17 @@
 //!                           └──────── HTTPS ──────▶ archive
 //! ```
 //!
+//! `profivac-archive-link` is the station's side, `profivac-archive-protocol` what both exchange.
+//!
 //! A batch may come twice, late, and out of order. Its rows have keys, so that storing it again changes nothing; a span of a later
 //! batch replaces that of an earlier one. The acknowledgement follows the commit. Nothing else makes the effect exactly once.
 
 pub mod config;
 pub mod database;
 pub mod https;
-mod nats;
 pub mod pending;
-mod post;
-pub mod publisher;
-mod request;
-mod responder;
 pub mod schema;
 pub mod service;
 mod session;
 pub mod store;
 pub mod view;
-
-pub use nats::NatsError;
-pub use post::PostError;

@@ -10,7 +10,7 @@
 //! answer, and no acknowledgement is executed twice.
 
 use crate::config::Sender;
-use profivac_station::auth::secret::RandomSecret;
+use profivac_web_server::auth::secret::RandomSecret;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -223,7 +223,7 @@ impl Pending {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_station::config::Secret;
+    use profivac_web_server::tables::Secret;
     use std::collections::BTreeMap;
     use tokio::task::JoinHandle;
 

@@ -2,7 +2,6 @@
 
 use crate::config::Config;
 use crate::https::Server;
-use crate::nats::{NatsError, STREAM, SUBJECTS, connect};
 pub use crate::session::{ArchiveError, Report};
 use crate::session::{MAINTENANCE_INTERVAL, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, StoreError, Stored};
@@ -11,8 +10,9 @@ use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
 use async_nats::jetstream::stream::{DiscardPolicy, RetentionPolicy};
 use async_nats::jetstream::{Context, Message, stream};
 use futures_util::StreamExt;
+use profivac_archive_protocol::nats::{NatsError, STREAM, SUBJECTS, connect};
 use profivac_recorder::Micros;
-use profivac_station::config::gateways::archive::Nats;
+use profivac_web_server::tables::archive::Nats;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;

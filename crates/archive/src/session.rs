@@ -1,7 +1,7 @@
 //! What a session with the servers and the database reports, and the pause before the next one.
 
-use crate::nats::NatsError;
 use crate::store::{StoreError, Stored};
+use profivac_archive_protocol::nats::NatsError;
 use std::pin::pin;
 use std::time::Duration;
 use thiserror::Error;

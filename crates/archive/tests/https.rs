@@ -5,7 +5,7 @@
 use profivac_archive::config::{Https, Sender};
 use profivac_archive::https::{Job, MAX_BODY, MAX_REPLY, Server};
 use profivac_archive::pending::{Pending, PendingError};
-use profivac_station::config::Secret;
+use profivac_web_server::tables::Secret;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::mpsc;

@@ -18,7 +18,7 @@ impl Database {
     /// Opens the database of a station for reading. The station may continue to record.
     pub fn open(given: &Path) -> Result<Self, Failure> {
         let is_file = given.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-        let config = is_file.then(|| Config::read(given)).transpose()?;
+        let config = is_file.then(|| profivac_config::read(given)).transpose()?;
         let path = config.as_ref().map_or_else(|| given.to_path_buf(), |config| config.database.clone());
         if !path.exists() {
             let hint = if is_file { format!("; `profivac run {}` makes it", given.display()) } else { String::new() };

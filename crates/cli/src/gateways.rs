@@ -102,7 +102,9 @@ fn start(
 ) -> Result<Vec<GatewayThread>, Failure> {
     match settings {
         #[cfg(feature = "archive")]
-        GatewaySettings::Archive(it) => Ok(vec![profivac_archive::publisher::start((**it).clone(), model, services)?]),
+        GatewaySettings::Archive(it) => {
+            Ok(vec![profivac_archive_link::publisher::start((**it).clone(), model, services)?])
+        }
         #[cfg(feature = "epics")]
         GatewaySettings::Epics(it) => Ok(vec![profivac_gateway_epics::start(it.clone(), model, services)?]),
         #[cfg(feature = "mqtt")]

@@ -226,7 +226,6 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
 mod tests {
     use super::*;
     use profivac_client::cyclic::ReportedChannels;
-    use profivac_station::config::Config;
     use std::path::Path;
 
     #[test]
@@ -235,14 +234,14 @@ mod tests {
         let line =
             "\n# device = \"pcg550\"    # or psg550: they share an ident number. Choose one and remove the first #\n";
         assert!(text.contains(line), "{text}");
-        assert!(Config::parse(&text, Path::new("plant.toml")).is_err());
-        assert!(Config::parse(&text.replace("# device", "device"), Path::new("plant.toml")).is_ok());
+        assert!(profivac_config::parse(&text, Path::new("plant.toml")).is_err());
+        assert!(profivac_config::parse(&text.replace("# device", "device"), Path::new("plant.toml")).is_ok());
     }
 
     #[test]
     fn the_station_accepts_the_file_of_a_listen_only_segment() {
         let text = station_file("/dev/ttyUSB0", 93_750, Segment::ListenOnly, &[(5, vec!["bcg450"])]);
-        let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
+        let config = profivac_config::parse(&text, Path::new("plant.toml")).unwrap();
         assert!(config.segments[0].listen_only && !config.segments[0].detects_baud);
         assert_eq!(config.segments[0].baud.bits_per_second(), 93_750);
     }
@@ -264,7 +263,7 @@ mod tests {
     fn the_station_accepts_the_file() {
         let found = [(5, vec!["bcg450"]), (6, vec!["psg552"]), (8, vec!["tpg300", "tpg500"])];
         let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &found);
-        let config = Config::parse(&text, Path::new("plant.toml")).unwrap();
+        let config = profivac_config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;
         assert_eq!(
             gauges.iter().map(|gauge| (gauge.address, gauge.name.as_str())).collect::<Vec<_>>(),

@@ -70,7 +70,7 @@ impl Gateway {
 
 /// Prints the table.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let config = Config::read(&arguments.file)?;
+    let config = profivac_config::read(&arguments.file)?;
     let name = arguments.gateway.name();
     let settings = config.gateways.iter().find(|settings| settings.name() == name).ok_or_else(|| {
         Failure::usage(format!(

@@ -8,10 +8,10 @@ use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::readiness::{Readiness, wait};
-use profivac_station::auth::file_permissions::{self, PermissionError};
 use profivac_station::config::Config;
-use profivac_station::server::{Server, Setup};
 use profivac_station::station::Station;
+use profivac_web_server::auth::file_permissions::{self, PermissionError};
+use profivac_web_server::server::{Server, Setup};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -50,8 +50,8 @@ const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
 
 /// Runs until SIGINT or SIGTERM.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let config = Config::read(&arguments.file)?;
-    config.notices().iter().for_each(notice);
+    let config = profivac_config::read(&arguments.file)?;
+    profivac_config::notices(&config).iter().for_each(notice);
     check_private(&arguments.file, &config)?;
     gateways::check(&config.gateways)?;
     names::check(&config)?;
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Config { hosts, tls, openid, .. } = config.clone();
     let setup = Setup { hosts, tls, openid, ..Setup::new(listen, config.access()) };
     if arguments.check {
-        config.check_ports()?;
+        profivac_config::check_ports(&config)?;
         Server::check(&setup)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut reload = Signals::of(&[SIGHUP])?;
     let started_with = config.clone();
     let mut station = Station::start(config)?;
-    let server = Server::start(station.services(), setup)?;
+    let server = profivac_station::server::start(station.services(), setup)?;
     let mut gateways = Gateways::default();
     gateways.apply(&started_with.gateways, &station.services())?;
     out(&format!("ready {}", server.url()));
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let services = station.services();
             // A change in the dashboard comes before or after this one.
             let _held = services.alarm_editor().hold();
-            let read = Config::read(&arguments.file).map_err(Failure::from);
+            let read = profivac_config::read(&arguments.file).map_err(Failure::from);
             match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
@@ -127,7 +127,7 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 
 /// Applies a changed configuration, and prints a notice for each change that needs a restart.
 fn apply_config(station: &mut Station, started_with: &Config, config: Config) -> Result<(), Failure> {
-    started_with.needs_restart(&config).iter().for_each(notice);
-    config.notices().iter().for_each(notice);
+    profivac_config::needs_restart(started_with, &config).iter().for_each(notice);
+    profivac_config::notices(&config).iter().for_each(notice);
     Ok(station.reconfigure(config)?)
 }

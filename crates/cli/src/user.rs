@@ -6,10 +6,9 @@ use crate::output::{notice, out};
 use crate::values;
 use clap::{Args, Subcommand};
 use profivac_host::readiness::{Readiness, wait};
-use profivac_station::auth::Role;
-use profivac_station::auth::password::{self, ADVISED, Hash, LONGEST};
-use profivac_station::auth::users::Users;
-use profivac_station::config::Config;
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::password::{self, ADVISED, Hash, LONGEST};
+use profivac_web_server::auth::users::Users;
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use std::io::{self, IsTerminal, Stdin, Write};
 use std::path::{Path, PathBuf};
@@ -142,7 +141,7 @@ fn users(file: &Path) -> Result<PathBuf, Failure> {
             return Ok(users);
         }
     }
-    Ok(Config::read_users_file(file)?)
+    Ok(profivac_config::read_users_file(file)?)
 }
 
 /// The present users, to check a name before the password is asked for.

@@ -1,8 +1,8 @@
 //! Values on the command line that several commands accept.
 
 use profivac_dp::link::Baud;
-use profivac_station::auth::Role;
 use profivac_virtual::scenario::INCLUDED;
+use profivac_web_server::auth::Role;
 use std::fmt;
 use std::time::Duration;
 

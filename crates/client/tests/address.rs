@@ -2,10 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "support/changing_port.rs"]
-mod changing_port;
-
-use changing_port::{Change, ChangingPort};
+use crate::changing_port::{Change, ChangingPort};
 use profivac_client::address::{AddressError, check};
 use profivac_dp::link::Baud;
 use profivac_host::port::Delivery;

@@ -2,10 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[allow(dead_code, reason = "the tests call only block_on")]
-#[path = "../examples/watch.rs"]
-mod watch;
-
+use crate::example::block_on;
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::{Interruption, RecordError};
@@ -15,7 +12,6 @@ use profivac_dp::master::services;
 use profivac_host::session::Reply;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use watch::block_on;
 
 /// A parameter of an instance that slot 1 does not show at the beginning.
 const OTHER_INSTANCE: &str = "ba.overrange";

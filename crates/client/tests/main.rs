@@ -1,7 +1,12 @@
 //! The tests of this crate in one program: linked once, and what they share is compiled once.
 
+#[path = "support/changing_port.rs"]
+mod changing_port;
 #[path = "../../../tests/support/every_file.rs"]
 mod every_file;
+#[allow(dead_code, reason = "the tests call only block_on")]
+#[path = "../examples/watch.rs"]
+mod example;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
 #[path = "../../../tests/support/until.rs"]

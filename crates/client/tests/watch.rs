@@ -2,20 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "support/changing_port.rs"]
-mod changing_port;
-#[allow(dead_code, reason = "the tests call only block_on")]
-#[path = "../examples/watch.rs"]
-mod watch;
-
+use crate::changing_port::{Change, ChangingPort};
+use crate::example::block_on;
 use crate::until::until;
-use changing_port::{Change, ChangingPort};
 use profivac_client::{Bus, ms2};
 use profivac_host::port::Port;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
-use watch::block_on;
 
 /// An MS2 write of one octet to the Channel Instance Selector of a BCG450: function, slot, index, length. profibus-wire 4.6
 const WRITE_SELECTOR: [u8; 4] = [0x5F, 1, 46, 1];

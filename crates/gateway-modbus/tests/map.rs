@@ -26,7 +26,7 @@ fn gauge(name: &str, address: u8, device: &str, more: &str) -> String {
 
 fn config(gauges: &[String], table: &str) -> Config {
     let text = format!("{HEAD}{}[modbus]\n{table}", gauges.concat());
-    Config::parse(&text, Path::new("plant.toml")).unwrap()
+    profivac_config::parse(&text, Path::new("plant.toml")).unwrap()
 }
 
 fn settings(config: &Config) -> Settings {
@@ -122,7 +122,7 @@ fn the_parameters_of_every_device_fit_into_its_slot() {
 fn a_wrong_table_has_an_error_with_its_place() {
     let problem = |gauges: &[String], table: &str| {
         let text = format!("{HEAD}{}[modbus]\n{table}", gauges.concat());
-        Config::parse(&text, Path::new("plant.toml")).unwrap_err().to_string()
+        profivac_config::parse(&text, Path::new("plant.toml")).unwrap_err().to_string()
     };
     let one = [gauge("a", 5, "bcg450", "")];
     let exposed = problem(&one, "listen = \"0.0.0.0:1502\"");

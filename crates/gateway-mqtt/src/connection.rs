@@ -2,10 +2,10 @@
 //! present state, so nothing old is sent late.
 
 use crate::message::{Delivery, Message};
-use profivac_station::client_tls::trusting;
-use profivac_station::config::ca_certificates;
 use profivac_station::config::gateways::mqtt::{Broker, Tls};
 use profivac_station::gateway_status::GatewayStatus;
+use profivac_web_server::client_tls::trusting;
+use profivac_web_server::tables::ca_certificates;
 use rumqttc::tokio_rustls::rustls::pki_types::PrivateKeyDer;
 use rumqttc::tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use rumqttc::tokio_rustls::rustls::{self, ClientConfig};
@@ -92,7 +92,7 @@ pub enum MqttError {
     Rustls(#[from] rustls::Error),
     /// A file with certificates cannot be read any more.
     #[error(transparent)]
-    Certificates(#[from] profivac_station::config::CertificateError),
+    Certificates(#[from] profivac_web_server::tables::CertificateError),
     /// The file with the key cannot be read any more.
     #[error("{file} holds no private key: {error}", file = file.display())]
     Key {

@@ -48,7 +48,7 @@ group = "G"
 "#;
 
 fn config() -> Config {
-    Config::parse(FILE, Path::new("plant.toml")).unwrap()
+    profivac_config::parse(FILE, Path::new("plant.toml")).unwrap()
 }
 
 fn measuring(pa: Option<f64>, at: Micros) -> Inputs {
@@ -154,7 +154,7 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
 #[test]
 fn only_virtual_gauges_have_a_manufacturer() {
     let manufacturers = |port: &str| {
-        let config = Config::parse(&FILE.replace("sim:hall.toml", port), Path::new("plant.toml")).unwrap();
+        let config = profivac_config::parse(&FILE.replace("sim:hall.toml", port), Path::new("plant.toml")).unwrap();
         let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(0));
         let layout = Layout::new("profivac/target-hall", &snapshot.points);
         let sensors = discovery::sensors("homeassistant", "profivac/target-hall", "Target hall", &layout);

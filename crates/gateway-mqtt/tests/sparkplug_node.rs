@@ -10,7 +10,6 @@ use profivac_gateway_mqtt::sparkplug::edge_node::{EdgeNode, Names, Phase, REBIRT
 use profivac_gateway_mqtt::sparkplug::metric;
 use profivac_gateway_mqtt::sparkplug::payload::{Metric, MetricValue, Payload, Property, datatype};
 use profivac_recorder::{Micros, Quality, Sample};
-use profivac_station::config::Config;
 use profivac_station::view::BusStationState;
 use prost::Message as _;
 use std::collections::BTreeSet;
@@ -51,7 +50,7 @@ struct Plant {
 impl Plant {
     /// The gauge chamber measures 1 Pa; the controller is missing.
     fn new() -> Self {
-        let inputs = Inputs::planned(&Config::parse(FILE, Path::new("plant.toml")).unwrap());
+        let inputs = Inputs::planned(&profivac_config::parse(FILE, Path::new("plant.toml")).unwrap());
         let mut plant = Self { modeller: Modeller::default(), inputs };
         plant.inputs.gauges[1].state = BusStationState::Missing;
         plant.measures(1.0, NOW);

@@ -425,7 +425,6 @@ fn history(point: &Point) -> Option<String> {
 mod tests {
     use super::*;
     use profivac_gateway::{Inputs, points};
-    use profivac_station::config::Config;
     use std::path::Path;
 
     const PLANT: &str = r#"
@@ -448,7 +447,7 @@ mod tests {
     "#;
 
     fn plan(text: &str) -> Vec<Node> {
-        nodes(&points(&Inputs::planned(&Config::parse(text, Path::new("plant.toml")).unwrap())))
+        nodes(&points(&Inputs::planned(&profivac_config::parse(text, Path::new("plant.toml")).unwrap())))
     }
 
     fn node<'a>(nodes: &'a [Node], id: &str) -> &'a Node {
@@ -468,7 +467,7 @@ mod tests {
 
     #[test]
     fn every_point_is_a_variable() {
-        let points = points(&Inputs::planned(&Config::parse(PLANT, Path::new("plant.toml")).unwrap()));
+        let points = points(&Inputs::planned(&profivac_config::parse(PLANT, Path::new("plant.toml")).unwrap()));
         let shown: BTreeSet<usize> = nodes(&points)
             .into_iter()
             .filter_map(|node| match node.kind {

@@ -4,7 +4,6 @@
 
 use profivac_gateway::{Inputs, points};
 use profivac_gateway_opcua::plan::{NodeKind, nodes};
-use profivac_station::config::Config;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -31,7 +30,7 @@ above = "1e-3 mbar"
 
 /// A line for each node: identifier, class, browse name.
 fn lines() -> Vec<String> {
-    let config = Config::parse(PLANT, Path::new("plant.toml")).unwrap();
+    let config = profivac_config::parse(PLANT, Path::new("plant.toml")).unwrap();
     let nodes = nodes(&points(&Inputs::planned(&config)));
     let class = |kind: &NodeKind| match kind {
         NodeKind::Folder => "folder",

@@ -12,10 +12,11 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;
-use profivac_station::api::headers::{Hosts, requested_host};
-use profivac_station::config::Secret;
 use profivac_station::config::gateways::prometheus::Settings;
-use profivac_station::server::{Connections, Keys, Limits, TlsError};
+use profivac_station::gateway_status::GatewayStatus;
+use profivac_web_server::headers::{Hosts, requested_host};
+use profivac_web_server::server::{Connections, Keys, Limits, TlsError};
+use profivac_web_server::tables::Secret;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -57,8 +58,9 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), Prometheu
     let listener = TcpListener::bind(address).await.map_err(|error| PrometheusError::Listen { address, error })?;
     context.status.runs(listener.local_addr().unwrap_or(address).to_string());
     let mut stop = context.stop.clone();
+    let status = Arc::clone(&context.status);
     let connections = Connections {
-        gateway: Some(Arc::clone(&context.status)),
+        observer: Some(Arc::<GatewayStatus>::clone(&status)),
         keys: keys.clone(),
         limits: Limits {
             connections: MAX_CONNECTIONS,
@@ -70,20 +72,20 @@ pub async fn serve(settings: Settings, context: Context) -> Result<(), Prometheu
     };
     tokio::select! {
         () = connections.serve(&listener) => {}
-        () = renew(keys, &connections) => {}
+        () = renew(keys, &status) => {}
         () = stop.stopped() => {}
     }
     Ok(())
 }
 
 /// Reads certificate and key again and again, because certificates are renewed while the station runs. Never returns.
-async fn renew(keys: Option<Arc<Keys>>, connections: &Connections) {
+async fn renew(keys: Option<Arc<Keys>>, status: &GatewayStatus) {
     let Some(keys) = keys else { return std::future::pending().await };
     let mut ticks = interval(KEYS_PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         ticks.tick().await;
-        if let (Err(error), Some(status)) = (keys.renew(), &connections.gateway) {
+        if let Err(error) = keys.renew() {
             status.error(&format!("{error}; the gateway keeps the present certificate"));
         }
     }

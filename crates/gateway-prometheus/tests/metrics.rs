@@ -9,7 +9,6 @@ use profivac_gateway_prometheus::family::{Family, Form};
 use profivac_gateway_prometheus::metrics::{Layout, Others};
 use profivac_listen::report::{Bucket, BusReport, Distribution};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::gateway_status::GatewayStatuses;
 use profivac_station::view::BusStationState;
@@ -42,7 +41,7 @@ priority = "high"
 
 /// The first gauge has a reading of this quality.
 fn inputs(quality: Quality, pa: Option<f64>, limit_pa: Option<f64>) -> Inputs {
-    let mut inputs = Inputs::planned(&Config::parse(FILE, Path::new("plant.toml")).unwrap());
+    let mut inputs = Inputs::planned(&profivac_config::parse(FILE, Path::new("plant.toml")).unwrap());
     let gauge = &mut inputs.gauges[0];
     gauge.state = BusStationState::DataExchange;
     (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(1_700_000_000_250_000)));
@@ -222,7 +221,7 @@ fn other_computers_need_tls_and_a_token() {
     let folder = tempfile::tempdir().unwrap();
     let token = folder.path().join("token");
     std::fs::write(&token, "secret\n").unwrap();
-    let parse = |text: &str| Config::parse(&format!("{FILE}{text}"), &folder.path().join("plant.toml"));
+    let parse = |text: &str| profivac_config::parse(&format!("{FILE}{text}"), &folder.path().join("plant.toml"));
     let tls = "[tls]\ncertificate = \"c.pem\"\nkey = \"k.pem\"\n";
     let exposed = "[prometheus]\nlisten = \"0.0.0.0:9464\"\n";
     let problem = |text: &str| parse(text).unwrap_err().to_string();
@@ -254,7 +253,7 @@ fn the_labels_of_a_gauge_are_labels_of_its_info_series() {
     let labels = "device = \"bcg450\"\ngroup = \"target\"\ntags = [\"bake-out\"]\nlocation = \"hall, \\\"A\\\"\"\n\
                   calibrated = 2026-05-01\ncalibration-interval = \"365 days\"";
     let file = FILE.replacen("device = \"bcg450\"", labels, 1);
-    let inputs = Inputs::planned(&Config::parse(&file, Path::new("plant.toml")).unwrap());
+    let inputs = Inputs::planned(&profivac_config::parse(&file, Path::new("plant.toml")).unwrap());
     let text = text(inputs, &Others::default(), Format::OpenMetrics);
     let expected = format!(
         r#"profivac_device_info{{{LABELS},device="bcg450",address="5",gas="n2",group="target",tags="bake-out",location="hall, \"A\"",calibrated="2026-05-01",calibration_due="2027-05-01",simulated="true",listen_only="false"}} 1"#

@@ -8,13 +8,12 @@ use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteReq
 use profivac_recorder::Micros;
 use profivac_recorder::audit::AuditQuery;
 use profivac_station::alarm::{AlarmError, AlarmServiceError};
-use profivac_station::auth::password::Hash;
-use profivac_station::auth::users::Users;
-use profivac_station::auth::{Actor, Role, User};
-use profivac_station::config::Config;
 use profivac_station::control::AuthorityAction;
 use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
+use profivac_web_server::auth::password::Hash;
+use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -65,7 +64,8 @@ impl Plant {
         std::fs::write(&segment, SEGMENT).unwrap();
         let text = PLANT.replace("SEGMENT", &segment.display().to_string());
         let station =
-            Station::start(Config::parse(&text, Path::new(&folder.path().join("plant.toml"))).unwrap()).unwrap();
+            Station::start(profivac_config::parse(&text, Path::new(&folder.path().join("plant.toml"))).unwrap())
+                .unwrap();
         let users = folder.path().join("plant.users.toml");
         let hash = Hash::of("a password of some length").unwrap();
         Users::change(&users, |users| users.add("epics", role, hash)).unwrap();

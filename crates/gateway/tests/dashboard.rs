@@ -13,7 +13,6 @@ use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::alarm::AlarmState;
 use profivac_station::alarm::view::{AlarmView, SuppressionView};
-use profivac_station::config::Config;
 use profivac_station::view::{
     self, BusStationState, Gauge, Reading, RecorderView, Segment, SegmentState, WatchedParameter,
 };
@@ -95,7 +94,7 @@ fn line(stations: Vec<StationReport>) -> Arc<BusReport> {
 
 /// A plant in which every field has a value that can be recognised.
 fn inputs() -> Inputs {
-    let mut inputs = Inputs::planned(&Config::parse(FILE, Path::new("plant.toml")).unwrap());
+    let mut inputs = Inputs::planned(&profivac_config::parse(FILE, Path::new("plant.toml")).unwrap());
     inputs.station.started_ms = 1000;
     inputs.station.now_ms = 91_000;
     inputs.station.recorder = RecorderView {

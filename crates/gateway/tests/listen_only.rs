@@ -6,7 +6,6 @@ use crate::foreign_bus::{ForeignBus, Incident, MASTER, SLAVE};
 use crate::until::until;
 use profivac_gateway::signal::{LINE_STATES, QUALITIES};
 use profivac_gateway::{PointValue, ReadModel, Signal, Snapshot, State, Value};
-use profivac_station::config::Config;
 use profivac_station::station::Station;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, LazyLock};
@@ -43,7 +42,7 @@ fn a_gauge_of_another_master_is_assumed_until_its_unit_is_heard_and_its_line_has
          [[segment.gauge]]\nname = \"furnace\"\naddress = {SLAVE}\ndevice = \"bcg450\"\npoll = \"50 ms\"\n",
         bus.port
     );
-    let station = Station::start(Config::parse(&file, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let station = Station::start(profivac_config::parse(&file, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let model = ReadModel::start(station.services()).unwrap();
 
     let assumed =

@@ -5,7 +5,6 @@
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::config::Config;
 use profivac_station::view::BusStationState;
 use std::path::Path;
 use std::sync::Arc;
@@ -39,7 +38,7 @@ priority = "low"
 "#;
 
 fn planned() -> Inputs {
-    Inputs::planned(&Config::parse(FILE, Path::new("plant.toml")).unwrap())
+    Inputs::planned(&profivac_config::parse(FILE, Path::new("plant.toml")).unwrap())
 }
 
 /// The gauge chamber measures this pressure.
@@ -189,7 +188,7 @@ fn an_alarm_that_moves_to_another_segment_is_described_again() {
 /// The labels of the gauge chamber, as the file has them.
 fn labelled(labels: &str) -> Inputs {
     let file = FILE.replacen("device = \"bcg450\"", &format!("device = \"bcg450\"\n{labels}"), 1);
-    Inputs::planned(&Config::parse(&file, Path::new("plant.toml")).unwrap())
+    Inputs::planned(&profivac_config::parse(&file, Path::new("plant.toml")).unwrap())
 }
 
 const LABELS: [Signal; 5] = [Signal::Group, Signal::Tags, Signal::Location, Signal::Calibrated, Signal::CalibrationDue];

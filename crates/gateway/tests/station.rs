@@ -4,7 +4,6 @@
 
 use crate::until::until;
 use profivac_gateway::{Point, PointValue, ReadModel, Signal, Snapshot, State, Value};
-use profivac_station::config::Config;
 use profivac_station::station::Station;
 use std::path::Path;
 use std::sync::Arc;
@@ -41,7 +40,8 @@ fn started(folder: &TempDir) -> (Station, ReadModel) {
     let segment = folder.path().join("hall.toml");
     std::fs::write(&segment, SEGMENT).unwrap();
     let text = PLANT.replace("SEGMENT", &segment.display().to_string());
-    let station = Station::start(Config::parse(&text, Path::new(&folder.path().join("plant.toml"))).unwrap()).unwrap();
+    let station =
+        Station::start(profivac_config::parse(&text, Path::new(&folder.path().join("plant.toml"))).unwrap()).unwrap();
     let model = ReadModel::start(station.services()).unwrap();
     (station, model)
 }

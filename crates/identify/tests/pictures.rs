@@ -2,10 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "fresh/plants.rs"]
-#[allow(dead_code, reason = "the numbers that are compared in another test")]
-mod plants;
-
+use crate::fresh::plants;
 use crate::golden;
 use crate::support::normal;
 use profivac_identify::plant::{Phase, PlantRecord, Residual, Volume, identify};

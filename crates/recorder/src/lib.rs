@@ -38,6 +38,7 @@ pub mod ring;
 pub mod sample;
 pub mod schema;
 pub mod spans;
+pub mod trend;
 pub mod validity;
 pub mod writer;
 
@@ -52,4 +53,5 @@ pub use outbox::Forward;
 pub use quality::{Qualities, Quality};
 pub use reader::{Occurrence, Occurrences, Reader, Span};
 pub use sample::{Micros, Sample};
+pub use trend::Trend;
 pub use writer::{Health, Recorder, Settings, WriteReceipt};

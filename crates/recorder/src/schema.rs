@@ -686,7 +686,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         make_version_7(&path, &format!("INSERT INTO outbox_state VALUES (1, 5, 3, 2, 8);{ROWS}"));
-        assert_eq!(ids_sent(&path), [vec![], vec![]]);
+        assert_eq!(ids_sent(&path), [Vec::<i64>::new(), Vec::new()]);
         open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
         assert_eq!(ids_sent(&path), [vec![4], vec![3]]);
     }

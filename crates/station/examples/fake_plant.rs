@@ -23,16 +23,16 @@ mod segments;
 use gauges::{Fake, Shown};
 use profivac_recorder::{Event, EventKind, Micros, Quality, Recorder, Sample, Settings};
 use profivac_station::alarm::AlarmThread;
-use profivac_station::auth::password::Hash;
-use profivac_station::auth::users::Users;
-use profivac_station::auth::{Access, Role};
 use profivac_station::control::OperationError;
 use profivac_station::control::error::Unavailable;
 use profivac_station::control::requests::SegmentRequest;
-use profivac_station::server::{Server, Setup};
 use profivac_station::services::Services;
 use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::webhook::{DeliverySettings, DeliveryThread};
+use profivac_web_server::auth::password::Hash;
+use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::{Access, Role};
+use profivac_web_server::server::Setup;
 use std::collections::HashMap;
 use std::error::Error;
 use std::net::SocketAddr;
@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         (_, true) => Access::anonymous_viewer(),
         _ => Access::anonymous("demo", Role::Engineer),
     };
-    let server = Server::start(Arc::clone(&services), Setup::new(address, access))?;
+    let server = profivac_station::server::start(Arc::clone(&services), Setup::new(address, access))?;
     println!("{}", server.url());
     println!("{}", users.display());
     let told = Arc::new(Mutex::new(HashMap::new()));

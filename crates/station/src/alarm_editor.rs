@@ -1,7 +1,7 @@
 //! Settings of alarms, changed by an engineer in the dashboard: first in the station's file, then in the running alarms.
 //!
 //! ```text
-//! request ─ file as the station has read it? ─ edited text ─ Config::parse ─ file replaced ─ rules ─ audit trail, history, event
+//! request ─ file as the station has read it? ─ edited text ─ checked ─ file replaced ─ rules ─ audit trail, history, event
 //! ```
 //!
 //! The edited text passes the checks of a start, and the file is replaced as a whole or not at all. A change that fails leaves file
@@ -9,9 +9,9 @@
 
 use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmService, AlarmServiceError, SettingsChange};
-use crate::auth::Actor;
 use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
 use profivac_host::text_file;
+use profivac_web_server::auth::Actor;
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
@@ -160,8 +160,7 @@ impl AlarmEditor {
             return Err(AlarmEditError::OtherSettings { present: present.to_string() });
         }
         let text = write(&edit.new, source.text())?;
-        let config = Config::parse(&text, source.path());
-        let config = config.map_err(|error| AlarmEditError::Invalid(error.problem.to_string()))?;
+        let config = source.parse(&text).ok_or(AlarmEditError::NoFile)?.map_err(AlarmEditError::Invalid)?;
         replace(&file, source.text(), &text)?;
         self.set_source(config.source.clone());
         Ok((config, present.to_string()))

@@ -2,12 +2,12 @@
 //!
 //! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
-use crate::auth::Role;
 use profivac_devices::Principle;
 use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
-use profivac_recorder::{Event, EventKind, Micros, Qualities, Quality};
-use serde::{Deserialize, Serialize, Serializer};
+use profivac_recorder::{Event, EventKind, Micros, Quality};
+use profivac_web_server::auth::Role;
+use serde::{Serialize, Serializer};
 use std::sync::Arc;
 use std::time::Duration;
 use utoipa::ToSchema;
@@ -268,39 +268,6 @@ fn principle<S: Serializer>(principle: &Option<Principle>, serializer: S) -> Res
         Principle::Atmosphere => "atmosphere",
     });
     word.serialize(serializer)
-}
-
-/// A trend: each list has one entry for every pixel with samples.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Trend {
-    /// The name of the series.
-    pub series: String,
-    /// The start of each pixel, in milliseconds since 1970, rising.
-    pub start_ms: Vec<i64>,
-    /// The lowest pressure in Pa; `null` without a pressure.
-    pub low: Vec<Option<f64>>,
-    /// The highest pressure in Pa.
-    pub high: Vec<Option<f64>>,
-    /// The geometric mean in Pa.
-    pub mean: Vec<Option<f64>>,
-    /// The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
-    /// missing, 7 assumed.
-    pub qualities: Vec<u8>,
-}
-
-impl Trend {
-    /// The trend of these spans.
-    #[must_use]
-    pub fn of(series: &str, bins: &[profivac_recorder::Span]) -> Self {
-        Self {
-            series: series.to_owned(),
-            start_ms: bins.iter().map(|bin| unix_ms(bin.start)).collect(),
-            low: bins.iter().map(|bin| bin.summary.low).collect(),
-            high: bins.iter().map(|bin| bin.summary.high).collect(),
-            mean: bins.iter().map(|bin| bin.summary.mean()).collect(),
-            qualities: bins.iter().map(|bin| bin.summary.qualities).map(|Qualities(bits)| bits).collect(),
-        }
-    }
 }
 
 /// Something that happened.

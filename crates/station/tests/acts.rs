@@ -4,11 +4,11 @@
 
 use crate::support::memory_station::{ENGINEER, MemoryStation, OPERATOR, Outside, VIEWER};
 use crate::support::until;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::control::AuthorityAction;
 use profivac_station::control::error::Unavailable;
 use profivac_station::control::requests::SegmentRequest;
 use profivac_station::view::BusStationState;
+use profivac_web_server::auth::{Actor, Role, User};
 use serde_json::{Value, json};
 use std::sync::{Arc, Barrier};
 use std::time::Instant;

@@ -5,9 +5,8 @@
 use crate::support;
 use crate::support::inputs::{inputs, snapshot};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::Role;
-use profivac_station::config::Config;
 use profivac_station::services::Services;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -48,7 +47,7 @@ impl Fixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let services = support::services(folder.path());
-        let rules = Config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
+        let rules = profivac_config::parse(FILE, Path::new("plant.toml")).unwrap().alarms;
         services.alarms().start(rules, Vec::new()).unwrap();
         services.snapshots().publish(snapshot(1.0, Quality::Valid));
         Self { services, _folder: folder }

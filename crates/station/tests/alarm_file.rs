@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+use profivac_config::ConfigError;
 use profivac_station::alarm::{Condition, Priority, Rule, Series};
-use profivac_station::auth::file_permissions;
-use profivac_station::config::{Config, ConfigError};
+use profivac_station::config::Config;
+use profivac_web_server::auth::file_permissions;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -47,7 +48,7 @@ window = "20 s"
 "#;
 
 fn parse(text: &str) -> Result<Config, ConfigError> {
-    Config::parse(text, Path::new("hall.toml"))
+    profivac_config::parse(text, Path::new("hall.toml"))
 }
 
 fn rules(text: &str) -> Vec<Rule> {
@@ -226,7 +227,7 @@ fn a_webhook_has_the_settings_of_the_file_and_hides_its_secret() {
            quiet = '22:00-06:30'\nunacknowledged-after = '10 min'\n\
            [[webhook]]\nname = 'ours'\nurl = 'http://10.0.0.1/hook'\n";
     let path = folder.path().join("hall.toml");
-    let config = Config::parse(&file, &path).unwrap();
+    let config = profivac_config::parse(&file, &path).unwrap();
     assert!(config.is_private());
     let [first, second] = &config.webhooks[..] else { panic!("{:?}", config.webhooks) };
     assert_eq!((first.name.as_str(), first.min_priority), ("alarms.example.org", Priority::Medium));
@@ -240,7 +241,7 @@ fn a_webhook_has_the_settings_of_the_file_and_hides_its_secret() {
     let shown = format!("{config:?}");
     assert!(!shown.contains("s3cret") && !shown.contains("hook/abc"), "{shown}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o640)).unwrap();
-    let error = Config::parse(&file, &path).unwrap_err().to_string();
+    let error = profivac_config::parse(&file, &path).unwrap_err().to_string();
     let wanted = format!("is open to others (mode 640): chmod 600 {}", token.display());
     assert!(error.contains("hall.toml:37:14: ") && error.ends_with(&wanted), "{error}");
 }
@@ -281,8 +282,9 @@ fn an_error_in_a_webhook_names_its_position_and_no_secret() {
         ),
         ("name = ' '\nurl = 'https://host/'", "36:8: expected a name for the webhook, found an empty string"),
     ] {
-        let error =
-            Config::parse(&format!("{FILE}[[webhook]]\n{lines}\n"), Path::new("hall.toml")).unwrap_err().to_string();
+        let error = profivac_config::parse(&format!("{FILE}[[webhook]]\n{lines}\n"), Path::new("hall.toml"))
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(sentence), "expected {sentence}\nfound {error}");
         assert!(!error.contains("s3") && !error.contains("3535"), "{error}");
     }

@@ -5,9 +5,8 @@
 use crate::support;
 use crate::support::inputs::{inputs, snapshot};
 use profivac_recorder::Quality;
-use profivac_station::auth::Role;
-use profivac_station::config::Config;
 use profivac_station::services::Services;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -49,7 +48,7 @@ impl Fixture {
         let fixture = Self { services, folder };
         fs::write(fixture.file(), FILE).unwrap();
         fs::set_permissions(fixture.file(), fs::Permissions::from_mode(0o640)).unwrap();
-        let config = Config::read(&fixture.file()).unwrap();
+        let config = profivac_config::read(&fixture.file()).unwrap();
         fixture.services.alarm_editor().set_source(config.source);
         fixture.services.alarms().start(config.alarms, Vec::new()).unwrap();
         fixture.services.snapshots().publish(snapshot(1.0, Quality::Valid));
@@ -123,7 +122,7 @@ fn a_new_limit_is_in_the_file_in_the_running_alarm_and_in_the_audit_trail() {
         .replace("off-delay = \"0 s\"", "off-delay = \"2 s\"");
     assert_eq!(fixture.text(), expected, "comments and order stay");
     assert_eq!(fs::metadata(fixture.file()).unwrap().permissions().mode() & 0o777, 0o640);
-    assert_eq!(Config::read(&fixture.file()).unwrap().alarms[0].condition.limit(), Some(0.04));
+    assert_eq!(profivac_config::read(&fixture.file()).unwrap().alarms[0].condition.limit(), Some(0.04));
     let audit = fixture.audit();
     let row = &audit[0];
     assert_eq!(

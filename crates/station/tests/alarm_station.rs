@@ -6,10 +6,10 @@ use crate::support;
 use profivac_recorder::Micros;
 use profivac_station::alarm::AlarmState;
 use profivac_station::alarm::view::AlarmView;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
 use profivac_station::services::Services;
 use profivac_station::station::Station;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::fs;
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn config(folder: &Path, more: &str) -> Config {
          [[alarm]]\nname = 'much too high'\ngauge = 'chamber'\nabove = '1 mbar'\ndelay = '0 s'\n{more}",
         segment.display()
     );
-    Config::parse(&text, &folder.join("plant.toml")).unwrap()
+    profivac_config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
 fn alarm(services: &Services, name: &str) -> Option<AlarmView> {

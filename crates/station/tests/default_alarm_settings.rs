@@ -5,9 +5,8 @@
 use crate::support;
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
-use profivac_station::auth::Role;
-use profivac_station::config::Config;
 use profivac_station::services::Services;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
@@ -46,7 +45,7 @@ impl Fixture {
         let services = support::services(folder.path());
         let fixture = Self { services, folder };
         fs::write(fixture.file(), file).unwrap();
-        let config = Config::read(&fixture.file()).unwrap();
+        let config = profivac_config::read(&fixture.file()).unwrap();
         fixture.services.alarm_editor().set_source(config.source);
         fixture.services.alarms().start(config.alarms, Vec::new()).unwrap();
         fixture.services.alarms().start_plant_states(config.plant_states).unwrap();
@@ -111,7 +110,7 @@ fn a_default_alarm_is_changed_in_the_file_in_the_running_alarms_and_in_the_audit
     assert!(text.contains("# Longer than a restart.\nstale = {"), "{text}");
     assert!(text.contains("} # of each gauge\n") && !text.contains("except"), "{text}");
     assert_eq!(text.lines().filter(|line| !line.starts_with("stale")).count(), FILE.lines().count() - 1);
-    let config = Config::read(&fixture.file()).unwrap();
+    let config = profivac_config::read(&fixture.file()).unwrap();
     let rule = config.alarms.iter().find(|rule| rule.name == "chamber: no data").unwrap();
     assert_eq!((rule.delay.as_secs(), rule.priority.word()), (30, "high"));
     assert!(fixture.alarms().contains(&of_chamber), "the state stays");
@@ -129,7 +128,7 @@ fn a_default_alarm_without_settings_gets_them_and_one_that_is_off_is_gone() {
     for file in [FILE, FILE.split("[alarms]").next().unwrap()] {
         let fixture = Fixture::new(file);
         assert_eq!(fixture.change("damage", &json!({ "limit": 100.0 }), Role::Engineer).0, 200);
-        let config = Config::read(&fixture.file()).unwrap();
+        let config = profivac_config::read(&fixture.file()).unwrap();
         let damage = config.alarms.iter().find(|rule| rule.name == "segment hall: damage").unwrap();
         assert_eq!(damage.condition.limit(), Some(100.0), "{}", fixture.text());
         assert_eq!(fixture.change("stale", &json!({ "priority": "off" }), Role::Engineer).0, 200);

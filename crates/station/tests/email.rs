@@ -100,7 +100,7 @@ impl Fixture {
             message = 'Close the valve.'\n[alarms]\nblind = {{ priority = 'off' }}\n\
             [[email]]\nname = 'shift'\nfrom = 'Hall <hall@example.org>'\nto = ['ada@example.org', 'Bob <bob@example.org>']\n{email}"
         );
-        Config::parse(&file, &self.folder.path().join("plant.toml")).unwrap()
+        profivac_config::parse(&file, &self.folder.path().join("plant.toml")).unwrap()
     }
 
     /// Starts to deliver to the server, which listens on `port`.
@@ -258,7 +258,7 @@ fn wrong(email: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("open"), "secret").unwrap();
     fs::set_permissions(folder.path().join("open"), fs::Permissions::from_mode(0o644)).unwrap();
-    let error = Config::parse(
+    let error = profivac_config::parse(
         &format!("[[email]]\n{email}\n[[segment]]\nname = 'hall'\nport = 'p'"),
         &folder.path().join("p.toml"),
     )

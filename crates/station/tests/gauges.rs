@@ -7,13 +7,12 @@ use crate::support::tcp_segment::{Fault, TcpSegment};
 use crate::support::{TIMEOUT, until};
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::{Actor, Role, User};
-use profivac_station::config::Config;
 use profivac_station::control::operation::{GivenValue, OperationRequest, Readback};
 use profivac_station::control::{AuthorityAction, ControlError};
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Gauge};
+use profivac_web_server::auth::{Actor, Role, User};
 use std::sync::Arc;
 use std::time::Instant;
 use tempfile::TempDir;
@@ -35,7 +34,7 @@ impl Fixture {
     fn beside(hall: TcpSegment, gauges: &[&str], others: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let text = segment("hall", &hall, gauges) + others;
-        let config = Config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+        let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
         let station = Station::start(config).unwrap();
         let services = station.services();
         Self { _folder: folder, hall, station, services }

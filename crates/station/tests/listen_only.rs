@@ -10,13 +10,13 @@ use jiff::tz::TimeZone;
 use profivac_listen::gauge::Origin;
 use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::Role;
 use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Reading, SegmentState};
+use profivac_web_server::auth::Role;
 use serde_json::Value;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -35,7 +35,7 @@ fn text(bus: &ForeignBus) -> String {
 }
 
 fn config(bus: &ForeignBus, folder: &Path) -> Config {
-    Config::parse(&text(bus), &folder.join("plant.toml")).unwrap()
+    profivac_config::parse(&text(bus), &folder.join("plant.toml")).unwrap()
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn a_pressure_in_an_assumed_unit_is_shown_and_recorded_as_assumed_until_the_unit
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::with(Incident::LateStartUp);
     let limit = "[[alarm]]\nname = \"high\"\ngauge = \"furnace\"\nabove = \"5e-5 mbar\"\ndelay = \"0 s\"\n";
-    let config = Config::parse(&(text(&bus) + limit), &folder.path().join("plant.toml")).unwrap();
+    let config = profivac_config::parse(&(text(&bus) + limit), &folder.path().join("plant.toml")).unwrap();
     let station = Station::start(config).unwrap();
     let services = station.services();
     let assumed = until("a reading", || reading(&services));
@@ -141,7 +141,7 @@ fn nothing_of_an_assumed_configuration_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let bus = ForeignBus::with(Incident::FiveOctets);
     let text = text(&bus).replace("bcg450", AMBIGUOUS).replace("poll =", "unit = \"mbar\"\npoll =");
-    let station = Station::start(Config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let station = Station::start(profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let services = station.services();
     let assumed = until("a reading", || reading(&services));
     assert_eq!((assumed.quality, assumed.pa, assumed.limit_pa), (Quality::Assumed, None, None));
@@ -165,7 +165,7 @@ fn capture_event(incident: Incident, has_alarm: bool) -> String {
     let bus = ForeignBus::with(incident);
     let whole = text(&bus);
     let text = if has_alarm { whole.as_str() } else { whole.split(ALARM).next().unwrap() };
-    let station = Station::start(Config::parse(text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let station = Station::start(profivac_config::parse(text, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let services = station.services();
     let event = until("the event of a capture", || {
         let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
@@ -271,7 +271,7 @@ fn a_segment_with_a_master_has_the_same_statistics() {
          [[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n",
         devices.display()
     );
-    let station = Station::start(Config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
+    let station = Station::start(profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap()).unwrap();
     let services = station.services();
     let report = until("the report", || {
         let report = services.snapshots().buses().report("hall")?;
@@ -324,7 +324,7 @@ fn the_keys_of_a_listen_only_segment_are_checked() {
         let text = format!(
             "[[segment]]\nname = \"plc\"\nport = \"/dev/null\"\n{segment}\n[[segment.gauge]]\nname = \"g\"\naddress = 0\ndevice = \"bcg450\"\n{gauge}\n"
         );
-        Config::parse(&text, Path::new("plant.toml")).map_err(|error| error.to_string())
+        profivac_config::parse(&text, Path::new("plant.toml")).map_err(|error| error.to_string())
     };
     let listening = config("listen-only = true", "unit = \"Torr\"").unwrap();
     let segment = &listening.segments[0];

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use profivac_station::auth::password::Hash;
+use profivac_web_server::auth::password::Hash;
 use std::fs;
 use std::sync::{Barrier, Mutex};
 

@@ -5,7 +5,6 @@
 use crate::support::until;
 use profivac_devices::Principle;
 use profivac_recorder::{Micros, Quality};
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::config::Config;
 use profivac_station::control::AuthorityAction;
 use profivac_station::control::operation::OperationRequest;
@@ -13,6 +12,7 @@ use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_station::view::{BusStationState, Gauge, Segment};
 use profivac_virtual::segment_file::SegmentFile;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -56,7 +56,7 @@ impl Fixture {
                 );
             }
         }
-        Config::parse(&text, &self.path("plant.toml")).unwrap()
+        profivac_config::parse(&text, &self.path("plant.toml")).unwrap()
     }
 }
 

@@ -6,9 +6,8 @@ use crate::support;
 use crate::support::inputs::inputs;
 use profivac_recorder::{Micros, Quality, Reader};
 use profivac_station::alarm::{NotificationTarget, Priority};
-use profivac_station::auth::Role;
-use profivac_station::config::Config;
 use profivac_station::services::Services;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
@@ -55,7 +54,7 @@ impl Fixture {
     /// A station that starts with the database in a folder.
     fn at(folder: TempDir, file: &str) -> Self {
         let services = support::services(folder.path());
-        let config = Config::parse(file, Path::new("plant.toml")).unwrap();
+        let config = profivac_config::parse(file, Path::new("plant.toml")).unwrap();
         let target = NotificationTarget::of_every_change("ops".to_owned(), Priority::Low);
         services.alarms().start(config.alarms, vec![target]).unwrap();
         services.alarms().start_plant_states(config.plant_states).unwrap();

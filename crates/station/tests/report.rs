@@ -5,7 +5,6 @@
 use crate::golden;
 use jiff::tz::{TimeZone, offset};
 use profivac_recorder::{Deadband, Event, EventKind, Micros, Quality, Reader, Recorder, Retention, Sample, Settings};
-use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::series::{known, moved, pump_downs, series};
 use profivac_station::report::{GaugeInfo, Report, ReportRequest, Unit, page::page};
@@ -94,7 +93,7 @@ fn plant(recorder: &Recorder) {
 }
 
 fn request(span: TimeRange, names: &[&str]) -> ReportRequest {
-    let config = Config::parse(STATION, Path::new("hall.toml")).unwrap();
+    let config = profivac_config::parse(STATION, Path::new("hall.toml")).unwrap();
     ReportRequest {
         title: "Acceptance of chamber 7".to_owned(),
         station: Some(config.name.clone()),

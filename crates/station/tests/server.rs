@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_recorder::{Recorder, Settings};
-use profivac_station::auth::Access;
-use profivac_station::server::{Limits, Server, Setup};
 use profivac_station::services::Services;
+use profivac_web_server::auth::Access;
+use profivac_web_server::server::{Limits, Server, Setup};
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ impl TestStation {
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
         let services = Arc::new(Services::new("hall".to_owned(), file, recorder));
         let setup = Setup { limits, ..Setup::new(address.parse().unwrap(), Access::anonymous_viewer()) };
-        let server = Server::start(services, setup).unwrap();
+        let server = profivac_station::server::start(services, setup).unwrap();
         Self { _folder: folder, server }
     }
 

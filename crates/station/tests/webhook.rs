@@ -157,7 +157,7 @@ fn config(more: &str) -> Config {
     let file = "[[segment]]\nname = 'hall'\nport = 'p'\n[[segment.gauge]]\nname = 'chamber'\naddress = 5\ndevice = 'bcg450'\n\
         [[alarm]]\nname = 'too high'\ngauge = 'chamber'\nabove = '1 Pa'\ndelay = '0 s'\noff-delay = '0 s'\n\
         [alarms]\nblind = { priority = 'off' }\n";
-    Config::parse(&format!("{file}{more}"), Path::new("plant.toml")).unwrap()
+    profivac_config::parse(&format!("{file}{more}"), Path::new("plant.toml")).unwrap()
 }
 
 fn webhook(address: &str, more: &str) -> Webhook {

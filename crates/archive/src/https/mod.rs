@@ -20,7 +20,6 @@
 //! `requests` has the paths of the requests of users.
 
 use crate::config::{Config, Https, Sender};
-use crate::nats::{message_id, subject};
 use crate::pending::Pending;
 use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, Stored};
@@ -31,9 +30,10 @@ use axum::http::header::{AUTHORIZATION, CONTENT_LENGTH, RETRY_AFTER, WWW_AUTHENT
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use profivac_archive_protocol::nats::{message_id, subject};
 use profivac_recorder::Micros;
-use profivac_station::auth::connections::Permit;
-use profivac_station::server::{Connections, Keys, Limits, ServerError};
+use profivac_web_server::auth::connections::Permit;
+use profivac_web_server::server::{Connections, Keys, Limits, ServerError};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -155,7 +155,7 @@ impl Server {
         let shared = Shared { stations, permits: Semaphore::new(MAX_BATCHES), jobs: sender, pending: pending.clone() };
         let limits =
             Limits { connections: MAX_CONNECTIONS, head: CLIENT_TIMEOUT, stalled: CLIENT_TIMEOUT, ..Limits::default() };
-        let connections = Connections { router: router(Arc::new(shared)), keys, limits, gateway: None };
+        let connections = Connections { router: router(Arc::new(shared)), keys, limits, observer: None };
         Ok(Self { listener, address, connections, jobs, pending })
     }
 
@@ -335,7 +335,7 @@ async fn session(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_station::config::TlsFiles;
+    use profivac_web_server::server::TlsFiles;
 
     #[test]
     fn an_absent_certificate_is_found_without_listening() {

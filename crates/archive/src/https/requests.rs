@@ -6,11 +6,11 @@
 //! | `POST /v1/PLANT/STATION/request/ID` with the reply as JSON | 204; 410 when no user waits for it; 413 when it is too long |
 
 use super::{Shared, refuse};
-use crate::post::REQUEST_HEADER;
 use axum::body::to_bytes;
 use axum::extract::{Path, Request, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use profivac_archive_protocol::request::REQUEST_HEADER;
 use std::sync::Arc;
 
 /// The most octets of a reply: a trend of 4,000 entries has a third of it, and a server of NATS passes on no more.

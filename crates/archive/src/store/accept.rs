@@ -1,6 +1,6 @@
 //! A message becomes a batch, or is refused with the reason.
 
-use crate::nats::{BATCH_HEADER, of_message_id, of_subject};
+use profivac_archive_protocol::nats::{BATCH_HEADER, of_message_id, of_subject};
 use profivac_recorder::batch::{AlarmChange, Audit, Batch, BatchError, Event, Samples, Span};
 use profivac_recorder::{Micros, Sample};
 use thiserror::Error;

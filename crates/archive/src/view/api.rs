@@ -19,21 +19,23 @@ use super::visibility::{Hidden, Visibility};
 use super::watch::Watch;
 use crate::config::Config;
 use crate::pending::Pending;
-use crate::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use axum::http::{Extensions, HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
-use profivac_station::api::authenticator::AccessObserver;
-use profivac_station::api::body::Body;
-use profivac_station::api::live_source::{LiveSource, stream};
-use profivac_station::api::query::{checked_range, parsed_query, time_range};
-use profivac_station::api::{Problem, headers, session_routes, task_failed};
-use profivac_station::auth::{Role, User};
-use profivac_station::view::Trend;
-use profivac_station::web;
+use profivac_archive_protocol::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
+use profivac_recorder::Trend;
+use profivac_web_pages::archive_file;
+use profivac_web_server::auth::{Role, User};
+use profivac_web_server::authenticator::AccessObserver;
+use profivac_web_server::body::Body;
+use profivac_web_server::headers;
+use profivac_web_server::live_source::{LiveSource, stream};
+use profivac_web_server::problem::{Problem, task_failed};
+use profivac_web_server::query::{checked_range, parsed_query, time_range};
+use profivac_web_server::session::session_routes;
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -106,7 +108,7 @@ pub fn router(config: &Config, watch: &Watch, pending: Pending, log: Arc<dyn Acc
             "/api/{*rest}",
             get(async || Problem::not_found("the API has no such path; /api/openapi.json lists all paths")),
         )
-        .fallback(get(web::archive_file).fallback(method_not_allowed))
+        .fallback(get(archive_file).fallback(method_not_allowed))
         .method_not_allowed_fallback(method_not_allowed)
         .layer(axum::middleware::from_fn(headers::catch_panic))
         .layer(axum::middleware::from_fn(headers::headers))

@@ -2,7 +2,7 @@
 
 use super::pool::{Pool, PoolError};
 use super::visibility::Hidden;
-use profivac_station::view::Trend;
+use profivac_recorder::Trend;
 use serde::Serialize;
 use tokio_postgres::Row;
 use utoipa::ToSchema;

@@ -27,10 +27,10 @@ pub use watch::Watch;
 
 use crate::config::{Config, View};
 use crate::pending::Pending;
-use profivac_station::api::authenticator::AccessObserver;
-use profivac_station::auth::{Access, User};
-use profivac_station::control::ReleaseReason;
-use profivac_station::server::{Server, ServerError, Setup};
+use profivac_web_server::auth::{Access, User};
+use profivac_web_server::authenticator::AccessObserver;
+use profivac_web_server::authenticator::ReleaseReason;
+use profivac_web_server::server::{Server, ServerError, Setup};
 use std::sync::Arc;
 
 /// Prints what happens to the users: an archive has no event log.
@@ -57,7 +57,7 @@ pub fn start(
     log: impl Fn(&str) + Send + Sync + 'static,
 ) -> Result<Server, ServerError> {
     let log = Arc::new(Log(log));
-    Server::start_with(api::router(config, watch, pending, log.clone()), log, setup(view))
+    Server::start(api::router(config, watch, pending, log.clone()), log, setup(view))
 }
 
 /// Checks the files that `[view]` names, without listening.

@@ -1,7 +1,7 @@
 //! Connections to the database for requests: a few, so that many clients cost the database no more than a few statements at a time.
 
 use crate::database::{ConnectError, Database, described};
-use profivac_station::api::Problem;
+use profivac_web_server::problem::Problem;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};

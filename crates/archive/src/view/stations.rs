@@ -1,12 +1,12 @@
 //! Requests to the stations, over NATS, or over HTTPS to those that poll this archive.
 
-use crate::nats::{NatsError, connect};
 use crate::pending::{Pending, PendingError};
-use crate::request::{MAX_PIXELS, Reply, Request, subject};
 use async_nats::{Client, RequestErrorKind};
-use profivac_station::api::Problem;
-use profivac_station::config::gateways::archive::Nats;
-use profivac_station::view::Trend;
+use profivac_archive_protocol::nats::{NatsError, connect};
+use profivac_archive_protocol::request::{MAX_PIXELS, Reply, Request, subject};
+use profivac_recorder::Trend;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::tables::archive::Nats;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::OnceCell;

@@ -1,7 +1,7 @@
 //! Which plants a user of the view does not see.
 
 use crate::config::Plant;
-use profivac_station::auth::User;
+use profivac_web_server::auth::User;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Plants that a user does not see.
@@ -28,7 +28,7 @@ impl Visibility {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_station::auth::Role;
+    use profivac_web_server::auth::Role;
     use std::sync::Arc;
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use profivac_station::alarm::{PlantStateRule, Rule};
-use profivac_station::config::{Config, MEMORY_PORT};
+use profivac_station::config::MEMORY_PORT;
 use profivac_virtual::scenario::Scenario;
 use std::fmt::Write;
 use std::path::Path;
@@ -57,7 +57,7 @@ pub fn rules(
         write!(text, "[[segment.gauge]]\nname = {name:?}\naddress = {}\ndevice = {device:?}\n", spec.address).ok();
     }
     let (limits, states) = if has_chamber { (LIMITS, PUMP_DOWN_STATE) } else { ("", "") };
-    let config = Config::parse(&format!("{text}{limits}{states}{DELAYS}"), Path::new("demo"));
+    let config = profivac_config::parse(&format!("{text}{limits}{states}{DELAYS}"), Path::new("demo"));
     config.map(|config| (config.alarms, config.plant_states)).map_err(|error| Failure::usage(error.to_string()))
 }
 

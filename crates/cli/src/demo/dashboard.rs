@@ -6,14 +6,14 @@ use crate::failure::Failure;
 use crate::output::notice;
 use profivac_recorder::{Recorder, Settings};
 use profivac_station::alarm::AlarmThread;
-use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::auth::{Access, Actor, Role, User};
 use profivac_station::segment::DemoSegment;
-use profivac_station::server::{Limits, Server, ServerError, Setup};
 use profivac_station::services::Services;
 use profivac_station::station::StationError;
 use profivac_virtual::memory_segment::MemorySegment;
 use profivac_virtual::scenario::{Run, Scenario};
+use profivac_web_server::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_web_server::auth::{Access, Actor, Role, User};
+use profivac_web_server::server::{Limits, Server, ServerError, Setup};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
@@ -127,7 +127,7 @@ fn serve(services: &Arc<Services>, listen: SocketAddr) -> Result<Server, ServerE
     let rate_limits = RateLimits { writes: RateLimit::new(100_000, Duration::from_millis(1)), ..RateLimits::default() };
     let limits = Limits { rate_limits, ..Limits::default() };
     let setup = Setup { limits, ..Setup::new(listen, Access::anonymous(USER, Role::Engineer)) };
-    Server::start(Arc::clone(services), setup)
+    profivac_station::server::start(Arc::clone(services), setup)
 }
 
 /// Serves at the default address, or at a free port.

@@ -3,8 +3,8 @@
 use super::alarms::CHAMBER;
 use crate::failure::Failure;
 use profivac_station::alarm::AlarmService;
-use profivac_station::auth::Actor;
 use profivac_station::view::Gauge;
+use profivac_web_server::auth::Actor;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;

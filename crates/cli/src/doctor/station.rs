@@ -2,10 +2,11 @@
 
 use super::{Finding, database, port};
 use crate::{gateways, names};
+use profivac_config::ConfigNotice;
 use profivac_devices::catalog::model_named;
 use profivac_devices::model::Model;
-use profivac_station::auth::file_permissions::{self, PermissionError};
-use profivac_station::config::{Config, ConfigNotice, Segment};
+use profivac_station::config::{Config, Segment};
+use profivac_web_server::auth::file_permissions::{self, PermissionError};
 use rustix::fs::{Access, access, statvfs};
 use std::io::ErrorKind;
 use std::net::TcpListener;
@@ -16,7 +17,7 @@ const LITTLE_SPACE: u64 = 1 << 30;
 
 /// The findings about a station's file.
 pub fn check(path: &Path) -> Vec<Finding> {
-    let config = match Config::read(path) {
+    let config = match profivac_config::read(path) {
         Ok(config) => config,
         Err(error) => {
             return vec![Finding::bad_file(
@@ -28,7 +29,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
     let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
     let mut findings =
         vec![Finding::good(format!("the file of a station, segments: {}, gauges: {gauges}", config.segments.len()))];
-    findings.extend(config.notices().iter().map(|notice| {
+    findings.extend(profivac_config::notices(&config).iter().map(|notice| {
         let next = match notice {
             ConfigNotice::RenamedKey(key) => format!("write {} in place of {}", key.new, key.old),
             _ => "see docs/station.md".to_owned(),
@@ -36,7 +37,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
         Finding::note(notice.to_string(), next)
     }));
     findings.extend(config.segments.iter().flat_map(segment));
-    let checked = config.check_ports().map_err(|error| error.to_string());
+    let checked = profivac_config::check_ports(&config).map_err(|error| error.to_string());
     let checked = checked.and_then(|()| gateways::check(&config.gateways).map_err(|error| error.to_string()));
     let checked = checked.and_then(|()| names::check(&config).map_err(|error| error.to_string()));
     if let Err(error) = checked {

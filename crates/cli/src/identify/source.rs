@@ -4,7 +4,6 @@ use crate::failure::Failure;
 use jiff::Timestamp;
 use profivac_client::suggestion::closest;
 use profivac_recorder::{Micros, Quality, Reader, Sample};
-use profivac_station::config::Config;
 use profivac_station::pumpdown::TimeRange;
 use profivac_station::report::series::{known, series};
 use std::collections::BTreeMap;
@@ -31,7 +30,7 @@ pub fn read(path: &Path, gauge: Option<&str>) -> Result<Source, Failure> {
         let samples = all.get(&name).cloned().unwrap_or_default();
         return Ok(Source { gauge: name, samples });
     }
-    let config = has("toml").then(|| Config::read(path)).transpose()?;
+    let config = has("toml").then(|| profivac_config::read(path)).transpose()?;
     let database = config.as_ref().map_or_else(|| path.to_path_buf(), |config| config.database.clone());
     if !database.exists() {
         return Err(Failure::usage(format!(

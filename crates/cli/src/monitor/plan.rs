@@ -4,7 +4,6 @@ use super::Arguments;
 use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::values;
-use profivac_station::config::Config;
 use std::path::Path;
 
 /// A segment to monitor.
@@ -48,7 +47,7 @@ impl Arguments {
 
     /// The segments of a station's file that have gauges.
     fn of_file(&self, file: &Path) -> Result<Vec<Plan>, Failure> {
-        let config = Config::read(file)?;
+        let config = profivac_config::read(file)?;
         let several = config.segments.len() > 1;
         let plan = |segment: &profivac_station::config::Segment| Plan {
             name: several.then(|| segment.name.clone()),

@@ -1,6 +1,7 @@
 //! A plant whose readings a test sets.
 
 #![allow(dead_code, reason = "each test program uses a part")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests are tests")]
 
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Snapshot};
@@ -58,7 +59,7 @@ pub fn config(epics: &str) -> (Config, Settings) {
 
 /// The plant of a file with a table `[epics]`.
 pub fn parsed(file: &str) -> (Config, Settings) {
-    let config = Config::parse(file, Path::new("plant.toml")).unwrap();
+    let config = profivac_config::parse(file, Path::new("plant.toml")).unwrap();
     let [GatewaySettings::Epics(settings)] = &config.gateways[..] else { panic!("one gateway") };
     let settings = settings.clone();
     (config, settings)

@@ -57,7 +57,6 @@ mod tests {
     use profivac_recorder::Micros;
     use profivac_station::alarm::AlarmState;
     use profivac_station::alarm::view::SuppressionView;
-    use profivac_station::config::Config;
     use profivac_station::gateway_status::GatewayStatuses;
     use std::path::Path;
     use std::sync::Arc;
@@ -79,7 +78,7 @@ mod tests {
     "#;
 
     fn inputs() -> Inputs {
-        Inputs::planned(&Config::parse(PLANT, Path::new("plant.toml")).unwrap())
+        Inputs::planned(&profivac_config::parse(PLANT, Path::new("plant.toml")).unwrap())
     }
 
     fn with(state: AlarmState, occurrence: i64) -> Inputs {

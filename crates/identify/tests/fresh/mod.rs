@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-mod plants;
+pub mod plants;
 
 use plants::{Imperfection, Truth};
 use profivac_identify::Interval;

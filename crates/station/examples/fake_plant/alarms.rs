@@ -2,9 +2,9 @@
 
 use super::gauges::Fake;
 use profivac_station::alarm::thread::inputs;
-use profivac_station::auth::{Actor, Role, User};
-use profivac_station::config::{Config, Email};
+use profivac_station::config::Email;
 use profivac_station::services::Services;
+use profivac_web_server::auth::{Actor, Role, User};
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
@@ -77,7 +77,7 @@ segment = { delay = "0 s" }
 pub fn start(services: &Services, fakes: &[Fake], folder: &Path) -> Result<Vec<Email>, Box<dyn Error>> {
     let path = folder.join("fake.toml");
     std::fs::write(&path, file(fakes)?)?;
-    let config = Config::read(&path)?;
+    let config = profivac_config::read(&path)?;
     services.alarm_editor().set_source(config.source);
     services.alarms().start(config.alarms, config.emails.iter().map(Email::target).collect())?;
     services.alarms().start_plant_states(config.plant_states)?;

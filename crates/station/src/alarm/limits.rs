@@ -1,6 +1,6 @@
 //! What the station accepts of users who change alarms, whether they use the API or a gateway.
 
-use crate::visible_text::{TextProblem, check_line};
+use profivac_web_server::visible_text::{TextProblem, check_line};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 

@@ -6,10 +6,10 @@ use super::registry::{AlarmChange, AlarmStatus, ChangeKind, RegisteredAlarm};
 use super::rule::Rule;
 use super::state::AlarmState;
 use super::suppression::{Attribution, Suppression};
-use crate::auth::Actor;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm, StoredPlantState};
 use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind, Micros};
+use profivac_web_server::auth::Actor;
 use serde_json::json;
 
 impl From<&AlarmStatus> for StoredAlarm {

@@ -4,8 +4,8 @@
 //! Two times come in, as in the registry: an end is counted on the monotonic time, and stored and shown as wall-clock time.
 
 use super::suppression::{AlarmTime, Attribution, Suppression};
-use crate::auth::Role;
 use profivac_recorder::Micros;
+use profivac_web_server::auth::Role;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::time::Duration;

@@ -14,10 +14,10 @@ use super::rule::Rule;
 use super::state::AlarmState;
 use super::suppression::AlarmTime;
 use super::view::{AlarmOverview, AlarmView, PlantStateView};
-use crate::auth::{Actor, Role};
 use crate::recording::RecorderHandle;
 use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry};
 use profivac_recorder::{DatabaseError, Event, Micros, Reader, WriteReceipt};
+use profivac_web_server::auth::{Actor, Role};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 

@@ -5,9 +5,9 @@ use super::registry::{AlarmStatus, RegisteredAlarm};
 use super::rule::{Condition, ConditionKind, Priority, Rule};
 use super::state::AlarmState;
 use super::suppression::Suppression;
-use crate::auth::Role;
 use crate::view::unix_ms;
 use profivac_recorder::alarms::AlarmHistoryEntry;
+use profivac_web_server::auth::Role;
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,15 +1,15 @@
 //! The settings of an alarm: read by all users, changed by engineers.
 
-use super::body::Body;
-use super::problem::{Problem, task_failed};
 use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmServiceError, checked_reason};
 use crate::alarm_editor::{AlarmEdit, AlarmEditError};
-use crate::auth::{Actor, Role};
 use crate::config::{AlarmSettings, DefaultAlarmSettings, SettingsError, settings_by_default};
 use crate::services::Services;
 use axum::Json;
 use axum::extract::{Path, State};
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::body::Body;
+use profivac_web_server::problem::{Problem, task_failed};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use utoipa::ToSchema;

@@ -1,22 +1,22 @@
 //! Alarms: the present state, the history, acknowledging, taking out of service.
 
-use super::body::Body;
 use super::database::DatabaseReaders;
-use super::problem::{Problem, task_failed};
-use super::query::{checked_range, parsed_query, time_range};
 use crate::alarm::Priority;
 use crate::alarm::performance::{AlarmPerformance, Counter, LONG_ACTIVE_AFTER, Raised};
 use crate::alarm::service::AlarmResult;
 use crate::alarm::view::{AlarmHistoryView, AlarmView};
 use crate::alarm::{AlarmError, AlarmServiceError, MAX_SHELVED_MINUTES, ReasonError, checked_reason};
-use crate::auth::Actor;
-use crate::auth::Role;
 use crate::services::Services;
 use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use profivac_recorder::Micros;
+use profivac_web_server::auth::Actor;
+use profivac_web_server::auth::Role;
+use profivac_web_server::body::Body;
+use profivac_web_server::problem::{Problem, task_failed};
+use profivac_web_server::query::{checked_range, parsed_query, time_range};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;

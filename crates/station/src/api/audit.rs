@@ -1,8 +1,6 @@
 //! The audit trail.
 
 use super::database::DatabaseReaders;
-use super::problem::Problem;
-use super::query::{checked_range, parsed_query};
 use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -12,6 +10,8 @@ use axum::response::IntoResponse;
 use profivac_recorder::audit::{AuditQuery, AuditRow};
 use profivac_recorder::export::{iso, quoted};
 use profivac_recorder::{AuditAction, Micros};
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{checked_range, parsed_query};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -64,7 +64,7 @@ pub struct AuditView {
     /// The name of the user.
     user: String,
     /// The role of the user at that time.
-    #[schema(value_type = crate::auth::Role)]
+    #[schema(value_type = profivac_web_server::auth::Role)]
     role: String,
     /// The address of the user's computer.
     peer: Option<String>,

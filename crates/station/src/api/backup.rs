@@ -4,9 +4,6 @@
 //! when the station is killed.
 
 use super::database::DatabaseReaders;
-use super::problem::{Problem, task_failed};
-use crate::auth::secret::RandomSecret;
-use crate::auth::{Actor, Role};
 use crate::services::Services;
 use crate::view::unix_ms;
 use axum::Json;
@@ -16,6 +13,9 @@ use axum::response::IntoResponse;
 use jiff::Timestamp;
 use profivac_recorder::backup::Existing;
 use profivac_recorder::{AuditAction, AuditEntry, Micros};
+use profivac_web_server::auth::secret::RandomSecret;
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::problem::{Problem, task_failed};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io;

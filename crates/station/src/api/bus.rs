@@ -1,7 +1,5 @@
 //! The lines of the segments: live list, statistics, captures.
 
-use super::problem::{Problem, task_failed};
-use crate::auth::{Actor, Role};
 use crate::services::Services;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -9,6 +7,8 @@ use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use profivac_listen::flight::CaptureFolder;
 use profivac_listen::report::BusReport;
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::problem::{Problem, task_failed};
 use serde::Serialize;
 use std::io;
 use std::sync::Arc;

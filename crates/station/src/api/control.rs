@@ -1,8 +1,5 @@
 //! Control of gauges: commands, armed commands, control authority.
 
-use super::body::Body;
-use super::problem::{PROBLEM_JSON, Problem, task_failed};
-use crate::auth::{Actor, Role};
 use crate::control::armed_commands::{ArmedCommand, ArmedCommandError};
 use crate::control::operation::OperationRequest;
 use crate::control::permissions;
@@ -18,6 +15,9 @@ use profivac_client::Condition;
 use profivac_client::conditions::required_texts;
 use profivac_client::names::{ParameterNames, command_name};
 use profivac_virtual::device_spec::entry;
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::body::Body;
+use profivac_web_server::problem::{PROBLEM_JSON, Problem, task_failed};
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Instant;

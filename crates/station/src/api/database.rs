@@ -1,9 +1,9 @@
 //! Queries of the database on blocking threads, few at a time.
 
-use super::problem::{Problem, task_failed};
 use crate::services::Services;
 use axum::body::Body;
 use profivac_recorder::Reader;
+use profivac_web_server::problem::{Problem, task_failed};
 use std::fmt::Display;
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! Fits of plants: one at a time on a thread of their own, stopped when their user has gone or after a time limit.
 
-use super::problem::{Problem, task_failed};
+use profivac_web_server::problem::{Problem, task_failed};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

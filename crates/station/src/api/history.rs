@@ -1,10 +1,8 @@
 //! Recorded pressures and events.
 
 use super::database::DatabaseReaders;
-use super::problem::Problem;
-use super::query::{MomentError, checked_accuracy, checked_range, moment, parsed_query, positive, time_range};
 use crate::pumpdown;
-use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView, Trend};
+use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
@@ -13,8 +11,13 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_identify::standard_uncertainty;
+use profivac_recorder::Trend;
 use profivac_recorder::{Chunks, DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{
+    MomentError, checked_accuracy, checked_range, moment, parsed_query, positive, time_range,
+};
 use serde::Deserialize;
 use std::collections::HashSet;
 use std::time::Duration;

@@ -3,8 +3,6 @@
 use super::database::DatabaseReaders;
 use super::fits::{Fits, LONGEST};
 use super::history::RiseGauge;
-use super::problem::Problem;
-use super::query::{checked_accuracy, parsed_query, positive, time_range};
 use crate::identification::identified;
 use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::{Asked, PlantView};
@@ -15,6 +13,8 @@ use axum::extract::{Query, State};
 use profivac_identify::plant::NotIdentified;
 use profivac_identify::standard_uncertainty;
 use profivac_recorder::Micros;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{checked_accuracy, parsed_query, positive, time_range};
 use serde::Deserialize;
 use utoipa::IntoParams;
 

@@ -1,6 +1,5 @@
 //! The live stream of a station: what its events hold.
 
-use super::live_source::{LiveSource, stream};
 use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView, DeclaredPlantState};
 use crate::plant::LivePlant;
 use crate::services::Services;
@@ -10,6 +9,7 @@ use crate::view::{
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
 use axum::response::Response;
+use profivac_web_server::live_source::{LiveSource, stream};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;

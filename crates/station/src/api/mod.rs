@@ -43,13 +43,7 @@
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | [`middleware`] | the checks before every handler |
-//! | [`authenticator`] | logins and sessions |
-//! | [`headers`] | security headers, requested hosts |
-//! | `problem` | problem documents |
 //! | `openapi` | the OpenAPI description |
-//! | `body`, `query` | bodies and query parameters |
-//! | `live_source`, `merge_patch`, `compression` | a state and its changes as a stream, and their compression |
 //! | `database` | queries on blocking threads |
 //! | `fits` | fits of plants, one at a time |
 //! | the others | the handlers |
@@ -57,30 +51,20 @@
 mod alarm_settings;
 mod alarms;
 mod audit;
-pub mod authenticator;
 mod backup;
-pub mod body;
 mod bus;
-mod compression;
 mod control;
 mod database;
 mod fits;
-pub mod headers;
 mod history;
 mod identify;
 mod live;
-pub mod live_source;
-mod merge_patch;
-pub mod middleware;
 mod notes;
 #[cfg_attr(not(feature = "openapi"), path = "no_openapi.rs")]
 mod openapi;
 mod plant_states;
-mod problem;
 mod pump_downs;
-pub mod query;
 mod report;
-mod session;
 mod snapshot;
 
 use crate::services::Services;
@@ -90,9 +74,11 @@ use axum::routing::{delete, get, post};
 use backup::Backups;
 use database::DatabaseReaders;
 use fits::Fits;
-use live_source::LiveSource;
 pub use openapi::description;
-pub use problem::{Problem, task_failed};
+use profivac_web_server::headers;
+use profivac_web_server::live_source::LiveSource;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::session::session_routes;
 use std::sync::Arc;
 
 /// The state of all handlers.
@@ -174,18 +160,6 @@ fn alarm_routes() -> Router<Shared> {
         .route("/api/webhooks", get(alarms::webhooks))
 }
 
-/// Login with a password or at an OpenID provider, logout, and change of the password. They need the middleware
-/// of [`crate::server::Server`] alone.
-pub fn session_routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
-    Router::new()
-        .route("/api/session", get(session::session))
-        .route("/api/login", post(session::login))
-        .route("/api/openid/begin", post(session::openid_begin))
-        .route("/api/openid/login", post(session::openid_login))
-        .route("/api/logout", post(session::logout))
-        .route("/api/password", post(session::password))
-}
-
 /// The API of a station, and the dashboard.
 pub fn router(services: Arc<Services>) -> Router {
     let readers = DatabaseReaders::of(Arc::clone(&services));
@@ -225,7 +199,7 @@ pub fn router(services: Arc<Services>) -> Router {
             "/api/{*rest}",
             get(async || Problem::not_found("the API has no such path; /api/openapi.json lists all paths")),
         )
-        .fallback(get(crate::web::file).fallback(method_not_allowed))
+        .fallback(get(profivac_web_pages::file).fallback(method_not_allowed))
         .method_not_allowed_fallback(method_not_allowed)
         .layer(axum::middleware::from_fn(headers::catch_panic))
         .layer(axum::middleware::from_fn(headers::headers))

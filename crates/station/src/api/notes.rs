@@ -1,14 +1,14 @@
 //! Notes of users in the list of events.
 
-use super::body::Body;
-use super::problem::{Problem, task_failed};
-use crate::auth::{Actor, Role};
 use crate::services::Services;
 use crate::view::EventView;
-use crate::visible_text::check_line;
 use axum::Json;
 use axum::extract::State;
 use profivac_recorder::{Event, EventKind, Micros};
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::body::Body;
+use profivac_web_server::problem::{Problem, task_failed};
+use profivac_web_server::visible_text::check_line;
 use serde::Deserialize;
 use std::sync::Arc;
 use utoipa::ToSchema;

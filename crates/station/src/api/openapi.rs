@@ -1,11 +1,12 @@
 //! The OpenAPI description: the handlers, the answers that the middleware may give to every request, and the content type of
 //! problem documents.
 
-use super::problem::PROBLEM_JSON;
 use super::{
     alarm_settings, alarms, audit, backup, bus, control, history, identify, live, notes, plant_states, pump_downs,
-    report, session, snapshot,
+    report, snapshot,
 };
+use profivac_web_server::problem::PROBLEM_JSON;
+use profivac_web_server::session;
 use serde_json::Value;
 use std::collections::HashSet;
 use utoipa::openapi::path::{Operation, PathItem};

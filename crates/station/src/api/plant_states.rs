@@ -1,13 +1,13 @@
 //! Plant states: what they are, declaring, extending and ending them.
 
-use super::body::Body;
-use super::problem::{Problem, task_failed};
 use crate::alarm::view::PlantStateView;
 use crate::alarm::{PlantStateError, PlantStateServiceError, checked_reason};
-use crate::auth::{Actor, Role};
 use crate::services::Services;
 use axum::Json;
 use axum::extract::{Path, State};
+use profivac_web_server::auth::{Actor, Role};
+use profivac_web_server::body::Body;
+use profivac_web_server::problem::{Problem, task_failed};
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Duration;

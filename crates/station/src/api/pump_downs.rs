@@ -1,8 +1,6 @@
 //! Pump-downs beside the usual ones.
 
 use super::database::DatabaseReaders;
-use super::problem::Problem;
-use super::query::{checked_range, parsed_query, time_range};
 use crate::comparison::recorded::recorded;
 use crate::comparison::view::PumpDowns;
 use crate::pumpdown::TimeRange;
@@ -11,6 +9,8 @@ use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{checked_range, parsed_query, time_range};
 use serde::Deserialize;
 use utoipa::IntoParams;
 

@@ -2,8 +2,6 @@
 
 use super::database::DatabaseReaders;
 use super::fits::Fits;
-use super::problem::Problem;
-use super::query::{checked_accuracy, parsed_query, positive, time_range};
 use crate::comparison::summary::{PlantPart, complete};
 use crate::pumpdown::TimeRange;
 use crate::report::page::page;
@@ -15,6 +13,8 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use jiff::tz::TimeZone;
 use profivac_recorder::Micros;
+use profivac_web_server::problem::Problem;
+use profivac_web_server::query::{checked_accuracy, parsed_query, positive, time_range};
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,7 +1,5 @@
 //! The present state of the station, its segments and its gauges.
 
-use super::compression::compressed_json;
-use super::problem::{Problem, task_failed};
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
 use crate::directory::GaugeLabels;
@@ -13,6 +11,8 @@ use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use profivac_web_server::compression::compressed_json;
+use profivac_web_server::problem::{Problem, task_failed};
 use serde::Serialize;
 use std::sync::Arc;
 use utoipa::ToSchema;

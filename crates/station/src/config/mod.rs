@@ -1,160 +1,57 @@
-//! The configuration file of a station.
-//!
-//! ```toml
-//! [station]
-//! name = "Target hall"
-//! listen = "127.0.0.1:8080"        # address of the dashboard and the API
-//! database = "target-hall.db"      # relative to this file
-//! users = "target-hall.users.toml" # the users' file, relative to this file
-//! hosts = ["vacuum.example"]       # host names that browsers use for this computer, besides localhost
-//!
-//! [tls]                            # required to listen beyond loopback
-//! certificate = "target-hall.pem"
-//! key = "target-hall.key"
-//!
-//! [openid]                         # login at a provider besides the users' file: docs/security.md
-//! issuer = "https://login.example/realms/lab"
-//! client-id = "profivac"
-//! client-secret-file = "openid.secret"
-//! url = "https://vacuum.example:8080"
-//! roles-claim = "realm_access.roles"
-//! roles = { operator = ["vacuum-operator"], engineer = ["vacuum-engineer"] }
-//!
-//! [retention]                      # how long rows of the database are kept, in recorded time
-//! samples = "730 days"
-//!
-//! [[segment]]
-//! name = "hall"
-//! port = "/dev/ttyUSB0"            # a serial device, a pty, tcp://host:port, sim:FILE.toml
-//! baud = 19200
-//! master = 0
-//!
-//! [[segment.gauge]]
-//! name = "chamber"
-//! address = 5
-//! device = "bcg450"
-//! poll = "200 ms"                  # sampling interval
-//! gas = "ar"                       # the dashboard shows a corrected pressure beside the indicated one
-//! levels = { "process" = "1e-3 mbar" }
-//! group = "target"                 # filters of the dashboard
-//! tags = ["bake-out"]
-//! location = "hall 2, rack 4"
-//! calibrated = 2026-05-01
-//! calibration-interval = "365 days"
-//!
-//! [[segment]]
-//! name = "plc"
-//! port = "/dev/ttyUSB1"
-//! listen-only = true               # the station sends nothing; without baud it finds the rate; no master
-//!
-//! [[segment.gauge]]
-//! name = "furnace"
-//! address = 12
-//! device = "psg550"
-//! configuration = "45 84 05 08 05" # octets of Chk_Cfg, until a start-up of the bus was heard
-//! unit = "mbar"                    # the same for the unit
-//!
-//! [[volume]]                       # the picture of the plant
-//! name = "target chamber"
-//! zone = "target"
-//! gauges = ["chamber"]
-//!
-//! [[pump]]
-//! name = "turbo"
-//! kind = "turbo"                   # turbo, roughing, capture
-//! inlet = "target chamber"
-//!
-//! [[plant-state]]                  # an operator declares it; these alarms are suppressed then
-//! name = "Vented"
-//! zones = ["target"]
-//! ```
-//!
-//! The whole file is checked before anything starts. An error names line and column.
+//! The settings of a station, as its file has them after all checks. `profivac-config` reads the file.
 //!
 //! | Module | Holds |
 //! |---|---|
-//! | `file` | the whole file as TOML, and its defaults |
-//! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
-//! | `alarms` | `[[alarm]]` |
-//! | `alarm_settings` | the settings of an `[[alarm]]`, and their change in the text of the file |
+//! | `alarm_settings`, `default_settings` | settings of alarms in the text of the file, and their change |
+//! | `default_alarms` | what holds for the default alarms without settings |
+//! | `emails`, `webhooks` | who is told of alarms |
+//! | [`gateways`] | the gateways to control systems |
 //! | `source` | path and text of the file |
-//! | `default_alarms` | `[alarms]` |
-//! | `default_settings` | the settings of a default alarm, and their change in the text of the file |
-//! | `webhooks` | `[[webhook]]` |
-//! | `emails` | `[[email]]` |
-//! | [`openid`] | `[openid]` |
-//! | `labels` | group, tags, location and calibration of a gauge |
-//! | `plant` | `[[volume]]`, `[[pump]]`, `[[valve]]` |
-//! | `plant_states` | `[[plant-state]]` |
-//! | `retention` | `[retention]` |
-//! | [`gateways`] | `[epics]`, `[mqtt]`, `[prometheus]` and the other gateways to control systems |
-//! | `check` | checks of segments, gauges and host names |
-//! | `views` | `[[view]]` |
-//! | `names`, `number_range`, `values`, `certificates` | rules for names; ranges of numbers; delays and priorities; certificates |
-//! | `error` | errors with their positions |
-//! | `notice` | notices about a valid file, and about changes that need a restart |
 
 mod alarm_settings;
-mod alarms;
-mod certificates;
-mod check;
-mod default_alarms;
+pub mod default_alarms;
 mod default_settings;
 mod emails;
-mod error;
-mod file;
 pub mod gateways;
-mod labels;
-mod names;
-mod notice;
-mod number_range;
-pub mod openid;
-mod plant;
-mod plant_states;
-mod retention;
-mod segments;
 mod source;
-mod values;
-mod views;
 mod webhooks;
 
 pub use alarm_settings::{AlarmSettings, SettingsError};
-pub use certificates::{CertificateError, ca_certificates};
 pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
-pub use emails::{Email, MailSecurity};
-pub use error::{
-    AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, CredentialsProblem, DrawingFileProblem,
-    MqttProblem, NamedItem, OpenIdProblem, WebhookUrlProblem,
-};
-pub use notice::{ConfigNotice, RenamedKey, RestartNeeded};
-pub use number_range::NumberRange;
-pub use segments::{MEMORY_PORT, is_virtual};
-pub use source::ConfigSource;
-
-pub use webhooks::{Secret, Webhook, secret_of_file};
+pub use emails::{Email, MailSecurity, Mailbox};
+pub use source::{ConfigSource, Parse};
+pub use webhooks::Webhook;
 
 use crate::alarm::{PlantStateRule, Rule};
-use crate::auth::Access;
-use crate::auth::openid::OpenIdSettings;
 use crate::directory::Directory;
 use crate::plant::PlantPicture;
-use error::Located;
-use file::ConfigToml;
 use gateways::GatewaySettings;
 use profivac_client::cyclic::IntegerRange;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
-use profivac_host::port::PortError;
-use profivac_host::text_file::{self, line_and_column};
 use profivac_recorder::{Forward, Retention};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
-use profivac_virtual::segment_file::SegmentFile;
+use profivac_web_server::auth::Access;
+use profivac_web_server::auth::openid::OpenIdSettings;
+use profivac_web_server::server::TlsFiles;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
+
+/// The default of `poll`.
+pub const POLL: Duration = Duration::from_millis(200);
+
+/// The port of a segment in memory without a file.
+pub const MEMORY_PORT: &str = "in memory";
+
+/// Whether a port leads to devices in memory.
+#[must_use]
+pub fn is_virtual(port: &str) -> bool {
+    port.starts_with("sim:") || port == MEMORY_PORT
+}
 
 /// The configuration of a station.
 #[derive(Clone, Debug, PartialEq)]
@@ -197,6 +94,53 @@ pub struct Config {
     pub source: ConfigSource,
 }
 
+impl Config {
+    /// Which samples go into the outbox, if the record is sent to an archive.
+    #[must_use]
+    pub fn outbox(&self) -> Option<Forward> {
+        self.gateways.iter().find_map(|gateway| match gateway {
+            GatewaySettings::Archive(settings) => Some(settings.samples),
+            _ => None,
+        })
+    }
+
+    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer. With an OpenID
+    /// provider there must be a file, so that a provider that is down locks no engineer out.
+    #[must_use]
+    pub fn access(&self) -> Access {
+        let UsersFile { path, named } = &self.users;
+        if *named || self.openid.is_some() || path.exists() {
+            Access::Users(path.clone())
+        } else {
+            Access::UsersWhenPresent(path.clone())
+        }
+    }
+
+    /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
+    /// webhook is often a secret.
+    #[must_use]
+    pub fn is_private(&self) -> bool {
+        let has_secrets = self.openid.is_some() || self.gateways.iter().any(GatewaySettings::is_private);
+        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || !self.emails.is_empty() || has_secrets
+    }
+}
+
+/// A key that is written with a former name. The station accepts it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}:{column}: the key {old} is now called {new}; the former name still works", file = file.display())]
+pub struct RenamedKey {
+    /// The configuration file.
+    pub file: PathBuf,
+    /// The line of the key, from 1.
+    pub line: usize,
+    /// The column of the key, from 1.
+    pub column: usize,
+    /// The former name.
+    pub old: &'static str,
+    /// The current name.
+    pub new: &'static str,
+}
+
 /// The file that holds the users.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UsersFile {
@@ -204,15 +148,6 @@ pub struct UsersFile {
     pub path: PathBuf,
     /// Whether the configuration file names it. A named file must exist.
     pub named: bool,
-}
-
-/// The paths of certificate and key, both in PEM.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TlsFiles {
-    /// The certificate of the station, followed by its intermediate certificates.
-    pub certificate: PathBuf,
-    /// The key of the certificate. Only its owner may have access to the file.
-    pub key: PathBuf,
 }
 
 /// A segment.
@@ -259,20 +194,12 @@ impl Gauge {
     /// A gauge with the defaults of all other keys.
     #[must_use]
     pub const fn plain(name: String, address: u8, device: String) -> Self {
-        Self {
-            name,
-            address,
-            device,
-            poll: segments::POLL,
-            gas: Gas::N2,
-            configuration: None,
-            unit: None,
-            levels: Vec::new(),
-        }
+        Self { name, address, device, poll: POLL, gas: Gas::N2, configuration: None, unit: None, levels: Vec::new() }
     }
 
     /// The pressures that the integers of the configuration show, if the file names configuration and unit.
-    fn integer_range(&self) -> Option<IntegerRange> {
+    #[must_use]
+    pub fn integer_range(&self) -> Option<IntegerRange> {
         IntegerRange::of(entry(&self.device).ok()?.model, self.configuration?, self.unit?)
     }
 
@@ -282,155 +209,3 @@ impl Gauge {
         (self.address, &self.device) == (other.address, &other.device)
     }
 }
-
-impl Config {
-    /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with the position and the problem.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        Self::parse(&text_of(path)?, path)
-    }
-
-    /// The file of the users of the station with the file at `path`. The tables of gateways are not checked: they may name a user who is
-    /// about to be added.
-    ///
-    /// # Errors
-    /// [`ConfigError`] if the file cannot be read, or with the position and the problem.
-    pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
-        let text = text_of(path)?;
-        let checked = ConfigToml::parse(&text).and_then(|file| check::check(&file).map(|()| file));
-        let file = checked.map_err(|error| in_file(error, &text, path))?;
-        Ok(file.into_config(path).users.path)
-    }
-
-    /// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with the position and the problem.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, ConfigError> {
-        let located = |error: Located| in_file(error, text, path);
-        let mut file = ConfigToml::parse(text).map_err(located)?;
-        check::check(&file).map_err(located)?;
-        let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
-        let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
-        let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
-        let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
-        let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
-        let mut plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        plant.drawing =
-            plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
-        let mut directory = labels::directory(&file.segment).map_err(located)?;
-        directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
-        let known =
-            plant_states::Known { rules: &alarms, segments: &file.segment, directory: &directory, plant: &plant };
-        let plant_states = plant_states::plant_states(&file.plant_state, &known).map_err(located)?;
-        let retention = retention::retention(&file.retention).map_err(located)?;
-        let openid = file.openid(folder).map_err(located)?;
-        let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
-        let source = ConfigSource::new(path, text);
-        Ok(Self {
-            alarms,
-            plant_states,
-            webhooks,
-            emails,
-            plant,
-            directory,
-            retention,
-            openid,
-            renamed_keys,
-            gateways,
-            source,
-            ..file.into_config(path)
-        })
-    }
-
-    /// Checks the segment files of `sim:` ports. A station does not check them at its start, because these files belong to
-    /// other programs and may appear or change later.
-    ///
-    /// # Errors
-    /// [`PortError::File`] with the position in the segment file.
-    pub fn check_ports(&self) -> Result<(), PortError> {
-        let files = self.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
-        files.map(Path::new).try_for_each(|file| Ok(SegmentFile::read(file).map(drop)?))
-    }
-
-    /// Notices about settings that are valid but probably not intended.
-    #[must_use]
-    pub fn notices(&self) -> Vec<ConfigNotice> {
-        let renamed = self.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
-        let empty = self.segments.iter().filter(|segment| segment.gauges.is_empty());
-        let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
-        let gauges = self.segments.iter().flat_map(|segment| &segment.gauges);
-        let integers = gauges.filter_map(|gauge| {
-            Some(ConfigNotice::IntegerRange { gauge: gauge.name.clone(), range: gauge.integer_range()? })
-        });
-        let unprotected = self.gateways.iter().filter_map(|gateway| {
-            Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
-        });
-        let writers = self.gateways.iter().filter_map(|gateway| {
-            let write = gateway.writer()?;
-            let clients = write.clients.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-            Some(ConfigNotice::WritableGateway { gateway: gateway.name(), clients, user: write.user.clone() })
-        });
-        let brokers = self.gateways.iter().filter_map(|gateway| {
-            let host = gateway.unencrypted_broker()?.to_owned();
-            Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
-        });
-        renamed.chain(empty).chain(integers).chain(unprotected).chain(writers).chain(brokers).collect()
-    }
-
-    /// The settings that differ in `new` and that the station applies only at its next start.
-    #[must_use]
-    pub fn needs_restart(&self, new: &Self) -> Vec<RestartNeeded> {
-        notice::needs_restart(self, new)
-    }
-
-    /// Which samples go into the outbox, if the record is sent to an archive.
-    #[must_use]
-    pub fn outbox(&self) -> Option<Forward> {
-        self.gateways.iter().find_map(|gateway| match gateway {
-            GatewaySettings::Archive(settings) => Some(settings.samples),
-            _ => None,
-        })
-    }
-
-    /// How users authenticate: by the users' file; while there is none, every request is that of an anonymous viewer. With an OpenID
-    /// provider there must be a file, so that a provider that is down locks no engineer out.
-    #[must_use]
-    pub fn access(&self) -> Access {
-        let UsersFile { path, named } = &self.users;
-        if *named || self.openid.is_some() || path.exists() {
-            Access::Users(path.clone())
-        } else {
-            Access::UsersWhenPresent(path.clone())
-        }
-    }
-
-    /// Whether the file holds secrets or names the files that hold them, so that only its owner may read it. The URL of a
-    /// webhook is often a secret.
-    #[must_use]
-    pub fn is_private(&self) -> bool {
-        let has_secrets = self.openid.is_some() || self.gateways.iter().any(GatewaySettings::is_private);
-        self.users.named || self.tls.is_some() || !self.webhooks.is_empty() || !self.emails.is_empty() || has_secrets
-    }
-}
-
-/// The text of the file at `path`.
-fn text_of(path: &Path) -> Result<String, ConfigError> {
-    let unreadable = |error| {
-        let problem = Box::new(ConfigProblem::Unreadable(error));
-        ConfigError { file: path.to_owned(), line: 1, column: 1, problem }
-    };
-    text_file::read(path).map_err(unreadable)
-}
-
-/// The error with its line and column in the text of the file at `path`.
-fn in_file(Located { span, problem }: Located, text: &str, path: &Path) -> ConfigError {
-    let (line, column) = line_and_column(text, span.start);
-    ConfigError { file: path.to_owned(), line, column, problem: Box::new(problem) }
-}
-
-#[cfg(test)]
-mod tests;

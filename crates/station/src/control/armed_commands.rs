@@ -3,8 +3,8 @@
 //! A state machine without a clock: the caller passes the time.
 
 use super::operation::{Operation, OperationPreview};
-use crate::auth::User;
 use crate::snapshot::Connection;
+use profivac_web_server::auth::User;
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
@@ -164,8 +164,8 @@ mod tests {
     use super::super::operation::OperationRequest;
     use super::super::permissions;
     use super::*;
-    use crate::auth::Role;
     use profivac_devices::bcg450::table::MODEL;
+    use profivac_web_server::auth::Role;
 
     fn user(name: &str) -> User {
         User { name: Arc::from(name), role: Role::Operator }

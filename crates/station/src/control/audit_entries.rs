@@ -1,11 +1,12 @@
 //! The rows of the audit trail about commands and about control authority.
 
 use super::armed_commands::ArmedCommand;
-use super::authority::{AuthorityChange, ReleaseReason};
+use super::authority::AuthorityChange;
 use super::operation::{Operation, OperationPreview, OperationRequest, Readback};
-use crate::auth::{Actor, User};
 use crate::view::Gauge;
 use profivac_recorder::{AuditAction, AuditEntry, Micros};
+use profivac_web_server::auth::{Actor, User};
+use profivac_web_server::authenticator::ReleaseReason;
 
 fn about(entry: AuditEntry, gauge: &Gauge) -> AuditEntry {
     let Gauge { name, segment, address, .. } = gauge;

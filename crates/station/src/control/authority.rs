@@ -10,7 +10,7 @@
 //!
 //! A state machine without a clock: the caller passes the time.
 
-use crate::auth::{Role, User};
+use profivac_web_server::auth::{Role, User};
 use std::time::{Duration, Instant};
 
 /// A holder who does not use control for this time loses it. free choice: a coffee, not a lunch.
@@ -51,15 +51,6 @@ pub enum AuthorityError {
         /// The user who has control.
         holder: String,
     },
-}
-
-/// The reason why a user can no longer have control.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReleaseReason {
-    /// The last session of the user has ended: logout, timeout, or removal of the account.
-    SessionEnded,
-    /// The user has another role.
-    RoleChanged,
 }
 
 /// A change of control authority.

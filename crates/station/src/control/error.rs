@@ -5,12 +5,12 @@
 use super::armed_commands::ArmedCommandError;
 use super::authority::AuthorityError;
 use super::operation::ResolveError;
-use crate::auth::Forbidden;
 use crate::snapshot::Connection;
 use profivac_client::values::BeyondRange;
 use profivac_client::{ClientError, Condition};
 use profivac_recorder::AuditError;
 use profivac_virtual::device_spec::SpecError;
+use profivac_web_server::auth::Forbidden;
 
 /// The reason why a control request was refused.
 #[derive(Debug, thiserror::Error)]

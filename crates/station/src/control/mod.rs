@@ -25,6 +25,5 @@ pub mod permissions;
 pub mod requests;
 pub mod service;
 
-pub use authority::ReleaseReason;
 pub use error::{ControlError, OperationError, SegmentRequestError};
 pub use service::{AuthorityAction, ControlService, Executed};

@@ -1,12 +1,12 @@
 //! An operation: a command or a parameter write, resolved for a device, with the answer of the gauge before and after it.
 
 use super::permissions;
-use crate::auth::Role;
 use crate::view::Risk;
 use profivac_client::Condition;
 use profivac_client::names::{NamedParameter, ParameterNames, Target, TargetError, command_name, slug};
 use profivac_client::values::{BeyondRange, hex};
 use profivac_devices::model::{Code, Model};
+use profivac_web_server::auth::Role;
 use serde::Deserialize;
 use std::fmt;
 use utoipa::ToSchema;

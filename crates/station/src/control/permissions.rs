@@ -11,9 +11,9 @@
 //! | a value with a risk in the table | dangerous, as the table says | engineer |
 //! | the unit and the number type | | none: the station decodes the cyclic data with those it found |
 
-use crate::auth::Role;
 use crate::view::{Risk, RiskClass};
 use profivac_devices::model::{Code, Codes, Row, Storage};
+use profivac_web_server::auth::Role;
 
 /// Commands with a lasting effect, by the manual's names. The tables have no column for this: the storage column of a command says
 /// nothing about it (tira56e1 has N for every command, also for `execute`).

@@ -2,16 +2,17 @@
 
 use super::armed_commands::{ARMED_FOR, ArmedCommand, ArmedCommands};
 use super::audit_entries;
-use super::authority::{AuthorityError, ControlAuthority, ReleaseReason};
+use super::authority::{AuthorityError, ControlAuthority};
 use super::error::{ControlError, OperationError, SegmentRequestError};
 use super::operation::{Operation, OperationRequest, Readback};
 use super::requests::SegmentRequests;
-use crate::auth::{Actor, Role, User};
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
 use crate::view::{self, Gauge};
 use profivac_recorder::{AuditAction, EventKind, Micros, WriteReceipt};
 use profivac_virtual::device_spec::entry;
+use profivac_web_server::auth::{Actor, Role, User};
+use profivac_web_server::authenticator::ReleaseReason;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 

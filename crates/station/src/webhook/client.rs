@@ -1,11 +1,11 @@
 //! One POST over HTTP or HTTPS.
 
-use crate::client_tls::trusting;
-use crate::http_client::{AnswerBody, RequestError, host_of, port_of, send};
 use axum::body::Body;
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HeaderValue};
 use hyper::http::header::InvalidHeaderValue;
 use hyper::{Method, Request, Uri};
+use profivac_web_server::client_tls::trusting;
+use profivac_web_server::http_client::{AnswerBody, RequestError, host_of, port_of, send};
 use std::sync::Arc;
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;

@@ -1,7 +1,7 @@
 //! One e-mail over SMTP, encrypted unless the server is on this computer.
 
 use crate::alarm::{AlarmState, ChangeKind};
-use crate::config::{Email, MailSecurity, Secret};
+use crate::config::{Email, MailSecurity};
 use crate::view::mbar;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -10,6 +10,7 @@ use lettre::transport::smtp::authentication::Credentials;
 use lettre::transport::smtp::client::{Certificate, Tls, TlsParameters};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Message, Tokio1Executor};
 use profivac_recorder::alarms::Notification;
+use profivac_web_server::tables::Secret;
 use serde_json::Value;
 use std::error::Error;
 use std::fmt::Write;
@@ -193,15 +194,26 @@ fn text(email: &Email, body: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Config;
+    use crate::alarm::Priority;
     use profivac_recorder::Micros;
     use serde_json::json;
-    use std::path::Path;
+    use std::time::Duration;
 
     fn email() -> Email {
-        let file = "[[email]]\nserver = 'localhost:25'\nsecurity = 'none'\nfrom = 'Hall <a@example.org>'\nto = ['b@example.org']\n\
-            link = 'https://vacuum.example/'\n[[segment]]\nname = 'hall'\nport = 'p'";
-        Config::parse(file, Path::new("plant.toml")).unwrap().emails.remove(0)
+        Email {
+            name: "localhost".to_owned(),
+            host: "localhost".to_owned(),
+            port: 25,
+            security: MailSecurity::None,
+            from: "Hall <a@example.org>".parse().unwrap(),
+            to: vec!["b@example.org".parse().unwrap()],
+            credentials: None,
+            ca_file: None,
+            link: Some("https://vacuum.example".to_owned()),
+            min_priority: Priority::Low,
+            unacknowledged_after: Duration::ZERO,
+            quiet: None,
+        }
     }
 
     fn formatted(body: &Value) -> String {

@@ -8,7 +8,7 @@ use profivac_station::alarm::plant_state::{Declaration, PlantStateChangeKind};
 use profivac_station::alarm::{
     AlarmState, AlarmStatus, Attribution, ChangeKind, NotificationTarget, PlantStateRule, Priority,
 };
-use profivac_station::auth::Role;
+use profivac_web_server::auth::Role;
 use std::collections::BTreeSet;
 use std::time::Duration;
 

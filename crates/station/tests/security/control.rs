@@ -3,7 +3,7 @@
 use crate::security::test_station::{Answer, Page, Request, TestStation};
 use crate::support;
 use crate::support::memory_station::MemoryStation;
-use profivac_station::auth::Role;
+use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
 
 /// A gauge at a pressure that permits degassing, and a station with users around it.

@@ -1,11 +1,11 @@
 //! Logins, passwords and the event log.
 
 use crate::security::test_station::{PASSWORD, Page, Request, TestStation};
-use profivac_station::auth::password::Hash;
-use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::auth::users::Users;
-use profivac_station::auth::{Access, Role};
-use profivac_station::server::Limits;
+use profivac_web_server::auth::password::Hash;
+use profivac_web_server::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::{Access, Role};
+use profivac_web_server::server::Limits;
 use serde_json::json;
 use std::fs;
 use std::io::{Read, Write};
@@ -180,8 +180,8 @@ fn a_users_file_that_is_wrong_or_open_to_others_changes_nothing() {
 #[test]
 fn listening_beyond_loopback_requires_tls_and_users() {
     use profivac_recorder::{Recorder, Settings};
-    use profivac_station::server::{Server, Setup};
     use profivac_station::services::Services;
+    use profivac_web_server::server::Setup;
     let folder = tempfile::tempdir().unwrap();
     let users = folder.path().join("users.toml");
     Users::change(&users, |_| Ok(())).unwrap();
@@ -192,7 +192,9 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     let start = |access: Access, with_tls: bool| {
         let tls = with_tls.then(|| crate::security::test_station::certificate(&folder));
         let setup = Setup { tls, ..Setup::new(everywhere, access) };
-        Server::start(std::sync::Arc::clone(&services), setup).map(drop).map_err(|error| error.to_string())
+        profivac_station::server::start(std::sync::Arc::clone(&services), setup)
+            .map(drop)
+            .map_err(|error| error.to_string())
     };
     let of_file = || Access::Users(users.clone());
     assert!(start(of_file(), false).unwrap_err().contains("needs TLS"));
@@ -202,7 +204,9 @@ fn listening_beyond_loopback_requires_tls_and_users() {
     let behind = |access: Access| {
         let hosts = vec!["vacuum.example".to_owned()];
         let setup = Setup { hosts, ..Setup::new("127.0.0.1:0".parse().unwrap(), access) };
-        Server::start(std::sync::Arc::clone(&services), setup).map(drop).map_err(|error| error.to_string())
+        profivac_station::server::start(std::sync::Arc::clone(&services), setup)
+            .map(drop)
+            .map_err(|error| error.to_string())
     };
     assert!(behind(Access::anonymous_viewer()).unwrap_err().contains("through a proxy, which needs users"));
     let hash = Hash::of(PASSWORD).unwrap();

@@ -3,9 +3,9 @@
 use crate::security::test_provider::{Reply, SigningKey, TestProvider, description, message, token, with_signature};
 use crate::security::test_station::{Answer, PASSWORD, Page, Request, TestStation};
 use crate::until::pause;
-use profivac_station::auth::Access;
-use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::server::{Limits, Server, Setup};
+use profivac_web_server::auth::Access;
+use profivac_web_server::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_web_server::server::{Limits, Server, Setup};
 use ring::hmac;
 use serde_json::{Value, json};
 use std::time::Duration;

@@ -2,9 +2,9 @@
 
 use crate::security::test_station::{Answer, PASSWORD, Page, Request, TIMEOUT, TestStation};
 use crate::until::pause;
-use profivac_station::auth::Role;
-use profivac_station::auth::rate_limit::{RateLimit, RateLimits};
-use profivac_station::server::Limits;
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::rate_limit::{RateLimit, RateLimits};
+use profivac_web_server::server::Limits;
 use serde_json::json;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};

@@ -1,8 +1,8 @@
 //! Sessions and their cookies.
 
 use crate::security::test_station::{Answer, Page, Request, TIMEOUT, TestStation};
-use profivac_station::auth::Role;
-use profivac_station::auth::users::Users;
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::users::Users;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io::{Read, Write};

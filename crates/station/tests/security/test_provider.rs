@@ -3,8 +3,8 @@
 use crate::security::test_station::TIMEOUT;
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
-use profivac_station::auth::Role;
-use profivac_station::auth::openid::{ClientSecret, OpenIdSettings};
+use profivac_web_server::auth::Role;
+use profivac_web_server::auth::openid::{ClientSecret, OpenIdSettings};
 use ring::rand::SystemRandom;
 use ring::signature::{ECDSA_P256_SHA256_FIXED_SIGNING, EcdsaKeyPair, KeyPair};
 use serde_json::{Value, json};

@@ -2,12 +2,12 @@
 
 use crate::until::pause;
 use profivac_recorder::{Micros, Recorder, Settings};
-use profivac_station::auth::password::Hash;
-use profivac_station::auth::users::Users;
-use profivac_station::auth::{Access, Role};
-use profivac_station::config::TlsFiles;
-use profivac_station::server::{Server, Setup};
 use profivac_station::services::Services;
+use profivac_web_server::auth::password::Hash;
+use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::{Access, Role};
+use profivac_web_server::server::TlsFiles;
+use profivac_web_server::server::{Server, Setup};
 use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::Value;
 use std::fs;
@@ -79,7 +79,7 @@ impl TestStation {
         .unwrap();
         let mut setup = Setup::new("127.0.0.1:0".parse().unwrap(), Access::Users(users));
         change(&mut setup, &folder);
-        let server = Server::start(Arc::clone(&services), setup).unwrap();
+        let server = profivac_station::server::start(Arc::clone(&services), setup).unwrap();
         Self { folder, services, server }
     }
 

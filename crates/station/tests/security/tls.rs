@@ -1,8 +1,8 @@
 //! TLS.
 
 use crate::security::test_station::{Answer, PASSWORD, Page, Request, TestStation, certificate, renew, tls};
-use profivac_station::config::TlsFiles;
-use profivac_station::server::{Keys, Limits};
+use profivac_web_server::server::TlsFiles;
+use profivac_web_server::server::{Keys, Limits};
 use std::fs;
 use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;

@@ -2,10 +2,10 @@
 
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use profivac_station::api::middleware::Peer;
 use profivac_station::api::router;
-use profivac_station::auth::{Role, User};
 use profivac_station::services::Services;
+use profivac_web_server::auth::{Role, User};
+use profivac_web_server::middleware::Peer;
 use serde_json::Value;
 use std::sync::Arc;
 use tower::ServiceExt;

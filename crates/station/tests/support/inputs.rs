@@ -3,9 +3,9 @@
 use profivac_devices::Principle;
 use profivac_recorder::Quality;
 use profivac_station::alarm::Inputs;
-use profivac_station::auth::{Actor, Role, User};
 use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
+use profivac_web_server::auth::{Actor, Role, User};
 use std::sync::Arc;
 
 /// An engineer at a neighbouring computer.

@@ -79,7 +79,7 @@ pub fn config(segments: &[TcpSegment], devices: &[&str], poll: &str, folder: &Pa
             );
         }
     }
-    Config::parse(&text, &folder.join("plant.toml")).unwrap()
+    profivac_config::parse(&text, &folder.join("plant.toml")).unwrap()
 }
 
 impl Drop for TcpSegment {

@@ -1,0 +1,85 @@
+//! What a user of the archive asks a station for, over NATS or HTTPS: the station decides, and answers.
+//!
+//! | Request | Answer |
+//! |---|---|
+//! | `{"trend": {"series": "chamber", "from_ms": 0, "to_ms": 1, "pixels": 1000}}` | `{"trend": {...}}`, as `/api/trend` of the station |
+//! | `{"acknowledge": {"alarm": "chamber too high", "occurrence": 1, "user": "ada"}}` | `"done"` |
+//! | a trend while others wait | `"busy"` |
+//! | any other | `{"refused": "the reason in a sentence"}` |
+
+use profivac_recorder::Trend;
+use serde::{Deserialize, Serialize};
+
+/// The most entries of a trend: its answer stays below the megabyte that a server of NATS passes on.
+pub const MAX_PIXELS: u32 = 4_000;
+
+/// The most octets of a request: names of alarms and series are far shorter.
+pub const MAX_OCTETS: usize = 8 << 10;
+
+/// The header with the id of a request.
+pub const REQUEST_HEADER: &str = "profivac-request";
+
+/// The subject of the requests to a station.
+pub fn subject(plant: &str, station: &str) -> String {
+    format!("profivac.v1.{plant}.{station}.request")
+}
+
+/// A request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Request {
+    /// A trend from the database of the station.
+    Trend {
+        /// The series.
+        series: String,
+        /// The beginning, in milliseconds since 1970.
+        from_ms: i64,
+        /// The end, in milliseconds since 1970.
+        to_ms: i64,
+        /// The most entries, 1 to [`MAX_PIXELS`].
+        pixels: u32,
+    },
+    /// An acknowledgement of an alarm by an operator of the archive.
+    Acknowledge {
+        /// The alarm.
+        alarm: String,
+        /// The occurrence that the operator has seen.
+        occurrence: i64,
+        /// The name of the operator in the archive.
+        user: String,
+    },
+}
+
+/// The answer of a station.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reply {
+    /// The trend.
+    Trend(Trend),
+    /// It is done, and on the disk of the station.
+    Done,
+    /// Other trends wait already: the same request may have an answer later.
+    Busy,
+    /// The station refuses.
+    Refused(String),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_and_replies_have_the_documented_form() {
+        let request = Request::Acknowledge { alarm: "a".to_owned(), occurrence: 1, user: "ada".to_owned() };
+        let text = r#"{"acknowledge":{"alarm":"a","occurrence":1,"user":"ada"}}"#;
+        assert_eq!(serde_json::to_string(&request).unwrap(), text);
+        assert_eq!(serde_json::from_str::<Request>(text).unwrap(), request);
+        assert_eq!(serde_json::to_string(&Reply::Done).unwrap(), r#""done""#);
+        assert_eq!(serde_json::to_string(&Reply::Busy).unwrap(), r#""busy""#);
+        let refused = Reply::Refused("no".to_owned());
+        assert_eq!(serde_json::to_string(&refused).unwrap(), r#"{"refused":"no"}"#);
+        for wrong in [r#"{"trend":"none"}"#, r#"{"trend":{"series":[]}}"#, "[]", ""] {
+            assert!(serde_json::from_str::<Reply>(wrong).is_err(), "{wrong}");
+        }
+    }
+}
