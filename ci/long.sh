@@ -69,6 +69,13 @@ browser() {
     if [ ! -d crates/station/web/e2e/node_modules ]; then (cd crates/station/web/e2e && npm ci --silent --no-audit --no-fund); fi
 }
 
+# The program that reads the logs of firmware. Building it takes longer than the check of the log.
+log_reader() {
+    local version=1.2.0
+    if target/tools/bin/defmt-print --version 2>/dev/null | grep -qx "defmt-print $version"; then return; fi
+    CARGO_PROFILE_DEV_DEBUG=none cargo install --quiet --locked --debug --root target/tools "defmt-print@$version"
+}
+
 # The programs that lose power.
 power_cut() {
     cargo build --quiet --package profivac-cli && cargo build --quiet --package profivac-recorder --example acknowledged
@@ -86,8 +93,9 @@ proof_receiver() { PROFIVAC_FUZZ=$(times 100) release profivac-dp --test all rec
 proof_firmware() {
     need qemu-system-arm qemu-system-arm --version
     need binutils size --version
-    python_environment && program && cargo build --quiet --package profivac-sim --example profirust_master &&
-        firmware/check.py "$program" --long --python target/venv/bin/python --profirust target/debug/examples/profirust_master
+    python_environment && program && log_reader && cargo build --quiet --package profivac-sim --example profirust_master &&
+        firmware/check.py "$program" --long --python target/venv/bin/python --profirust target/debug/examples/profirust_master \
+            --defmt-print target/tools/bin/defmt-print
 }
 proof_ring() { PROFIVAC_RING_DEPTH=4 release profivac-dp --test ring_exploration; }
 proof_power() { need strace strace -V && power_cut && ci/power_cut/run.py target/debug/profivac target/debug/examples/acknowledged --random 10; }

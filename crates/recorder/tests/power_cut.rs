@@ -58,7 +58,7 @@ fn a_hundred_kills_lose_no_acknowledged_event() {
 /// Lets the child acknowledge `lines` events, spins `spins` times and kills it. Returns the number of the last acknowledged event.
 fn kill_after(lines: usize, spins: usize, path: &Path) -> i64 {
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["child_records_until_it_is_killed", "--exact", "--nocapture"])
+        .args(["power_cut::child_records_until_it_is_killed", "--exact", "--nocapture"])
         .env(DATABASE, path)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())

@@ -110,7 +110,7 @@ fn forty_kills_lose_no_acknowledgement_and_no_alarm_state() {
 /// Lets the child acknowledge `lines` times, spins `spins` times and kills it. Returns the acknowledged occurrences.
 fn kill_after(lines: usize, spins: usize, folder: &Path) -> Vec<i64> {
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["child_acknowledges_until_it_is_killed", "--exact", "--nocapture"])
+        .args(["alarm_kill::child_acknowledges_until_it_is_killed", "--exact", "--nocapture"])
         .env(FOLDER, folder)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())

@@ -100,7 +100,7 @@ fn a_command_that_was_being_sent_when_the_process_was_killed_gets_an_outcome() {
 /// Lets the child execute a command, and kills it while the gauge does not answer.
 fn kill_while_sending(folder: &Path) {
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["child_executes_until_it_is_killed", "--exact", "--nocapture"])
+        .args(["audit_power_cut::child_executes_until_it_is_killed", "--exact", "--nocapture"])
         .env(FOLDER, folder)
         .stdout(Stdio::piped())
         .stderr(Stdio::inherit())

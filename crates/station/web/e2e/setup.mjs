@@ -8,7 +8,12 @@ import { fileURLToPath } from 'node:url'
 import { chromium } from 'playwright-core'
 
 /** The one without windows takes a third less processor time. */
-const BROWSERS = ['/usr/bin/chromium-headless-shell', '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+const BROWSERS = [
+  '/usr/bin/chromium-headless-shell',
+  '/usr/bin/chromium',
+  '/usr/bin/chromium-browser',
+  '/usr/bin/google-chrome',
+]
 const ROOT = fileURLToPath(new URL('../../../..', import.meta.url))
 
 const EXAMPLES = `${process.env.CARGO_TARGET_DIR ?? `${ROOT}/target`}/debug/examples`
