@@ -8,7 +8,6 @@ use crate::auth::secret::RandomSecret;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
-use governor::clock::DefaultClock;
 use std::fs;
 use std::net::IpAddr;
 use std::os::unix::fs::MetadataExt;
@@ -108,7 +107,7 @@ pub struct Authenticator {
     provider: Option<OpenIdProvider>,
     /// The file that becomes the directory as soon as it has users, and its stamp when it was last read.
     awaited: Option<(PathBuf, Mutex<Option<Stamp>>)>,
-    limiters: RateLimiters<DefaultClock>,
+    limiters: RateLimiters,
     hash_slots: Arc<Semaphore>,
 }
 
@@ -130,7 +129,7 @@ impl Authenticator {
             directory: directory.map_or_else(OnceLock::new, OnceLock::from),
             provider: None,
             awaited,
-            limiters: RateLimiters::new(limits, DefaultClock::default()),
+            limiters: RateLimiters::new(limits, Instant::now),
             hash_slots: Arc::new(Semaphore::new(MAX_HASHES)),
         };
         Ok(authenticator)
@@ -166,7 +165,7 @@ impl Authenticator {
     }
 
     /// The rate limiters.
-    pub const fn limiters(&self) -> &RateLimiters<DefaultClock> {
+    pub const fn limiters(&self) -> &RateLimiters {
         &self.limiters
     }
 

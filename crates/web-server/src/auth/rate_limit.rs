@@ -16,18 +16,11 @@
 //! Limiters count in a fixed number of buckets, selected by a hash with a random key. So memory is bounded, and an attacker
 //! cannot choose the bucket of another client. The bucket of a name does not depend on whether the name exists.
 
-use governor::clock::{Clock, DefaultClock};
-use governor::middleware::NoOpMiddleware;
-use governor::state::keyed::HashMapStateStore;
-use governor::{Quota, RateLimiter};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasher, Hash, RandomState};
 use std::net::IpAddr;
-use std::num::NonZeroU32;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
-
-type Limiter<C> = RateLimiter<u16, HashMapStateStore<u16>, C, NoOpMiddleware<<C as Clock>::Instant>>;
+use std::time::{Duration, Instant};
 
 /// The number of successful logins (address and name) that are kept. free choice: more than a group has computers.
 const MAX_REMEMBERED: usize = 1024;
@@ -36,26 +29,60 @@ const MAX_REMEMBERED: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RateLimit {
     /// The size of the burst.
-    pub burst: NonZeroU32,
+    pub burst: u32,
     /// After the burst, one request in this time.
     pub period: Duration,
 }
 
 impl RateLimit {
-    /// A burst of at least 1, then one in each `period`.
+    /// A burst, then one request in each `period`.
     #[must_use]
     pub const fn new(burst: u32, period: Duration) -> Self {
-        let burst = match NonZeroU32::new(burst) {
-            Some(burst) => burst,
-            None => NonZeroU32::MIN,
-        };
         Self { burst, period }
     }
+}
 
-    /// The same for `governor`.
-    #[must_use]
-    pub fn quota(self) -> Quota {
-        Quota::with_period(self.period).unwrap_or(Quota::per_second(NonZeroU32::MIN)).allow_burst(self.burst)
+/// One client below a limit: the generic cell rate algorithm (ITU-T I.371, annex A), which keeps one time for each client.
+#[derive(Clone, Copy, Debug)]
+pub struct Quota {
+    /// When the next request would come if the client sent evenly.
+    due: Option<Instant>,
+}
+
+impl Quota {
+    /// A client without any request so far.
+    pub const NEW: Self = Self { due: None };
+
+    /// Counts a request at `now`.
+    ///
+    /// # Errors
+    /// The time to wait. A refused request does not count.
+    pub fn check(&mut self, limit: RateLimit, now: Instant) -> Result<(), Duration> {
+        let due = self.due.map_or(now, |due| due.max(now));
+        let ahead = due - now;
+        let tolerance = limit.period.saturating_mul(limit.burst.saturating_sub(1));
+        if ahead > tolerance {
+            return Err(ahead - tolerance);
+        }
+        self.due = Some(due + limit.period);
+        Ok(())
+    }
+}
+
+/// The clients below one limit, in a fixed number of buckets.
+struct Limiter {
+    limit: RateLimit,
+    buckets: Mutex<HashMap<u16, Quota>>,
+}
+
+impl Limiter {
+    fn new(limit: RateLimit) -> Self {
+        Self { limit, buckets: Mutex::default() }
+    }
+
+    fn check(&self, bucket: u16, now: Instant) -> Result<(), Duration> {
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        buckets.entry(bucket).or_insert(Quota::NEW).check(self.limit, now)
     }
 }
 
@@ -91,34 +118,34 @@ impl Default for RateLimits {
 }
 
 /// The limiters of a station.
-pub struct RateLimiters<C: Clock = DefaultClock> {
-    clock: C,
+pub struct RateLimiters {
+    /// The time of a request.
+    now: fn() -> Instant,
     hasher: RandomState,
-    requests: Limiter<C>,
-    logins: Limiter<C>,
-    names: Limiter<C>,
-    openid: Limiter<C>,
-    writes: Limiter<C>,
-    log_entries: Limiter<C>,
+    requests: Limiter,
+    logins: Limiter,
+    names: Limiter,
+    openid: Limiter,
+    writes: Limiter,
+    log_entries: Limiter,
     /// Addresses and names of successful logins.
     remembered: Mutex<HashSet<(IpAddr, String)>>,
 }
 
-impl<C: Clock + Clone> RateLimiters<C> {
-    /// Limiters without any requests so far.
-    pub fn new(limits: RateLimits, clock: C) -> Self {
-        let limiter = |limit: RateLimit| RateLimiter::new(limit.quota(), HashMapStateStore::default(), clock.clone());
+impl RateLimiters {
+    /// Limiters without any requests so far, with the clock that gives the time of a request.
+    pub fn new(limits: RateLimits, now: fn() -> Instant) -> Self {
         let RateLimits { requests, logins, names, openid, writes, log_entries } = limits;
         Self {
-            requests: limiter(requests),
-            logins: limiter(logins),
-            names: limiter(names),
-            openid: limiter(openid),
-            writes: limiter(writes),
-            log_entries: limiter(log_entries),
-            remembered: Mutex::default(),
+            now,
             hasher: RandomState::new(),
-            clock: clock.clone(),
+            requests: Limiter::new(requests),
+            logins: Limiter::new(logins),
+            names: Limiter::new(names),
+            openid: Limiter::new(openid),
+            writes: Limiter::new(writes),
+            log_entries: Limiter::new(log_entries),
+            remembered: Mutex::default(),
         }
     }
 
@@ -178,10 +205,10 @@ impl<C: Clock + Clone> RateLimiters<C> {
         self.check(&self.log_entries, ()).is_ok()
     }
 
-    fn check(&self, limiter: &Limiter<C>, client: impl Hash) -> Result<(), Duration> {
+    fn check(&self, limiter: &Limiter, client: impl Hash) -> Result<(), Duration> {
         // The lowest 16 bits of the hash select one of 65 536 buckets.
         let bucket = (self.hasher.hash_one(client) & 0xFFFF) as u16;
-        limiter.check_key(&bucket).map_err(|refused| refused.wait_time_from(self.clock.now()))
+        limiter.check(bucket, (self.now)())
     }
 }
 
@@ -196,40 +223,72 @@ pub fn network(peer: IpAddr) -> IpAddr {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use governor::clock::FakeRelativeClock;
+    use std::cell::Cell;
+    use std::sync::LazyLock;
 
     const LOCAL: IpAddr = IpAddr::V4(std::net::Ipv4Addr::LOCALHOST);
 
-    fn limiters() -> (RateLimiters<FakeRelativeClock>, FakeRelativeClock) {
-        let clock = FakeRelativeClock::default();
-        (RateLimiters::new(RateLimits::default(), clock.clone()), clock)
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+
+    thread_local! {
+        /// What the clock of a test shows. Each test has a thread of its own.
+        static ELAPSED: Cell<Duration> = const { Cell::new(Duration::ZERO) };
+    }
+
+    fn limiters() -> RateLimiters {
+        RateLimiters::new(RateLimits::default(), || *BEGIN + ELAPSED.get())
+    }
+
+    fn advance(time: Duration) {
+        ELAPSED.set(ELAPSED.get() + time);
+    }
+
+    #[test]
+    fn a_burst_passes_then_one_request_in_each_period() {
+        let (limit, begin) = (RateLimit::new(3, Duration::from_secs(2)), *BEGIN);
+        let mut quota = Quota::NEW;
+        let mut check = |ms| quota.check(limit, begin + Duration::from_millis(ms));
+        let wait = |ms| Err(Duration::from_millis(ms));
+        assert_eq!([check(0), check(0), check(0), check(0)], [Ok(()), Ok(()), Ok(()), wait(2000)]);
+        assert_eq!([check(1999), check(2000), check(2000)], [wait(1), Ok(()), wait(2000)]);
+        // After a long pause there is one whole burst again, and no more.
+        assert_eq!([check(60_000), check(60_000), check(60_000), check(60_000)], [Ok(()), Ok(()), Ok(()), wait(2000)]);
+    }
+
+    #[test]
+    fn a_clock_that_stands_still_or_goes_back_gives_no_request_more() {
+        let limit = RateLimit::new(1, Duration::from_secs(2));
+        let mut quota = Quota::NEW;
+        let late = *BEGIN + Duration::from_secs(10);
+        quota.check(limit, late).unwrap();
+        assert_eq!(quota.check(limit, late - Duration::from_secs(5)), Err(Duration::from_secs(7)));
     }
 
     #[test]
     fn an_address_that_guesses_passwords_waits_and_other_addresses_do_not() {
-        let (limiters, clock) = limiters();
+        let limiters = limiters();
         let allowed = (0..1000).filter(|number| limiters.login(LOCAL, &number.to_string()).is_ok()).count();
         assert_eq!(allowed, 20);
         assert_eq!(limiters.login(LOCAL, "ada"), Err(Duration::from_secs(6)));
         limiters.login("10.0.0.1".parse().unwrap(), "ada").unwrap();
-        clock.advance(Duration::from_secs(6));
+        advance(Duration::from_secs(6));
         limiters.login(LOCAL, "ada").unwrap();
         limiters.login(LOCAL, "ada").unwrap_err();
     }
 
     #[test]
     fn steps_at_an_openid_provider_are_limited_and_count_as_no_password() {
-        let (limiters, clock) = limiters();
+        let limiters = limiters();
         assert_eq!((0..1000).filter(|_| limiters.openid(LOCAL).is_ok()).count(), 40);
         limiters.openid("10.0.0.1".parse().unwrap()).unwrap();
         limiters.login(LOCAL, "ada").unwrap();
-        clock.advance(Duration::from_secs(3));
+        advance(Duration::from_secs(3));
         limiters.openid(LOCAL).unwrap();
     }
 
     #[test]
     fn many_addresses_that_guess_under_one_name_wait_and_its_user_does_not() {
-        let (limiters, clock) = limiters();
+        let limiters = limiters();
         let address = |number: u32| IpAddr::V4((0x0A00_0000 + number).into());
         let allowed = (0..1000).filter(|number| limiters.login(address(*number), "ada").is_ok()).count();
         assert_eq!(allowed, 60);
@@ -238,13 +297,13 @@ mod tests {
         limiters.remember_login(address(6000), "Ada");
         limiters.login(address(6000), "ada").unwrap();
         limiters.login(address(6001), "ada").unwrap_err();
-        clock.advance(Duration::from_secs(1));
+        advance(Duration::from_secs(1));
         limiters.login(address(5001), "ada").unwrap();
     }
 
     #[test]
     fn the_addresses_of_one_ipv6_network_count_as_one() {
-        let (limiters, _) = limiters();
+        let limiters = limiters();
         (0..5000).for_each(|number| limiters.request(format!("2001:db8::{number:x}").parse().unwrap()).unwrap());
         limiters.request("2001:db8::ffff".parse().unwrap()).unwrap_err();
         limiters.request("2001:db8:0:1::1".parse().unwrap()).unwrap();
@@ -253,8 +312,8 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_for_any_number_of_addresses() {
-        let (limiters, _) = limiters();
+        let limiters = limiters();
         (0..200_000_u32).for_each(|number| limiters.request(IpAddr::V4(number.into())).unwrap_or_default());
-        assert!(limiters.requests.len() <= 65_536);
+        assert!(limiters.requests.buckets.lock().unwrap().len() <= 65_536);
     }
 }

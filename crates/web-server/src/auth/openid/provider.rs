@@ -20,14 +20,13 @@ use super::metadata::{Metadata, MetadataProblem};
 use super::pending::{PendingLogin, PendingLogins};
 use super::settings::OpenIdSettings;
 use super::token::{Expected, SignedToken, TokenProblem};
-use crate::auth::rate_limit::RateLimit;
+use crate::auth::rate_limit::{Quota, RateLimit};
 use crate::auth::secret::RandomSecret;
 use crate::client_tls::trusting;
 use crate::http_client::{self, AnswerBody, RequestError, host_of, port_of};
 use axum::body::{Body, Bytes};
 use base64::Engine;
 use base64::engine::general_purpose::{STANDARD, URL_SAFE_NO_PAD};
-use governor::{DefaultDirectRateLimiter, RateLimiter};
 use hyper::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE};
 use hyper::{Method, Request, Uri};
 use serde::Deserialize;
@@ -185,7 +184,7 @@ pub struct OpenIdProvider {
     keys: RwLock<Dated<Keys>>,
     /// One request for the description or for the keys at a time.
     reading: tokio::sync::Mutex<()>,
-    reloads: DefaultDirectRateLimiter,
+    reloads: Mutex<Quota>,
 }
 
 #[derive(Deserialize)]
@@ -205,7 +204,6 @@ impl OpenIdProvider {
     /// When the TLS library offers no protocol version.
     pub fn new(settings: OpenIdSettings, url: String) -> Result<Self, rustls::Error> {
         let config = trusting(settings.trusted.clone())?.with_no_client_auth();
-        let reloads = RateLimit::new(RELOADS, RELOAD_PERIOD).quota();
         Ok(Self {
             url: settings.url.clone().unwrap_or(url),
             settings,
@@ -216,8 +214,14 @@ impl OpenIdProvider {
             metadata: RwLock::default(),
             keys: RwLock::default(),
             reading: tokio::sync::Mutex::default(),
-            reloads: RateLimiter::direct(reloads),
+            reloads: Mutex::new(Quota::NEW),
         })
+    }
+
+    /// Whether the keys may be read again now, and counts it.
+    fn may_reload(&self) -> bool {
+        let mut quota = self.reloads.lock().unwrap_or_else(PoisonError::into_inner);
+        quota.check(RateLimit::new(RELOADS, RELOAD_PERIOD), Instant::now()).is_ok()
     }
 
     /// The name on the button.
@@ -410,7 +414,7 @@ impl OpenIdProvider {
         let _reading = self.reading.lock().await;
         let known = recent(&self.keys);
         match known {
-            Some(keys) if is_good(&keys) || self.reloads.check().is_err() => Ok(keys),
+            Some(keys) if is_good(&keys) || !self.may_reload() => Ok(keys),
             _ => {
                 let keys = Keys::parse(&self.get(&metadata.keys).await?).ok_or(ProviderProblem::Keys)?;
                 Ok(store(&self.keys, keys))
