@@ -262,13 +262,26 @@ impl From<RequestError> for Ms2Error {
     }
 }
 
+/// Whether the slave has rejected the request to the limit: another connection to it changes nothing.
+const fn is_rejection(end: &ConnectionEnd) -> bool {
+    matches!(end, ConnectionEnd::Failed { cause: Cause::Status(Status::NoResource | Status::UserError), .. })
+}
+
 /// Whether the request may be sent again, on another connection. A slave that has no connection is not asked again: the master has
 /// searched for one of its own there.
 const fn is_unexecuted(error: &Ms2Error) -> bool {
     match error {
-        Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => false,
+        Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(_), .. }) => false,
         Ms2Error::NotExecuted(_) => true,
         _ => false,
+    }
+}
+
+/// The same for a request that does no harm if the slave executes it twice.
+const fn is_read_again(error: &Ms2Error) -> bool {
+    match error {
+        Ms2Error::Ended(end) => !is_rejection(end),
+        error => is_unexecuted(error),
     }
 }
 
@@ -319,7 +332,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
         let read = |client: &mut Self| client.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
-        self.repeat(read, |error| matches!(error, Ms2Error::Ended(_)) || is_unexecuted(error))
+        self.repeat(read, is_read_again)
     }
 
     /// Writes a record. Repeats a request that the slave cannot have executed, and no other.
@@ -399,7 +412,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
-                Err(Ms2Error::NotExecuted(_)) => {}
+                Err(Ms2Error::NotExecuted(end)) if !is_rejection(&end) => {}
                 result => return result,
             }
         }

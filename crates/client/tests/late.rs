@@ -7,7 +7,7 @@
 #[path = "support/late_line.rs"]
 mod late_line;
 
-use late_line::{ADDRESS, Fault, LateLine};
+use late_line::{ADDRESS, Fault, LateLine, RR, UE};
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;
@@ -169,11 +169,14 @@ fn a_connection_of_another_master_is_not_closed_and_the_error_names_it() {
     let error = read(&mut line.session(), TARGET.0).unwrap_err();
     assert!(error.to_string().contains("it has no MS2 connection, or none left"), "{error}");
     assert_eq!(held.read(0, 25).unwrap(), [2], "the connection is still open");
-    assert_eq!(line.requests_with(&[0x57]), 2, "each master asks once");
+    assert_eq!(line.requests_with(&INITIATE), 2, "each master asks once");
 }
 
 /// The value that a test writes, and what the parameter shows then.
 const WRITTEN: (&str, &str, &str) = ("pirani.safe-value", "12.5 Pascal", "0.125 mbar");
+
+/// An Initiate.
+const INITIATE: [u8; 1] = [0x57];
 
 /// An MS2 write to Safe Value of the selected instance: slot 1, index 40.
 const WRITE: [u8; 3] = [0x5F, 1, 40];
@@ -228,6 +231,34 @@ fn a_write_on_a_line_that_is_lost_is_sent_once_at_most_and_its_error_says_whethe
         }
     }
     assert_eq!(effects.into_iter().collect::<Vec<_>>(), ["executed", "not-sent", "possibly-executed"]);
+}
+
+/// The slave answers UE or RR until the master gives up. UE: its application may have taken the write. RR: it has not.
+#[test]
+fn a_write_that_the_slave_rejects_goes_over_one_connection_and_is_repeated_after_rr_only() {
+    for (status, sent, effect) in [(UE, 1, WriteEffect::PossiblyExecuted), (RR, 11, WriteEffect::NotSent)] {
+        let line = line(Baud::B1500000, 1);
+        let mut session = line.session();
+        let mut connection = Ms2::new(&mut session, ADDRESS);
+        line.answer_with(&WRITE, status);
+        let error = RecordError::from(connection.write(1, 40, &[0; 4]).unwrap_err());
+        assert_eq!(error.write_effect(), effect, "{error}");
+        assert_eq!((line.requests_with(&WRITE), line.requests_with(&INITIATE)), (sent, 1), "{error}");
+    }
+}
+
+/// A slave that rejects all openings, or all reads, is not asked on more connections: it has answered.
+#[test]
+fn an_opening_or_a_read_that_the_slave_rejects_goes_over_one_connection() {
+    for status in [UE, RR] {
+        for (rejected, initiates) in [(&INITIATE[..], 11), (&[0x5E], 1)] {
+            let line = line(Baud::B1500000, 1);
+            line.answer_with(rejected, status);
+            let mut session = line.session();
+            let error = Ms2::new(&mut session, ADDRESS).read(0, 25).unwrap_err();
+            assert_eq!(line.requests_with(&INITIATE), initiates, "{error}");
+        }
+    }
 }
 
 /// The gauge is gone before the write is sent: the error does not send the user to look for a change.

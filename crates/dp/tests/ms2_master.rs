@@ -107,6 +107,7 @@ enum Stand {
     /// A request, and a poll for its response.
     Read,
     PollRead,
+    Write,
     PollWrite,
     PollTransport,
     Idle,
@@ -115,7 +116,9 @@ enum Stand {
     Aborting,
 }
 
-use Stand::{Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read};
+use Stand::{
+    Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read, Write,
+};
 
 fn stand(at: Stand) -> (Class2Rig, Handle<Connect>, Request) {
     if let Initiate | PollManager | PollServer = at {
@@ -132,7 +135,7 @@ fn stand(at: Stand) -> (Class2Rig, Handle<Connect>, Request) {
     let user = &mut rig.station.user;
     let request = match at {
         Read | PollRead => Request::Read(user.ms2_read(connection, 1, 16, 8).unwrap()),
-        PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        Write | PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
         PollTransport => Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
         Aborting => {
             user.ms2_close(connection).unwrap();
@@ -220,7 +223,8 @@ fn after(at: Stand, what: &str) -> String {
 #[test]
 fn every_answer_in_every_state_is_as_in_the_golden() {
     let mut text = String::new();
-    let all = [Initiate, PollManager, PollServer, Read, PollRead, PollWrite, PollTransport, Idle, PollIdle, Aborting];
+    let all =
+        [Initiate, PollManager, PollServer, Read, PollRead, Write, PollWrite, PollTransport, Idle, PollIdle, Aborting];
     for at in all {
         writeln!(text, "{at:?}").unwrap();
         for what in ANSWERS {
@@ -406,6 +410,42 @@ fn a_busy_slave_is_asked_again_a_limited_number_of_times() {
         let end = failed(reason, Cause::Status(status));
         assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
     }
+}
+
+/// UE: the slave's application interface failed (profibus-wire 4.12), maybe after it had taken the request.
+#[test]
+fn a_request_that_changes_something_is_not_sent_again_after_ue() {
+    let submit: [fn(&mut Master<0, 0>, Handle<Connect>) -> Request; 2] = [
+        |user, connection| Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        |user, connection| Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
+    ];
+    for submit in submit {
+        let (mut rig, connection) = open();
+        let request = submit(&mut rig.station.user, connection);
+        rig.next_request();
+        answer(&mut rig, 48, "UE");
+        let (sap, du) = message(&rig.next_request().octets);
+        assert_eq!((sap, du.as_str()), (48, "58 00 01"), "an Abort with the reason UE");
+        answer(&mut rig, 48, "SC");
+        let outcome = request.outcome(&mut rig.station.user);
+        assert!(outcome.starts_with(", the MS2 connection failed: "), "{outcome}");
+    }
+}
+
+/// The Initiate may have opened a connection.
+#[test]
+fn after_ue_of_the_resource_manager_the_master_searches_for_the_connection() {
+    let (mut rig, connection) = opening();
+    for _ in 0..2 {
+        answer(&mut rig, 49, "UE");
+        assert_eq!(message(&rig.next_request().octets).0, 49);
+    }
+    answer(&mut rig, 49, "UE");
+    search_down_to(&mut rig, 47);
+    assert_eq!(message(&rig.next_request().octets).0, 46);
+    answer(&mut rig, 46, "SC");
+    let end = failed(AbortReason::Fdl(1), Cause::Status(Status::UserError));
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
 }
 
 #[test]
@@ -715,7 +755,9 @@ fn the_end_of_a_connection_says_whether_the_slave_may_have_executed_the_request(
     for (before, last, expected) in [
         (&[][..], "RS", "not executed"),
         (&["RR", "RR"], "RR", "not executed"),
-        (&["UE", "UE"], "UE", "not executed"),
+        (&[], "UE", "possibly executed"),
+        (&["RR"], "UE", "possibly executed"),
+        (&["SC", "UE", "UE"], "UE", "possibly executed"),
         (&["repeated"], "RS", "possibly executed"),
         (&["SC"], "RS", "possibly executed"),
         (&["SC"], "58 00 13", "possibly executed"),

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Initiating(Manager) ── RM ── Initiating(Server) ── Initiate.res ── Open ◄────────────┐
-//!     │ UE, RR, D7, Abort            │ RS, D7, Abort                 │ service, T idle │
+//!     │ RR, D7, Abort                │ RS, D7, Abort                 │ service, T idle │
 //!     ▼                              ▼                               ▼                 │
 //!   Ended ◄───── SC, RS ─────── Aborting ◄── wrong, late, user ── Transferring ── response
 //!     ▲                                                              │
@@ -685,7 +685,7 @@ impl Connection {
             // The slave has stored nothing.
             (
                 ConnectionState::Initiating(Step::Manager),
-                Cause::Status(Status::NoResource | Status::UserError) | Cause::NoAnswer(Failure::Impossible),
+                Cause::Status(Status::NoResource) | Cause::NoAnswer(Failure::Impossible),
             )
             | (_, Cause::Status(Status::ServiceNotActivated)) => self.end(end),
             (ConnectionState::Initiating(Step::Manager), _) if is_alone => self.search(reason, end, false),
