@@ -262,13 +262,8 @@ impl From<RequestError> for Ms2Error {
     }
 }
 
-/// Whether the slave has rejected the request to the limit: another connection to it changes nothing.
-const fn is_rejection(end: &ConnectionEnd) -> bool {
-    matches!(end, ConnectionEnd::Failed { cause: Cause::Status(Status::NoResource | Status::UserError), .. })
-}
-
-/// Whether the request may be sent again, on another connection. A slave that has no connection is not asked again: the master has
-/// searched for one of its own there.
+/// Whether the request may be sent again, on another connection. A slave that has answered RS or RR to a new connection is not asked
+/// again: the master has searched for one of its own there, or has repeated the request to the limit.
 const fn is_unexecuted(error: &Ms2Error) -> bool {
     match error {
         Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(_), .. }) => false,
@@ -277,10 +272,12 @@ const fn is_unexecuted(error: &Ms2Error) -> bool {
     }
 }
 
-/// The same for a request that does no harm if the slave executes it twice.
+/// The same for a request that does no harm if the slave executes it twice. UE to the limit: the application of the slave has failed on
+/// every connection.
 const fn is_read_again(error: &Ms2Error) -> bool {
     match error {
-        Ms2Error::Ended(end) => !is_rejection(end),
+        Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::UserError), .. }) => false,
+        Ms2Error::Ended(_) => true,
         error => is_unexecuted(error),
     }
 }
@@ -398,8 +395,8 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         Ok(())
     }
 
-    /// Sends a request on the connection. A connection that is known to have ended, or that the slave has closed for lack of
-    /// traffic, is opened again: the slave has not executed the request.
+    /// Sends a request on the connection. A connection that is known to have ended, that the slave has closed for lack of traffic, or on
+    /// which it answers RR because nothing has fetched an earlier response, is opened again: the slave has not executed the request.
     fn request<O: Operation + 'static, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,
@@ -412,7 +409,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         self.forget_ended_connection();
         if let Some(connection) = self.connection {
             match self.request_on(connection, &submit, &take) {
-                Err(Ms2Error::NotExecuted(end)) if !is_rejection(&end) => {}
+                Err(Ms2Error::NotExecuted(_)) => {}
                 result => return result,
             }
         }

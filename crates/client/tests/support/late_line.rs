@@ -109,6 +109,9 @@ struct Plant {
     /// The requests without the repetitions of the link layer, and the answer of the gauge to each.
     journal: Vec<(Vec<u8>, Vec<u8>)>,
     last_request: Vec<u8>,
+    /// The last request that was no poll is an Initiate or a write: the master sends them once.
+    is_single: bool,
+    has_lost_a_single: bool,
 }
 
 impl Plant {
@@ -124,10 +127,17 @@ impl Plant {
         if is_token {
             return;
         }
+        // A poll has no data unit, and a request for the FDL status has no access points.
+        if let Some([function, _, _, ..]) = octets.get(9..) {
+            self.is_single = matches!(function, 0x57 | 0x5F);
+        }
         let number = self.requests;
         self.requests += 1;
         let answer = match self.fault {
-            Fault::Unheard(from, count) if (from..from.saturating_add(count)).contains(&number) => None,
+            Fault::Unheard(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
+                None
+            }
             _ => self.ask(end, octets),
         };
         if !is_repetition {
@@ -159,8 +169,12 @@ impl Plant {
         let end = begin + octets.len() as u64 * CHARACTER_TBIT;
         let mut at = duration_of(self.baud, end.0) + self.delivery.delay(self.baud);
         match self.fault {
-            Fault::Lost(from, count) if (from..from.saturating_add(count)).contains(&number) => return,
+            Fault::Lost(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
+                return;
+            }
             Fault::Damaged(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
                 octets.iter_mut().for_each(|octet| *octet ^= 0x10);
             }
             Fault::Stalled(from, time) if from == number => at += time,
@@ -194,6 +208,8 @@ impl LateLine {
             answers: 0,
             journal: Vec::new(),
             last_request: Vec::new(),
+            is_single: false,
+            has_lost_a_single: false,
         })))
     }
 
@@ -216,8 +232,17 @@ impl LateLine {
     /// From now on the answers, counted from 0, have this fault.
     pub fn set_fault(&self, fault: Fault) {
         let mut plant = self.0.lock().unwrap();
-        (plant.fault, plant.answers, plant.requests) = (fault, 0, 0);
+        (plant.fault, plant.answers, plant.requests, plant.has_lost_a_single) = (fault, 0, 0, false);
         plant.journal.clear();
+    }
+
+    /// Whether an Initiate, a write, a poll for their response or an answer to these was lost since then.
+    pub fn has_lost_a_single(&self) -> bool {
+        self.0.lock().unwrap().has_lost_a_single
+    }
+
+    pub fn fault(&self) -> Fault {
+        self.0.lock().unwrap().fault
     }
 
     /// From now on requests whose data unit begins like this get this answer without data, and the gauge does not get them.
