@@ -283,7 +283,7 @@ const fn is_read_again(error: &Ms2Error) -> bool {
 }
 
 /// Whether the slave did not answer.
-const fn is_silence(error: &Ms2Error) -> bool {
+pub(crate) const fn is_silence(error: &Ms2Error) -> bool {
     matches!(
         error,
         Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::NoAnswer(_), .. })
