@@ -4,7 +4,8 @@
 class ProfivacError(Exception):
     """The base of all exceptions of this package.
 
-    ``exit_code`` is the one with which the program ``profivac`` ends for the same reason.
+    ``exit_code`` is the one with which the program ``profivac`` ends for the same reason. ``effect`` says whether the gauge may have the
+    value of a write that failed: ``not-sent``, ``refused``, ``possibly-executed`` or ``executed``; it is ``None`` for other requests.
 
     >>> import profivac as pv
     >>> try:
@@ -15,6 +16,7 @@ class ProfivacError(Exception):
     """
 
     exit_code: int = 1
+    effect: str | None = None
 
 
 class Refused(ProfivacError):

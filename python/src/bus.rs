@@ -250,7 +250,7 @@ fn execute_confirmed<R: Records>(
         let (named, text) = (&write.named, &write.text);
         return Err(Failure::usage(format!("{named} {text} {risk}; nothing was sent; to send it pass confirm=True")));
     }
-    Ok(Answer::Written(Box::new(gauge.execute(write)?)))
+    Ok(Answer::Written(Box::new(gauge.execute(write).map_err(Failure::of_write)?)))
 }
 
 impl Gauge {

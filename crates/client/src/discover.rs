@@ -4,7 +4,7 @@ use crate::class1::Class1Session;
 use crate::cyclic::{BLOCK_TYPE, CyclicSlave, ReportedChannels, open_instances, unranged_instances};
 use crate::error::ClientError;
 use crate::identify;
-use crate::ms2::{Ms2, Ms2Error};
+use crate::ms2::{Ms2, Ms2Error, is_silence};
 use crate::records::{ErrorKind, Interruption, RecordError, read_code};
 use profivac_devices::model::{
     AccessPath, Codes, Configuration, Counts, DataType, Field, HeldPressure, MeasuringRange, Model, NumberType,
@@ -129,11 +129,24 @@ fn read_channels(
 ) -> Result<ReportedChannels, SessionError> {
     let mut block_types = Vec::new();
     let mut connection = Ms2::new(session, address);
+    // Each read of a gauge that is gone would take its repetitions and their pauses.
+    let mut is_gone = false;
+    let mut read = |slot, index| {
+        if is_gone {
+            return Ok(None);
+        }
+        match connection.read(slot, index) {
+            Ok(octets) => Ok(Some(octets)),
+            Err(Ms2Error::Session(error) | Ms2Error::NotSent(error)) => Err(error),
+            Err(error) => {
+                is_gone = is_silence(&error);
+                Ok(None)
+            }
+        }
+    };
     for instance in open_instances(model) {
-        match connection.read(instance, BLOCK_TYPE) {
-            Ok(octets) => block_types.push((instance, octets)),
-            Err(Ms2Error::Session(error) | Ms2Error::NotSent(error)) => return Err(error),
-            Err(_) => {}
+        if let Some(octets) = read(instance, BLOCK_TYPE)? {
+            block_types.push((instance, octets));
         }
     }
     let block_types = block_types.iter().map(|(instance, octets)| (*instance, octets.as_slice()));
@@ -142,11 +155,7 @@ fn read_channels(
         let mut ends = [None; 2];
         for (end, role) in ends.iter_mut().zip([Role::Underrange, Role::Overrange]) {
             let Some(end_format) = range_end(model, instance, role) else { continue };
-            match connection.read(instance, end_format.index) {
-                Ok(octets) => *end = end_format.pa(unit, &octets),
-                Err(Ms2Error::Session(error) | Ms2Error::NotSent(error)) => return Err(error),
-                Err(_) => {}
-            }
+            *end = read(instance, end_format.index)?.and_then(|octets| end_format.pa(unit, &octets));
         }
         if let [Some(lowest_pa), Some(highest_pa)] = ends {
             channels = channels.with_range(instance, MeasuringRange { lowest_pa, highest_pa });

@@ -154,8 +154,10 @@ pub enum ClientError {
         error: SessionError,
     },
     /// The device has accepted the value, and reading it back failed.
-    #[error("it was written, but reading it back failed: {error}")]
+    #[error("{location}: the value was written; reading it back failed: {}", without_location(error, location))]
     NotReadBack {
+        /// The parameter.
+        location: ParameterContext,
         /// The error of reading.
         error: Box<ClientError>,
     },
@@ -193,6 +195,12 @@ pub enum ClientError {
 
 /// What to do after a write whose effect is not known.
 const MAY_BE_WRITTEN: &str = "; it may have been written, read it";
+
+/// The text of an error without the parameter that it begins with.
+fn without_location(error: &ClientError, location: &ParameterContext) -> String {
+    let text = error.to_string();
+    text.strip_prefix(&format!("{location}: ")).map_or_else(|| text.clone(), str::to_owned)
+}
 
 /// The effect of an interrupted operation, if it changes something.
 const fn interrupted_effect(doing: Operation, reason: &Interruption) -> &'static str {
@@ -518,7 +526,7 @@ impl ClientError {
             | Self::NoAnswer(_)
             | Self::Interrupted { .. }
             | Self::WriteLost { .. } => ErrorKind::Line,
-            Self::NotReadBack { error } => error.kind(),
+            Self::NotReadBack { error, .. } => error.kind(),
             Self::Master(_)
             | Self::Access { .. }
             | Self::Condition { .. }
@@ -547,10 +555,29 @@ impl ClientError {
     pub const fn write_effect(&self) -> WriteEffect {
         match self {
             Self::NotReadBack { .. } | Self::NotKept { .. } => WriteEffect::Executed,
-            Self::WriteLost { .. } | Self::Closed => WriteEffect::PossiblyExecuted,
+            Self::WriteLost { .. } | Self::Closed | Self::Malformed { doing: Operation::Write, .. } => {
+                WriteEffect::PossiblyExecuted
+            }
             Self::Interrupted { doing: Operation::Write, reason, .. } => reason.write_effect(),
             Self::Refused { doing: Operation::Write, .. } => WriteEffect::Refused,
-            _ => WriteEffect::NotSent,
+            // Reading and selecting come before the write; their errors after it are `NotReadBack`.
+            Self::Interrupted { doing: Operation::Read | Operation::Select, .. }
+            | Self::Refused { doing: Operation::Read | Operation::Select, .. }
+            | Self::Malformed { doing: Operation::Read | Operation::Select, .. }
+            // The errors of finding the gauge and of checking the value. An error of the session during the write is `WriteLost`.
+            | Self::Session(_)
+            | Self::System(_)
+            | Self::NoAnswer(_)
+            | Self::Master(_)
+            | Self::UnknownDevice { .. }
+            | Self::Target(_)
+            | Self::Value { .. }
+            | Self::BeyondRange { .. }
+            | Self::Access { .. }
+            | Self::Condition { .. }
+            | Self::Unavailable { .. }
+            | Self::Typed { .. }
+            | Self::UnitChanged { .. } => WriteEffect::NotSent,
         }
     }
 
@@ -616,5 +643,56 @@ impl fmt::Display for ParameterContext {
             write!(f, ", instance {instance}")?;
         }
         f.write_str(")")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::model::{DataType, Length};
+
+    fn location() -> ParameterContext {
+        ParameterContext { device: "bcg450", address: 5, name: None, slot: 1, instance: 0, index: 40 }
+    }
+
+    #[test]
+    fn an_error_of_reading_back_names_the_parameter_once() {
+        let lost = ClientError::from_record(Interruption::NoAnswer.into(), Operation::Read, location(), None);
+        for (error, reason) in [
+            (lost, "reading was cut short: no answer"),
+            (ClientError::Session(SessionError::Interrupted), "interrupted"),
+        ] {
+            let error = ClientError::NotReadBack { location: location(), error: Box::new(error) };
+            let expected =
+                "bcg450 at address 5, record (slot 1, index 40): the value was written; reading it back failed: ";
+            assert_eq!(error.to_string(), format!("{expected}{reason}"));
+        }
+    }
+
+    #[test]
+    fn the_effect_of_a_write_is_the_same_with_the_context_of_a_parameter_and_without() {
+        let length = LengthError { data_type: DataType::Float, expected: Length::Exactly(4), found: 3 };
+        let refused = RefusalCodes { code_1: None, code: 2 };
+        let errors: [fn(LengthError, RefusalCodes) -> RecordError; 8] = [
+            |_, _| RecordError::Session(SessionError::NeverIdle),
+            |_, _| RecordError::NotSent(SessionError::NeverIdle),
+            |_, refused| RecordError::Refused(refused),
+            |_, _| Unavailable::NoConnection.into(),
+            |_, _| Interruption::NoAnswer.into(),
+            |_, _| Interruption::NoMaster.into(),
+            |_, _| Interruption::Cancelled.into(),
+            |length, _| RecordError::Malformed(length),
+        ];
+        for error in errors {
+            let effect = error(length, refused).write_effect();
+            let text = error(length, refused).to_string();
+            let with_context = ClientError::from_record(error(length, refused), Operation::Write, location(), None);
+            assert_eq!(with_context.write_effect(), effect, "{text}");
+            // A value is read, or an instance selected, before the write is sent.
+            for doing in [Operation::Read, Operation::Select] {
+                let before = ClientError::from_record(error(length, refused), doing, location(), None);
+                assert_eq!(before.write_effect(), WriteEffect::NotSent, "{doing}: {text}");
+            }
+        }
     }
 }

@@ -262,18 +262,28 @@ impl From<RequestError> for Ms2Error {
     }
 }
 
-/// Whether the request may be sent again, on another connection. A slave that has no connection is not asked again: the master has
-/// searched for one of its own there.
+/// Whether the request may be sent again, on another connection. A slave that has answered RS or RR to a new connection is not asked
+/// again: the master has searched for one of its own there, or has repeated the request to the limit.
 const fn is_unexecuted(error: &Ms2Error) -> bool {
     match error {
-        Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(Status::ServiceNotActivated), .. }) => false,
+        Ms2Error::NotExecuted(ConnectionEnd::Failed { cause: Cause::Status(_), .. }) => false,
         Ms2Error::NotExecuted(_) => true,
         _ => false,
     }
 }
 
+/// The same for a request that does no harm if the slave executes it twice. UE to the limit: the application of the slave has failed on
+/// every connection.
+const fn is_read_again(error: &Ms2Error) -> bool {
+    match error {
+        Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::Status(Status::UserError), .. }) => false,
+        Ms2Error::Ended(_) => true,
+        error => is_unexecuted(error),
+    }
+}
+
 /// Whether the slave did not answer.
-const fn is_silence(error: &Ms2Error) -> bool {
+pub(crate) const fn is_silence(error: &Ms2Error) -> bool {
     matches!(
         error,
         Ms2Error::Ended(ConnectionEnd::Failed { cause: Cause::NoAnswer(_), .. })
@@ -319,7 +329,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         let submit =
             |master: &mut BusMaster, connection: Handle<Connect>| master.ms2_read(connection, slot, index, wanted);
         let read = |client: &mut Self| client.request::<ms2::Read, _>(submit, |outcome| outcome.map(<[u8]>::to_vec));
-        self.repeat(read, |error| matches!(error, Ms2Error::Ended(_)) || is_unexecuted(error))
+        self.repeat(read, is_read_again)
     }
 
     /// Writes a record. Repeats a request that the slave cannot have executed, and no other.
@@ -385,8 +395,8 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         Ok(())
     }
 
-    /// Sends a request on the connection. A connection that is known to have ended, or that the slave has closed for lack of
-    /// traffic, is opened again: the slave has not executed the request.
+    /// Sends a request on the connection. A connection that is known to have ended, that the slave has closed for lack of traffic, or on
+    /// which it answers RR because nothing has fetched an earlier response, is opened again: the slave has not executed the request.
     fn request<O: Operation + 'static, T>(
         &mut self,
         submit: impl Fn(&mut BusMaster, Handle<Connect>) -> Result<Handle<O>, SubmitError>,

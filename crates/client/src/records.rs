@@ -247,7 +247,7 @@ pub enum Unavailable {
     /// after 2 T without a request and T in which its Abort waits for a poll (profibus-wire 4.9), with the T of 5 s that this client asks
     /// for.
     #[error(
-        "it has no MS2 connection, or none left: other class 2 masters may hold them, or a program with another station address that ended without closing its own, which the slave closes within 15 s"
+        "it has no MS2 connection, or none left: other class 2 masters may hold them, or a program with another station address that ended without closing its own: wait 15 s and try again; a connection of another program may last longer"
     )]
     NoConnection,
     /// The slave refused the connection.

@@ -7,12 +7,12 @@
 #[path = "support/late_line.rs"]
 mod late_line;
 
-use late_line::{ADDRESS, Fault, LateLine};
+use late_line::{ADDRESS, Fault, LateLine, RR, RS, SC, UE};
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;
-use profivac_client::records::{RecordError, Records, WriteEffect};
-use profivac_client::{ClientError, Gauge};
+use profivac_client::records::{RecordError, Records, Unavailable, WriteEffect};
+use profivac_client::{ClientError, ErrorKind, Gauge};
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;
 use profivac_host::port::Delivery;
@@ -51,8 +51,14 @@ const TARGET: (&str, &str) = ("ba.safe-value", "0 mbar");
 /// Another parameter, for the next command.
 const NEXT: (&str, &str) = ("pirani.safe-state", "zero");
 
-/// The longest time of a command with one fault: two attempts that the slave is given T for (5 s, profibus-wire 4.9), and the stall.
-const LONGEST: Duration = Duration::from_secs(13);
+/// The longest time of a command with one fault. An Initiate and a write are sent once, and polled for during T: 5 s, profibus-wire 4.9.
+fn longest(line: &LateLine) -> Duration {
+    match line.fault() {
+        Fault::Stalled(..) => Duration::from_secs(13),
+        _ if line.has_lost_a_single() => Duration::from_secs(7),
+        _ => Duration::from_secs(3),
+    }
+}
 
 fn read(session: &mut BusSession, name: &str) -> Result<String, ClientError> {
     Ok(Gauge::open(session, ADDRESS)?.read(name)?.text)
@@ -60,13 +66,25 @@ fn read(session: &mut BusSession, name: &str) -> Result<String, ClientError> {
 
 /// The conversations of a read with every fault at every answer.
 fn every_fault(lines: &[(Baud, u64)], conversation: impl Fn(&LateLine) -> Result<(), String>) {
+    every_fault_after(lines, |_| {}, conversation);
+}
+
+/// The same after something without a fault.
+fn every_fault_after(
+    lines: &[(Baud, u64)],
+    prepare: impl Fn(&LateLine),
+    conversation: impl Fn(&LateLine) -> Result<(), String>,
+) {
     let mut failures = Vec::new();
     for (baud, hold_ms) in lines.iter().copied() {
         let undisturbed = line(baud, hold_ms);
+        prepare(&undisturbed);
+        undisturbed.set_fault(Fault::None);
         conversation(&undisturbed).unwrap();
         let count = undisturbed.answers().max(undisturbed.requests());
         for fault in (0..count).flat_map(faults) {
             let line = line(baud, hold_ms);
+            prepare(&line);
             line.set_fault(fault);
             if let Err(failure) = conversation(&line) {
                 failures.push(format!("{baud}, {fault:?}: {failure}"));
@@ -81,7 +99,7 @@ fn check(line: &LateLine, session: &mut BusSession, (name, value): (&str, &str))
     let begun = line.now();
     let found = read(session, name).map_err(|error| format!("{name}: {error}"))?;
     let took = line.now() - begun;
-    if found != value || took > LONGEST {
+    if found != value || took > longest(line) {
         return Err(format!("{name} is {found} after {took:?}"));
     }
     Ok(())
@@ -145,18 +163,30 @@ fn a_connection_survives_a_fault_at_its_idle_or_is_opened_again() {
 /// A program that was killed leaves its connection open. The next one has the same station address.
 #[test]
 fn a_connection_that_a_killed_program_has_left_is_closed_by_the_next_program() {
-    for (baud, hold_ms) in LINES {
-        let line = line(baud, hold_ms);
-        let mut session = line.session();
-        let mut connection = Ms2::new(&mut session, ADDRESS);
-        connection.read(0, 25).unwrap();
-        std::mem::forget(connection);
-        std::mem::forget(session);
-        let begun = line.now();
-        assert_eq!(read(&mut line.session(), TARGET.0).unwrap(), TARGET.1, "{baud}");
-        let took = line.now() - begun;
-        assert!(took < Duration::from_secs(4), "the slave itself frees it later: {took:?}");
-    }
+    every_fault_after(&LINES, leave_connection, |line| check(line, &mut line.session(), TARGET));
+}
+
+/// Opens the connection of the gauge and is killed.
+fn leave_connection(line: &LateLine) {
+    let mut session = line.session();
+    let mut connection = Ms2::new(&mut session, ADDRESS);
+    connection.read(0, 25).unwrap();
+    std::mem::forget(connection);
+    std::mem::forget(session);
+}
+
+/// The gauge accepts the Abort and offers no connection all the same: it has refused, and that is known soon.
+#[test]
+fn a_gauge_that_accepts_an_abort_and_stays_closed_is_an_error_of_its_own_within_two_seconds() {
+    let line = line(Baud::B1500000, 1);
+    line.answer_with(&[0x58], SC);
+    line.answer_with(&INITIATE, RS);
+    let begun = line.now();
+    let error = RecordError::from(Ms2::new(&mut line.session(), ADDRESS).read(0, 25).unwrap_err());
+    assert_eq!(error.kind(), ErrorKind::Refused, "{error}");
+    assert!(matches!(error, RecordError::Unavailable(Unavailable::NoConnection)), "{error}");
+    let took = line.now() - begun;
+    assert!(took < Duration::from_secs(2), "{took:?}");
 }
 
 /// The connection of another master stays open: only the slave tells the masters apart.
@@ -167,13 +197,16 @@ fn a_connection_of_another_master_is_not_closed_and_the_error_names_it() {
     let mut held = Ms2::new(&mut other, ADDRESS);
     held.read(0, 25).unwrap();
     let error = read(&mut line.session(), TARGET.0).unwrap_err();
-    assert!(error.to_string().contains("it has no MS2 connection, or none left"), "{error}");
+    assert_eq!(error.to_string(), format!("bcg450 at address 5: {}", Unavailable::NoConnection));
     assert_eq!(held.read(0, 25).unwrap(), [2], "the connection is still open");
-    assert_eq!(line.requests_with(&[0x57]), 2, "each master asks once");
+    assert_eq!(line.requests_with(&INITIATE), 2, "each master asks once");
 }
 
 /// The value that a test writes, and what the parameter shows then.
 const WRITTEN: (&str, &str, &str) = ("pirani.safe-value", "12.5 Pascal", "0.125 mbar");
+
+/// An Initiate.
+const INITIATE: [u8; 1] = [0x57];
 
 /// An MS2 write to Safe Value of the selected instance: slot 1, index 40.
 const WRITE: [u8; 3] = [0x5F, 1, 40];
@@ -228,6 +261,44 @@ fn a_write_on_a_line_that_is_lost_is_sent_once_at_most_and_its_error_says_whethe
         }
     }
     assert_eq!(effects.into_iter().collect::<Vec<_>>(), ["executed", "not-sent", "possibly-executed"]);
+}
+
+/// The slave answers UE or RR until the master gives up. UE: its application may have taken the write. RR: it has not, and a new connection
+/// is the remedy if a response waits that nothing has fetched.
+#[test]
+fn a_write_that_the_slave_rejects_is_repeated_after_rr_only_and_on_one_new_connection_at_most() {
+    for (status, is_open, sent, initiates, effect) in [
+        (UE, false, 1, 1, WriteEffect::PossiblyExecuted),
+        (UE, true, 1, 0, WriteEffect::PossiblyExecuted),
+        (RR, false, 11, 1, WriteEffect::NotSent),
+        (RR, true, 22, 1, WriteEffect::NotSent),
+    ] {
+        let line = line(Baud::B1500000, 1);
+        let mut session = line.session();
+        let mut connection = Ms2::new(&mut session, ADDRESS);
+        if is_open {
+            connection.read(0, 25).unwrap();
+        }
+        line.set_fault(Fault::None);
+        line.answer_with(&WRITE, status);
+        let error = RecordError::from(connection.write(1, 40, &[0; 4]).unwrap_err());
+        assert_eq!(error.write_effect(), effect, "{error}");
+        assert_eq!((line.requests_with(&WRITE), line.requests_with(&INITIATE)), (sent, initiates), "{error}");
+    }
+}
+
+/// A slave that rejects all openings, or all reads, is not asked on more connections: it has answered.
+#[test]
+fn an_opening_or_a_read_that_the_slave_rejects_goes_over_one_connection() {
+    for status in [UE, RR] {
+        for (rejected, initiates) in [(&INITIATE[..], 11), (&[0x5E], 1)] {
+            let line = line(Baud::B1500000, 1);
+            line.answer_with(rejected, status);
+            let mut session = line.session();
+            let error = Ms2::new(&mut session, ADDRESS).read(0, 25).unwrap_err();
+            assert_eq!(line.requests_with(&INITIATE), initiates, "{error}");
+        }
+    }
 }
 
 /// The gauge is gone before the write is sent: the error does not send the user to look for a change.

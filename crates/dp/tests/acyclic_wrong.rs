@@ -8,6 +8,7 @@ use profivac_dp::link::active::{Failure, Mismatch};
 use profivac_dp::master::{
     Cause, ConnectionEnd, ExchangeError, Handle, Master, Ms1Parameters, Ms2Parameters, ms1, ms2,
 };
+use profivac_wire::control::Status;
 use profivac_wire::{DataTelegram, Telegram};
 use support::rig::MasterRig;
 
@@ -256,6 +257,36 @@ fn another_alarm_is_not_acknowledged() {
         let Some(Err(ms1::RequestError::Failed(cause))) = rig.station.user.outcome(ack) else { panic!("failed") };
         assert_eq!(cause.to_string(), words);
     }
+}
+
+/// UE: the slave's application interface failed (profibus-wire 4.12), maybe after it had taken the request.
+#[test]
+fn an_ms1_request_that_changes_something_is_not_sent_again_after_ue() {
+    use profivac_wire::acyclic::AlarmAck;
+    let parameters = Ms1Parameters::new(BAUD);
+    let ue = Some(Err(ms1::RequestError::Failed(Cause::Status(Status::UserError))));
+
+    let mut rig = exchanging();
+    let write = rig.station.user.ms1_write(8, 1, 16, &[1, 2], &parameters).unwrap();
+    rig.next_request();
+    rig.receive("10 02 08 01 0B 16");
+    assert_eq!(rig.station.user.outcome(write), ue);
+
+    let mut rig = exchanging();
+    let alarm = AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 };
+    let ack = rig.station.user.ms1_alarm_ack(8, alarm, &parameters).unwrap();
+    rig.next_request();
+    rig.receive("10 02 08 01 0B 16");
+    assert_eq!(rig.station.user.outcome(ack), ue);
+
+    // A read may be executed twice.
+    let mut rig = exchanging();
+    let read = rig.station.user.ms1_read(8, 1, 16, 8, &parameters).unwrap();
+    rig.next_request();
+    rig.receive("10 02 08 01 0B 16");
+    rig.next_request();
+    rig.receive_octets(11, &octets(Ms1.response(&RIGHT)));
+    assert_eq!(rig.station.user.outcome(read), Some(Ok(&[0xAA, 0xBB][..])));
 }
 
 /// A response that comes too late is not the answer to the next poll.

@@ -107,22 +107,29 @@ enum Stand {
     /// A request, and a poll for its response.
     Read,
     PollRead,
+    Write,
     PollWrite,
     PollTransport,
     Idle,
     PollIdle,
     /// An Abort of the user.
     Aborting,
+    /// An Abort to access point 48 in a search.
+    Searching,
 }
 
-use Stand::{Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read};
+use Stand::{
+    Aborting, Idle, Initiate, PollIdle, PollManager, PollRead, PollServer, PollTransport, PollWrite, Read, Searching,
+    Write,
+};
 
 fn stand(at: Stand) -> (Class2Rig, Handle<Connect>, Request) {
-    if let Initiate | PollManager | PollServer = at {
+    if let Initiate | PollManager | PollServer | Searching = at {
         let (mut rig, connection) = opening();
         match at {
             PollManager => answer(&mut rig, 49, "SC"),
             PollServer => answer(&mut rig, 49, MANAGER),
+            Searching => answer(&mut rig, 49, "RS"),
             _ => return (rig, connection, Request::None),
         }
         rig.next_request();
@@ -132,7 +139,7 @@ fn stand(at: Stand) -> (Class2Rig, Handle<Connect>, Request) {
     let user = &mut rig.station.user;
     let request = match at {
         Read | PollRead => Request::Read(user.ms2_read(connection, 1, 16, 8).unwrap()),
-        PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        Write | PollWrite => Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
         PollTransport => Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
         Aborting => {
             user.ms2_close(connection).unwrap();
@@ -220,7 +227,20 @@ fn after(at: Stand, what: &str) -> String {
 #[test]
 fn every_answer_in_every_state_is_as_in_the_golden() {
     let mut text = String::new();
-    let all = [Initiate, PollManager, PollServer, Read, PollRead, PollWrite, PollTransport, Idle, PollIdle, Aborting];
+    let all = [
+        Initiate,
+        PollManager,
+        PollServer,
+        Read,
+        PollRead,
+        Write,
+        PollWrite,
+        PollTransport,
+        Idle,
+        PollIdle,
+        Aborting,
+        Searching,
+    ];
     for at in all {
         writeln!(text, "{at:?}").unwrap();
         for what in ANSWERS {
@@ -408,6 +428,42 @@ fn a_busy_slave_is_asked_again_a_limited_number_of_times() {
     }
 }
 
+/// UE: the slave's application interface failed (profibus-wire 4.12), maybe after it had taken the request.
+#[test]
+fn a_request_that_changes_something_is_not_sent_again_after_ue() {
+    let submit: [fn(&mut Master<0, 0>, Handle<Connect>) -> Request; 2] = [
+        |user, connection| Request::Write(user.ms2_write(connection, 1, 16, &[1, 2]).unwrap()),
+        |user, connection| Request::Transport(user.ms2_transport(connection, 1, 16, &[1, 2]).unwrap()),
+    ];
+    for submit in submit {
+        let (mut rig, connection) = open();
+        let request = submit(&mut rig.station.user, connection);
+        rig.next_request();
+        answer(&mut rig, 48, "UE");
+        let (sap, du) = message(&rig.next_request().octets);
+        assert_eq!((sap, du.as_str()), (48, "58 00 01"), "an Abort with the reason UE");
+        answer(&mut rig, 48, "SC");
+        let outcome = request.outcome(&mut rig.station.user);
+        assert!(outcome.starts_with(", the MS2 connection failed: "), "{outcome}");
+    }
+}
+
+/// The Initiate may have opened a connection.
+#[test]
+fn after_ue_of_the_resource_manager_the_master_searches_for_the_connection() {
+    let (mut rig, connection) = opening();
+    for _ in 0..2 {
+        answer(&mut rig, 49, "UE");
+        assert_eq!(message(&rig.next_request().octets).0, 49);
+    }
+    answer(&mut rig, 49, "UE");
+    search_down_to(&mut rig, 47);
+    assert_eq!(message(&rig.next_request().octets).0, 46);
+    answer(&mut rig, 46, "SC");
+    let end = failed(AbortReason::Fdl(1), Cause::Status(Status::UserError));
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(end)));
+}
+
 #[test]
 fn an_invalid_request_is_refused_at_once() {
     let (mut rig, connection) = opening();
@@ -569,10 +625,12 @@ fn a_closed_resource_manager_is_asked_again_when_the_search_has_freed_a_connecti
     assert!(matches!(rig.station.user.outcome(connection), Some(Ok(_))));
 }
 
-/// T after the Abort the slave has had as long as for any other reaction.
+/// The slave accepts an Abort, then nothing is free all the same. T is 5 s for every reaction of the user at the slave.
 #[test]
-fn a_resource_manager_that_stays_closed_after_an_accepted_abort_ends_the_connection_after_t() {
-    let (mut rig, connection) = opening();
+fn a_resource_manager_that_stays_closed_after_an_accepted_abort_ends_the_connection_after_a_second() {
+    let mut rig = Class2Rig::new(Master::on(bus().check().unwrap(), Settings::new(BAUD), BitTime(0)));
+    let connection = rig.station.user.ms2_open(8, &Ms2Parameters::new(BAUD)).unwrap();
+    rig.next_request();
     answer(&mut rig, 49, "RS");
     rig.next_request();
     answer(&mut rig, 48, "SC");
@@ -582,9 +640,106 @@ fn a_resource_manager_that_stays_closed_after_an_accepted_abort_ends_the_connect
         last = rig.next_request().start;
         answer(&mut rig, 49, "RS");
     }
-    // T is the greater of the two Send_Timeouts: 1 s. Between two requests the station also asks an address of the GAP.
+    // Between two requests the station also asks an address of the GAP.
     assert!((BAUD.tbit_of_ms(1000)..BAUD.tbit_of_ms(1100)).contains(&(last - began)), "{}", last - began);
     assert_eq!(rig.station.user.outcome(connection), Some(Err(CLOSED)));
+}
+
+/// The slave has accepted the Abort to 48, and its SC and the answer to the repetition are lost: the next Abort gets RS.
+#[test]
+fn a_search_with_an_abort_that_went_unanswered_asks_the_resource_manager_again() {
+    for lost in 0..=2 {
+        let (mut rig, connection) = opening();
+        answer(&mut rig, 49, "RS");
+        // The Abort and its repetition by the link layer.
+        for _ in 0..lost {
+            assert_eq!(message(&rig.next_request().octets).0, 48);
+        }
+        search_down_to(&mut rig, 0);
+        let next = rig.next_request_within(40_000).map(|sent| message(&sent.octets).0);
+        assert_eq!(next, (lost > 0).then_some(49), "{lost}");
+        assert_eq!(rig.station.user.ms2_phase(connection) == Some(Phase::Ended), lost == 0, "{lost}");
+    }
+}
+
+/// Only RS says that an access point is not the master's: 4.10.
+#[test]
+fn an_access_point_that_answers_an_abort_with_neither_sc_nor_rs_is_sent_it_again_a_limited_number_of_times() {
+    for what in ["RR", "UE", "58 00 13", "DH 58 00 13"] {
+        for is_for_reuse in [true, false] {
+            let (mut rig, connection) = opening();
+            if is_for_reuse {
+                answer(&mut rig, 49, "RS");
+            }
+            // Without an answer, the Initiate is repeated by the link layer.
+            while message(&rig.next_request().octets).0 != 48 {}
+            for _ in 0..2 {
+                answer(&mut rig, 48, what);
+                assert_eq!(message(&rig.next_request().octets).0, 48, "{what}");
+            }
+            answer(&mut rig, 48, "RS");
+            assert_eq!(message(&rig.next_request().octets).0, 47, "{what}");
+            // A slave may be busy twice.
+            for _ in 0..2 {
+                answer(&mut rig, 47, what);
+                assert_eq!(message(&rig.next_request().octets).0, 47, "{what}");
+            }
+            answer(&mut rig, 47, what);
+            assert_eq!(rig.station.user.ms2_phase(connection), Some(Phase::Ended), "{what}");
+            // The slave may still have the connection: the next one searches again.
+            rig.station.user.outcome(connection);
+            rig.station.user.ms2_open(8, &parameters()).unwrap();
+            rig.next_request();
+            answer(&mut rig, 49, "RS");
+            search_down_to(&mut rig, 48);
+        }
+        let (mut rig, connection) = open();
+        rig.station.user.ms2_close(connection).unwrap();
+        let began = rig.now;
+        while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+            assert!(rig.next_request().text().contains(" 30 32 58 "), "{what}");
+            answer(&mut rig, 48, what);
+        }
+        let took = rig.now - began;
+        assert!((BAUD.tbit_of_ms(500)..BAUD.tbit_of_ms(510)).contains(&took), "{what}: {took}");
+    }
+}
+
+/// Three messages without an answer: the slave is gone, which is another error than a slave without a free connection.
+#[test]
+fn a_slave_that_does_not_answer_a_search_any_more_has_not_refused() {
+    let (mut rig, connection) = opening();
+    answer(&mut rig, 49, "RS");
+    search_down_to(&mut rig, 40);
+    while rig.station.user.ms2_phase(connection) != Some(Phase::Ended) {
+        rig.next_telegram();
+    }
+    assert_eq!(rig.station.user.outcome(connection), Some(Err(LOST)));
+}
+
+/// A station without the token sends no Abort, and gives it up after T. A new connection waits for that and then has its own T.
+#[test]
+fn an_abort_and_a_search_end_without_the_token_too() {
+    for at in [Aborting, Searching] {
+        let (mut rig, connection, _) = stand(at);
+        let second = rig.station.user.ms2_open(8, &parameters()).unwrap();
+        // The message is answered with nothing; its confirmation comes first.
+        rig.next_request();
+        rig.station.listen(rig.now);
+        let begun = rig.now;
+        let mut elapse = |ms| {
+            rig.station.user.elapse(begun + BAUD.tbit_of_ms(ms));
+            (rig.station.user.ms2_phase(connection), rig.station.user.ms2_phase(second))
+        };
+        assert_eq!(elapse(0), (Some(Phase::Aborting), Some(Phase::Initiating)), "{at:?}");
+        assert_eq!(elapse(998).0, Some(Phase::Aborting), "{at:?}");
+        assert_eq!(elapse(1001).0, Some(Phase::Ended), "{at:?}");
+        if matches!(at, Searching) {
+            assert_eq!(elapse(1002).1, Some(Phase::Initiating));
+            assert_eq!(elapse(2000).1, Some(Phase::Initiating));
+            assert_ne!(elapse(2003).1, Some(Phase::Initiating));
+        }
+    }
 }
 
 /// Other masters hold all connections: the search is not repeated until this master may have left one itself.
@@ -715,7 +870,9 @@ fn the_end_of_a_connection_says_whether_the_slave_may_have_executed_the_request(
     for (before, last, expected) in [
         (&[][..], "RS", "not executed"),
         (&["RR", "RR"], "RR", "not executed"),
-        (&["UE", "UE"], "UE", "not executed"),
+        (&[], "UE", "possibly executed"),
+        (&["RR"], "UE", "possibly executed"),
+        (&["SC", "UE", "UE"], "UE", "possibly executed"),
         (&["repeated"], "RS", "possibly executed"),
         (&["SC"], "RS", "possibly executed"),
         (&["SC"], "58 00 13", "possibly executed"),

@@ -6,7 +6,7 @@
 use super::Gauge;
 use crate::error::{ClientError, Operation};
 use crate::names::NamedParameter;
-use crate::records::{RecordError, Records, Unavailable, UnrestoredRecord};
+use crate::records::{RecordError, Records, Unavailable, UnrestoredRecord, WriteEffect};
 use crate::values::Value;
 use profivac_devices::model::Role;
 
@@ -56,11 +56,15 @@ fn restore_record(records: &mut impl Records, record: UnrestoredRecord) -> Resul
     restored
 }
 
-/// Writes the selector. Writing the same instance twice has no further effect, so a lost answer may be answered by a repetition.
+/// Writes the selector. Writing the same instance twice has no further effect, so a lost answer may be answered by a repetition. A write
+/// that was not sent has had its repetitions.
 fn write_instance(records: &mut impl Records, (slot, index): (u8, u8), instance: u8) -> Result<(), RecordError> {
     let mut written = records.write(slot, index, &[instance]);
     for _ in 1..ATTEMPTS {
-        if !matches!(written, Err(RecordError::Interrupted(_))) {
+        let is_lost = |error: &RecordError| {
+            matches!(error, RecordError::Interrupted(_)) && error.write_effect() == WriteEffect::PossiblyExecuted
+        };
+        if !written.as_ref().is_err_and(is_lost) {
             break;
         }
         written = records.write(slot, index, &[instance]);
@@ -217,5 +221,47 @@ impl<R: Records> Gauge<R> {
     /// The selector of the device. No device has two.
     fn any_selector(&self) -> Option<NamedParameter> {
         self.names.all().iter().find(|named| named.parameter.row.role == Some(Role::InstanceSelector)).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::Interruption;
+    use profivac_devices::model::AccessPath;
+    use profivac_dp::master::ConnectionEnd;
+    use profivac_wire::acyclic::AbortReason;
+
+    /// Counts the writes, which all fail.
+    struct Failing(Interruption, usize);
+
+    impl Records for Failing {
+        fn via(&self) -> AccessPath {
+            AccessPath::Class2
+        }
+
+        fn read(&mut self, _slot: u8, _index: u8) -> Result<Vec<u8>, RecordError> {
+            Err(self.0.into())
+        }
+
+        fn write(&mut self, _slot: u8, _index: u8, _octets: &[u8]) -> Result<(), RecordError> {
+            self.1 += 1;
+            Err(self.0.into())
+        }
+    }
+
+    #[test]
+    fn the_selector_is_written_again_only_if_the_first_write_may_have_been_executed() {
+        let end = ConnectionEnd::Aborted(AbortReason::TIMEOUT);
+        for (reason, writes) in [
+            (Interruption::Ended(end), ATTEMPTS),
+            (Interruption::NoAnswer, ATTEMPTS),
+            (Interruption::NotExecuted(end), 1),
+            (Interruption::Cancelled, 1),
+        ] {
+            let mut records = Failing(reason, 0);
+            write_instance(&mut records, (1, 46), 2).unwrap_err();
+            assert_eq!(records.1, writes, "{reason}");
+        }
     }
 }

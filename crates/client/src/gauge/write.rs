@@ -231,7 +231,8 @@ impl<R: Records> Gauge<R> {
             self.selector_state = None;
         }
         let read_back = before.is_some().then(|| self.read_parameter(&named)).transpose();
-        let after = read_back.map_err(|error| ClientError::NotReadBack { error: Box::new(error) })?;
+        let after = read_back
+            .map_err(|error| ClientError::NotReadBack { location: self.context(&named), error: Box::new(error) })?;
         Ok(WriteResult { named, before, after, text })
     }
 }

@@ -22,6 +22,20 @@ use std::time::Duration;
 /// The address of the gauge.
 pub const ADDRESS: u8 = 5;
 
+/// The function codes of answers without data, and the short acknowledgement in their place.
+pub const UE: u8 = 1;
+pub const RR: u8 = 2;
+pub const RS: u8 = 3;
+pub const SC: u8 = 0xE5;
+
+/// min T_SDR of a DP slave.
+const MIN_TSDR: u64 = 11;
+
+/// Whether the data unit of a request between two access points begins like this.
+fn begins_with(octets: &[u8], du: &[u8]) -> bool {
+    octets.get(9..).is_some_and(|rest| rest.starts_with(du))
+}
+
 /// What happens to an answer. The first answer has the number 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
@@ -89,11 +103,15 @@ struct Plant {
     /// When an answer arrives, and its octets.
     arriving: VecDeque<(Duration, Vec<u8>)>,
     fault: Fault,
+    statuses: Vec<(Vec<u8>, u8)>,
     requests: usize,
     answers: usize,
     /// The requests without the repetitions of the link layer, and the answer of the gauge to each.
     journal: Vec<(Vec<u8>, Vec<u8>)>,
     last_request: Vec<u8>,
+    /// The last request that was no poll is an Initiate or a write: the master sends them once.
+    is_single: bool,
+    has_lost_a_single: bool,
 }
 
 impl Plant {
@@ -109,10 +127,17 @@ impl Plant {
         if is_token {
             return;
         }
+        // A poll has no data unit, and a request for the FDL status has no access points.
+        if let Some([function, _, _, ..]) = octets.get(9..) {
+            self.is_single = matches!(function, 0x57 | 0x5F);
+        }
         let number = self.requests;
         self.requests += 1;
         let answer = match self.fault {
-            Fault::Unheard(from, count) if (from..from.saturating_add(count)).contains(&number) => None,
+            Fault::Unheard(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
+                None
+            }
             _ => self.ask(end, octets),
         };
         if !is_repetition {
@@ -126,6 +151,12 @@ impl Plant {
 
     /// The gauge gets a telegram. Returns its answer, and when that begins at the earliest.
     fn ask(&mut self, end: BitTime, octets: &[u8]) -> Option<(BitTime, Vec<u8>)> {
+        if let Some((_, status)) = self.statuses.iter().find(|(du, _)| begins_with(octets, du)) {
+            let (da, sa) = (octets[5] & 0x7F, octets[4] & 0x7F);
+            let check = da.wrapping_add(sa).wrapping_add(*status);
+            let answer = if *status == SC { vec![0xE5] } else { vec![0x10, da, sa, *status, check, 0x16] };
+            return Some((end + MIN_TSDR, answer));
+        }
         self.gauge.poll(end);
         let answer = self.gauge.telegram(end, &Telegram::parse(octets).unwrap());
         answer.map(|answer| (answer.not_before, answer.octets.to_vec()))
@@ -138,8 +169,12 @@ impl Plant {
         let end = begin + octets.len() as u64 * CHARACTER_TBIT;
         let mut at = duration_of(self.baud, end.0) + self.delivery.delay(self.baud);
         match self.fault {
-            Fault::Lost(from, count) if (from..from.saturating_add(count)).contains(&number) => return,
+            Fault::Lost(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
+                return;
+            }
             Fault::Damaged(from, count) if (from..from.saturating_add(count)).contains(&number) => {
+                self.has_lost_a_single |= self.is_single;
                 octets.iter_mut().for_each(|octet| *octet ^= 0x10);
             }
             Fault::Stalled(from, time) if from == number => at += time,
@@ -168,10 +203,13 @@ impl LateLine {
             gauge: VirtualDevice::new(slave, ADDRESS, baud, around),
             arriving: VecDeque::new(),
             fault: Fault::None,
+            statuses: Vec::new(),
             requests: 0,
             answers: 0,
             journal: Vec::new(),
             last_request: Vec::new(),
+            is_single: false,
+            has_lost_a_single: false,
         })))
     }
 
@@ -194,8 +232,22 @@ impl LateLine {
     /// From now on the answers, counted from 0, have this fault.
     pub fn set_fault(&self, fault: Fault) {
         let mut plant = self.0.lock().unwrap();
-        (plant.fault, plant.answers, plant.requests) = (fault, 0, 0);
+        (plant.fault, plant.answers, plant.requests, plant.has_lost_a_single) = (fault, 0, 0, false);
         plant.journal.clear();
+    }
+
+    /// Whether an Initiate, a write, a poll for their response or an answer to these was lost since then.
+    pub fn has_lost_a_single(&self) -> bool {
+        self.0.lock().unwrap().has_lost_a_single
+    }
+
+    pub fn fault(&self) -> Fault {
+        self.0.lock().unwrap().fault
+    }
+
+    /// From now on requests whose data unit begins like this get this answer without data, and the gauge does not get them.
+    pub fn answer_with(&self, du: &[u8], status: u8) {
+        self.0.lock().unwrap().statuses.push((du.to_vec(), status));
     }
 
     /// The number of answers since the last call of [`set_fault`](Self::set_fault).
@@ -215,7 +267,7 @@ impl LateLine {
     /// link layer.
     pub fn requests_with(&self, du: &[u8]) -> usize {
         let plant = self.0.lock().unwrap();
-        plant.journal.iter().filter(|(octets, _)| octets.get(9..).is_some_and(|rest| rest.starts_with(du))).count()
+        plant.journal.iter().filter(|(octets, _)| begins_with(octets, du)).count()
     }
 
     /// The same requests without those that the gauge did not get or did not take: it answered RS, RR or UE.
@@ -223,7 +275,7 @@ impl LateLine {
         let plant = self.0.lock().unwrap();
         let is_taken = |answer: &[u8]| !matches!(answer, [] | [0x10, _, _, 1..=3, ..]);
         let sent = plant.journal.iter().filter(|(_, answer)| is_taken(answer));
-        sent.filter(|(octets, _)| octets.get(9..).is_some_and(|rest| rest.starts_with(du))).count()
+        sent.filter(|(octets, _)| begins_with(octets, du)).count()
     }
 }
 

@@ -218,9 +218,13 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
     /// Advances the time of the MS2 connections to `now`.
     #[inline]
     pub(super) fn elapse_connections(&mut self, now: BitTime, events: &mut Sink<'_>) {
-        let shared = self.shared();
+        let (shared, searched) = (self.shared(), self.searched());
         for (key, connection) in self.ms2.entries() {
             let address = connection.address();
+            // Its time begins when it may send.
+            if searched & bit(address) != 0 && connection.waits_for_search() {
+                continue;
+            }
             if let Some(event) = connection.elapse(now, shared & bit(address) == 0) {
                 note_leftover(&mut self.clean, connection);
                 push(now, address, AcyclicId::new(Service::Ms2, key), event, events);
@@ -236,6 +240,12 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
             (once | bit, twice | (once & bit))
         });
         shared
+    }
+
+    /// The slaves at which a connection searches: one bit for each address.
+    fn searched(&self) -> u128 {
+        let searching = self.ms2.iter().filter(|connection| connection.is_searching());
+        searching.fold(0, |bits, connection| bits | bit(connection.address()))
     }
 
     /// Whether the user has ever submitted a request that belongs to a data exchange: MS1 or the parameter channel.
@@ -313,8 +323,7 @@ impl<const SLOTS: usize> Scheduler<SLOTS> {
         match index {
             QueueIndex::Ms2(number) => {
                 // A new connection waits until a search at its slave is over, which could end it.
-                let searching = self.ms2.iter().filter(|connection| connection.is_searching());
-                let searched = searching.fold(0, |bits, connection| bits | bit(connection.address()));
+                let searched = self.searched();
                 let may_send = |connection: &mut Connection| {
                     connection.is_due(now) && (connection.is_searching() || searched & bit(connection.address()) == 0)
                 };

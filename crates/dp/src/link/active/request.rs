@@ -116,15 +116,13 @@ pub enum Confirmation<'a> {
 }
 
 impl Confirmation<'_> {
-    /// Whether the layer above at the destination may have got the request. A repetition of the link layer does not show what has become
-    /// of the first telegram.
+    /// Whether the layer above at the destination may have got the request. RS and RR say that it has not; UE does not (profibus-wire
+    /// 4.12). A repetition of the link layer does not show what has become of the first telegram.
     pub(crate) const fn is_delivery(&self) -> bool {
         match self {
-            Self::Answer(Answer {
-                status: Status::ServiceNotActivated | Status::NoResource | Status::UserError,
-                repetitions,
-                ..
-            }) => *repetitions > 0,
+            Self::Answer(Answer { status: Status::ServiceNotActivated | Status::NoResource, repetitions, .. }) => {
+                *repetitions > 0
+            }
             Self::Failed(Failure::Impossible) => false,
             Self::Sent | Self::Answer(_) | Self::Failed(_) => true,
         }

@@ -149,7 +149,7 @@ impl Transaction {
     ) -> Progress<'a> {
         self.not_before = now + timeouts.pace_tbit;
         match confirmation {
-            Confirmation::Answer(answer) => self.answered(&answer, timeouts),
+            Confirmation::Answer(answer) => self.answered(&answer, expected, timeouts),
             Confirmation::Failed(failure @ Failure::Impossible) => Progress::Failed(Cause::NoAnswer(failure)),
             // Another master sent at the same time, and neither telegram was received: the slave is not at fault.
             Confirmation::Failed(Failure::Interrupted) if expected.is_repeatable() && self.stage == Stage::Request => {
@@ -170,7 +170,7 @@ impl Transaction {
         }
     }
 
-    fn answered<'a>(&mut self, answer: &Answer<'a>, timeouts: &Timeouts) -> Progress<'a> {
+    fn answered<'a>(&mut self, answer: &Answer<'a>, expected: &ExpectedResponse, timeouts: &Timeouts) -> Progress<'a> {
         self.lost = None;
         match answer.status {
             Status::NoReply => {
@@ -184,7 +184,12 @@ impl Transaction {
                 (self.stage, self.uncertain) = (Stage::Poll, false);
                 Progress::Waiting
             }
-            // The slave stored nothing: the same message again, later. profibus-wire 4.12.
+            // UE: the slave's application interface failed, maybe after it had the request, which must not be executed twice.
+            // profibus-wire 4.12.
+            Status::UserError if self.stage == Stage::Request && !expected.is_repeatable() => {
+                Progress::Failed(Cause::Status(Status::UserError))
+            }
+            // The same message again, later. profibus-wire 4.9, rule 6.
             Status::NoResource | Status::UserError if self.rejections < timeouts.rejections => {
                 self.rejections = self.rejections.saturating_add(1);
                 Progress::Waiting

@@ -2,17 +2,26 @@
 //!
 //! ```text
 //! Initiating(Manager) ── RM ── Initiating(Server) ── Initiate.res ── Open ◄────────────┐
-//!     │ UE, RR, D7, Abort            │ RS, D7, Abort                 │ service, T idle │
+//!     │ RR, D7, Abort                │ RS, D7, Abort                 │ service, T idle │
 //!     ▼                              ▼                               ▼                 │
 //!   Ended ◄───── SC, RS ─────── Aborting ◄── wrong, late, user ── Transferring ── response
 //!     ▲                                                              │
 //!     └───────────────────────── RS, Abort of the slave ─────────────┘
 //! ```
 //!
+//! The Abort, at the known access point (Aborting) or at one after the other (Searching):
+//!
+//! | Answer | Meaning, profibus-wire 4.8 and 4.10 | Aborting | Searching |
+//! |---|---|---|---|
+//! | SC | the slave frees the connection | Ended | Ended, or Initiating again |
+//! | RS | the master has no connection there | Ended | the next access point |
+//! | RR, UE, data | the access point is not closed | again, for half a second | again, `rejections` times |
+//! | none | the slave may have got the Abort | again, for half a second | again, twice |
+//!
 //! The first message to SAP 49 carries the Initiate. The resource manager answers it at once, or with SC, and then the master
 //! polls SAP 49. This master never reopens a connection that has ended; that is up to the user.
 //!
-//! A slave has few connections, so the master leaves none behind. It repeats an Abort until the slave answers. If the answer of the
+//! A slave has few connections, so the master leaves none behind. It repeats an Abort until the slave answers SC or RS. If the answer of the
 //! resource manager is lost, the slave has a connection for the master, and the master does not know its access point: it sends the
 //! Abort to one access point after the other until the slave accepts it. It does the same when the resource manager is closed (RS),
 //! because an earlier program with this station address may have ended without an Abort; then it asks for a connection again. A slave
@@ -203,7 +212,7 @@ enum ConnectionState {
     /// An Idle follows at this time, counted from the first call of `elapse` in this state.
     Open(Option<BitTime>),
     Transferring(ExpectedResponse),
-    /// The Abort is sent, after the first one without an answer until this time.
+    /// The Abort is sent, after the first one without SC or RS until this time.
     Aborting(ConnectionEnd, Option<BitTime>),
     Searching(Search),
     Ended(ConnectionEnd),
@@ -213,28 +222,66 @@ enum ConnectionState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Search {
     sap: u8,
-    /// The messages in a row without an answer.
-    unanswered: u8,
+    /// The Aborts in a row that got neither SC nor RS.
+    attempts: u8,
+    /// The slave may have accepted an Abort although no SC came: RS to the next one does not deny it.
+    is_uncertain: bool,
     /// The end of the connection when the search is over.
     end: ConnectionEnd,
     /// A connection that the search has freed is asked for again.
     is_for_reuse: bool,
 }
 
+impl Search {
+    /// The end if the search itself fails: that is not the refusal of a slave whose connections are all in use.
+    const fn given_up(&self, cause: Cause) -> ConnectionEnd {
+        if self.is_for_reuse { ConnectionEnd::Failed { reason: reason(cause), cause } } else { self.end }
+    }
+}
+
+/// The meaning of the confirmation of an Abort.
+enum AbortAnswer {
+    /// SC: the slave frees the connection.
+    Accepted,
+    /// RS: the master has no connection there. After a repetition of the link layer the slave may have freed it.
+    NotOpen { is_repeated: bool },
+    /// The access point is not closed: RR, UE, or a response that waited.
+    Open,
+    /// The slave may have got the Abort.
+    Lost(Failure),
+}
+
+impl AbortAnswer {
+    const fn of(confirmation: &Confirmation<'_>) -> Self {
+        match confirmation {
+            Confirmation::Answer(Answer { status: Status::NoReply, .. }) => Self::Accepted,
+            Confirmation::Answer(Answer { status: Status::ServiceNotActivated, repetitions, .. }) => {
+                Self::NotOpen { is_repeated: *repetitions > 0 }
+            }
+            Confirmation::Answer(_) | Confirmation::Sent => Self::Open,
+            Confirmation::Failed(failure) => Self::Lost(*failure),
+        }
+    }
+}
+
 /// The highest access point of a connection: profibus-wire 4.6.
 const FIRST_SAP: u8 = 48;
 
-/// How long an Abort without an answer is repeated, in milliseconds.
+/// How long an Abort without SC or RS is repeated, in milliseconds.
 /// chosen: a computer or a slave that is busy for a moment answers within it, and a program whose gauge is gone ends within a second.
 const ABORT_MS: u64 = 500;
 
-/// The messages in a row without an answer after which a search ends: the slave is gone.
-/// chosen: an absent slave costs three more slot times.
-const MAX_UNANSWERED: u8 = 3;
+/// How often a search repeats an Abort without an answer: then the slave is gone.
+/// chosen: an absent slave costs three more requests with their repetitions.
+const LOST_REPEATS: u8 = 2;
 
-/// How long a slave may take to offer an access point again after it has accepted the Abort: T, as for every other reaction. The master
-/// asks again after this time, in milliseconds.
-/// chosen: the reference has no time for it (profibus-wire 4.8).
+/// How long the resource manager may still be closed after the slave has accepted an Abort, in milliseconds.
+/// chosen: the slave returns the access point when it answers (profibus-wire 4.8 and 4.10). T is the time of its user, who has no part
+/// in that.
+const FREE_MS: u64 = 1000;
+
+/// The pause before the resource manager is asked again meanwhile, in milliseconds.
+/// chosen: fifty requests at most.
 const FREE_PAUSE_MS: u64 = 20;
 
 /// The partner that the master asks for the connection.
@@ -332,6 +379,11 @@ impl Connection {
             ConnectionState::Aborting(..) | ConnectionState::Searching(_) => Phase::Aborting,
             ConnectionState::Ended(_) => Phase::Ended,
         }
+    }
+
+    /// Whether the connection has nothing to do while another one searches at its slave: it is new.
+    pub(super) fn waits_for_search(&self) -> bool {
+        matches!(self.state, ConnectionState::Initiating(Step::Manager)) && self.closing.is_none()
     }
 
     /// Whether the connection sends to access points that another connection to the same slave may get meanwhile.
@@ -440,9 +492,18 @@ impl Connection {
                     _ => self.state = ConnectionState::Open(Some(idle_at)),
                 }
             }
-            ConnectionState::Aborting(..) | ConnectionState::Searching(_) | ConnectionState::Ended(_) => {}
+            ConnectionState::Aborting(end, _) => return self.not_sent(now, |_| end),
+            ConnectionState::Searching(search) => return self.not_sent(now, |cause| search.given_up(cause)),
+            ConnectionState::Ended(_) => {}
         }
         None
+    }
+
+    /// Gives up an Abort that the slave has not answered for T: the station may have no token to send it.
+    fn not_sent(&mut self, now: BitTime, end: impl Fn(Cause) -> ConnectionEnd) -> Option<AcyclicEvent> {
+        let cause = self.transaction.elapse(now, &self.timeouts)?;
+        self.leftover = Some(true);
+        self.end(end(cause))
     }
 
     /// Whether a message is ready to be sent.
@@ -512,6 +573,8 @@ impl Connection {
                 _ => None,
             },
             Progress::Failed(Cause::Status(Status::ServiceNotActivated)) if self.is_being_freed(now) => {
+                // Each request has its own time for the response: RS after `FREE_MS` decides.
+                self.transaction.begin(Stage::Request);
                 self.transaction.pause(now + self.tbit_of_ms(FREE_PAUSE_MS));
                 None
             }
@@ -532,7 +595,7 @@ impl Connection {
         self.parameters.baud.tbit_of_ms(ms)
     }
 
-    /// The slave answers an Abort with SC, or with RS if it has received an earlier one.
+    /// RS: the slave has received an earlier Abort.
     fn abort_confirmed(
         &mut self,
         now: BitTime,
@@ -540,7 +603,7 @@ impl Connection {
         until: Option<BitTime>,
         confirmation: Confirmation<'_>,
     ) -> Option<AcyclicEvent> {
-        if let Confirmation::Failed(_) = confirmation {
+        if let AbortAnswer::Open | AbortAnswer::Lost(_) = AbortAnswer::of(&confirmation) {
             let until = until.unwrap_or(now + self.tbit_of_ms(ABORT_MS));
             if now < until {
                 self.transaction.pause(now + self.parameters.pace_tbit);
@@ -559,35 +622,40 @@ impl Connection {
         confirmation: Confirmation<'_>,
     ) -> Option<AcyclicEvent> {
         self.transaction.pause(now + self.parameters.pace_tbit);
-        match confirmation {
-            Confirmation::Answer(Answer { status: Status::NoReply, .. }) => self.found(now, search),
-            Confirmation::Answer(_) | Confirmation::Sent => match search.sap.checked_sub(1) {
-                Some(sap) => {
-                    self.state = ConnectionState::Searching(Search { sap, unanswered: 0, ..search });
-                    None
-                }
-                None => {
-                    self.leftover = Some(false);
-                    self.end(search.end)
-                }
-            },
-            Confirmation::Failed(_) => {
-                let unanswered = search.unanswered.saturating_add(1);
-                if unanswered < MAX_UNANSWERED {
-                    self.state = ConnectionState::Searching(Search { unanswered, ..search });
-                    return None;
-                }
-                self.leftover = Some(true);
-                self.end(search.end)
+        let (repeats, end) = match AbortAnswer::of(&confirmation) {
+            AbortAnswer::Accepted => return self.found(now, search),
+            AbortAnswer::NotOpen { is_repeated } => {
+                let is_uncertain = search.is_uncertain || is_repeated;
+                return self.search_on(now, Search { attempts: 0, is_uncertain, ..search });
             }
+            AbortAnswer::Open => (self.parameters.rejections, search.end),
+            AbortAnswer::Lost(failure) => (LOST_REPEATS, search.given_up(Cause::NoAnswer(failure))),
+        };
+        if search.attempts < repeats {
+            let attempts = search.attempts.saturating_add(1);
+            self.state = ConnectionState::Searching(Search { attempts, is_uncertain: true, ..search });
+            return None;
         }
+        self.leftover = Some(true);
+        self.end(end)
+    }
+
+    /// The access point is not the master's: the next one, or the end of the search.
+    fn search_on(&mut self, now: BitTime, search: Search) -> Option<AcyclicEvent> {
+        if let Some(sap) = search.sap.checked_sub(1) {
+            self.transaction.begin(Stage::Request);
+            self.state = ConnectionState::Searching(Search { sap, ..search });
+            return None;
+        }
+        self.leftover = Some(false);
+        if search.is_uncertain { self.found(now, search) } else { self.end(search.end) }
     }
 
     /// The slave has accepted the Abort, so it frees a connection.
     fn found(&mut self, now: BitTime, search: Search) -> Option<AcyclicEvent> {
         match self.closing {
             None if search.is_for_reuse => {
-                self.freed_until = Some(now + self.timeout_tbit);
+                self.freed_until = Some(now + self.tbit_of_ms(FREE_MS));
                 self.transaction.begin(Stage::Request);
                 self.state = ConnectionState::Initiating(Step::Manager);
                 None
@@ -685,7 +753,7 @@ impl Connection {
             // The slave has stored nothing.
             (
                 ConnectionState::Initiating(Step::Manager),
-                Cause::Status(Status::NoResource | Status::UserError) | Cause::NoAnswer(Failure::Impossible),
+                Cause::Status(Status::NoResource) | Cause::NoAnswer(Failure::Impossible),
             )
             | (_, Cause::Status(Status::ServiceNotActivated)) => self.end(end),
             (ConnectionState::Initiating(Step::Manager), _) if is_alone => self.search(reason, end, false),
@@ -699,7 +767,7 @@ impl Connection {
 
     /// Begins to search for the connection that the slave has for this master.
     fn search(&mut self, reason: AbortReason, end: ConnectionEnd, is_for_reuse: bool) -> Option<AcyclicEvent> {
-        let search = Search { sap: FIRST_SAP, unanswered: 0, end, is_for_reuse };
+        let search = Search { sap: FIRST_SAP, attempts: 0, is_uncertain: false, end, is_for_reuse };
         self.send_abort(reason, ConnectionState::Searching(search), end)
     }
 
@@ -712,6 +780,7 @@ impl Connection {
         if Pdu::Abort(Abort::new(reason)).emit(&mut self.abort).is_err() {
             return self.end(end);
         }
+        self.transaction.begin(Stage::Request);
         self.state = state;
         None
     }
