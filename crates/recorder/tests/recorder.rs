@@ -90,6 +90,21 @@ fn valid_samples_of_a_pressure_are_found_in_their_periods_and_in_the_spans_of_de
     assert_eq!(fixture.reader().occurrences("unknown", &[WANTED], 2).unwrap(), Occurrences::default());
 }
 
+/// The first sample that is left has no such pressure; one before it, in the same six hours, is deleted and had it.
+#[test]
+fn a_pressure_is_found_in_the_span_of_deleted_samples_in_which_the_first_sample_that_is_left_lies() {
+    const WANTED: f64 = 32767.0;
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder(keep_everything());
+    [valid(0, WANTED), valid(3600, 1.0)].iter().for_each(|sample| recorder.push(&gauge(), *sample));
+    assert!(recorder.finish());
+    let occurrences = || fixture.reader().occurrences("chamber", &[WANTED], 2).unwrap();
+    assert_eq!((occurrences().samples, occurrences().spans), (1, None), "no sample is deleted");
+    let deleted = rusqlite::Connection::open(&fixture.path).unwrap();
+    deleted.execute("DELETE FROM sample WHERE at_us < ?1", [at(3600).0]).unwrap();
+    assert_eq!((occurrences().samples, occurrences().spans), (0, Some((at(0), at(0)))));
+}
+
 #[test]
 fn a_steady_pressure_keeps_one_sample_a_minute_and_the_last_one() {
     let fixture = Fixture::new();
