@@ -93,13 +93,14 @@ fn integer_end(series: &str, found: &Occurrences) -> Option<Finding> {
         places
             .push(format!("deleted samples, in six hours from {first} and six hours from {last}, and perhaps between"));
     }
+    let and_deleted = if found.spans.is_some() { ", without deleted ones" } else { "" };
     let places = Some(places.join("; ")).filter(|places| !places.is_empty())?;
     Some(Finding::note(
         format!(
-            "{series}: valid samples that are the highest integer in a pressure unit ({}): {places}",
+            "{series}: valid samples that are the highest integer in a pressure unit ({}{and_deleted}): {places}",
             found.samples
         ),
-        "read each one as this pressure or a higher one: how high it was is not stored, and no alarm above it was raised. The database \
+        "read each one as this pressure or a higher one: how high it was is not stored, and no alarm with a limit above it was raised. The database \
          has neither the module nor the unit of a gauge: a gauge with floats that showed exactly this pressure is listed too. Readings of \
          0, below one unit, are stored as faults and are not listed",
     ))
