@@ -115,3 +115,21 @@ fn period(Occurrence { pa, first, last }: &Occurrence) -> String {
         format!("{mbar} mbar from {} to {}", iso(*first), iso(*last))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_in_a_finding_says_that_deleted_samples_are_not_counted() {
+        let periods = vec![Occurrence { pa: 32767.0, first: Micros(1), last: Micros(1) }];
+        let found = |spans| {
+            let found = Occurrences { samples: 1, periods: periods.clone(), more: 0, spans };
+            integer_end("chamber", &found).unwrap().found
+        };
+        assert!(found(None).contains("pressure unit (1): 327.67 mbar at "), "{}", found(None));
+        let deleted = found(Some((Micros(0), Micros(0))));
+        assert!(deleted.contains("pressure unit (1, without deleted ones): 327.67 mbar at "), "{deleted}");
+        assert!(deleted.contains("; deleted samples, in six hours from "), "{deleted}");
+    }
+}
