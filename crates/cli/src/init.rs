@@ -7,10 +7,12 @@ use crate::output::{notice, out};
 use crate::values;
 use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
+use profivac_client::discover::CyclicError;
 use profivac_client::identify::{device_names, reported_model};
 use profivac_client::ms2::Ms2;
 use profivac_devices::catalog::{model_named, model_with_ident};
 use profivac_host::scan::probe_all;
+use profivac_host::session::BusSession;
 use profivac_listen::gauge::Origin;
 use profivac_listen::{Divider, Observer, Tap, TapEvent, TimeSource};
 use profivac_wire::control::StationType;
@@ -70,42 +72,67 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             None => notice(&format_args!("address {address} is another master")),
         }
     }
-    // Devices of a series share an ident number; over MS2 they report their model.
-    // A signal ends the program between two of them, when no MS2 connection is open.
-    let signals = Signals::catch()?;
-    for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
-        if signals.are_pending() {
-            return Err(Failure::no_answer("interrupted by a signal"));
-        }
-        let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
-        let reported = ident.and_then(|ident| reported_model(ident, &mut Ms2::new(&mut session, *address)));
-        if let Some(model) = reported {
-            *devices = vec![model.name];
-        }
-    }
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
-    for (address, devices) in &gauges {
-        let is_dpv1 = |device: &str| model_named(device).is_some_and(|model| model.features.dpv1);
-        // Without DP-V1 there are no integers, and the unit could not be read without taking the slave.
-        if let [device] = devices.as_slice()
-            && is_dpv1(device)
-        {
-            let owner = owners.get(address).copied().unwrap_or_else(|| bus.master());
-            // A gauge that cannot be read is no problem of this command.
-            if let Ok(slave) = CyclicSlave::find(&mut session, *address, owner) {
-                warn_of_integers(&slave);
-            }
-        }
-    }
+    let signals = Signals::catch()?;
+    let is_interrupted = || signals.are_pending();
+    report_models(&mut session, &mut gauges, &is_interrupted)?;
+    let owner = |address| owners.get(&address).copied().unwrap_or_else(|| bus.master());
+    integer_notices(&mut session, &gauges, owner, &is_interrupted)?.iter().for_each(notice);
     let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges);
     put(arguments, &text)
 }
 
-/// Prints a notice if the integers of a slave do not show the whole range of the gauge.
-fn warn_of_integers(slave: &CyclicSlave) {
-    integer_notice(slave).iter().for_each(notice);
+/// The addresses of gauges, each with the devices that it may be.
+type Gauges = Vec<(u8, Vec<&'static str>)>;
+
+/// A signal ends the program between two gauges, when no MS2 connection is open.
+fn check(is_interrupted: &dyn Fn() -> bool) -> Result<(), Failure> {
+    if is_interrupted() { Err(Failure::no_answer("interrupted by a signal")) } else { Ok(()) }
+}
+
+/// Reads the models of a series, whose devices share an ident number. A gauge that does not report its model keeps all of them.
+fn report_models(
+    session: &mut BusSession,
+    gauges: &mut Gauges,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<(), Failure> {
+    for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
+        check(is_interrupted)?;
+        let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
+        match ident.and_then(|ident| reported_model(ident, &mut Ms2::new(session, *address))) {
+            Some(model) => *devices = vec![model.name],
+            // A lost port is an error; a gauge that cannot be read is none.
+            None => probe_all(session, [*address], &mut Vec::new())?,
+        }
+    }
+    Ok(())
+}
+
+/// The notices about gauges whose integers do not show the whole range.
+fn integer_notices(
+    session: &mut BusSession,
+    gauges: &Gauges,
+    owner: impl Fn(u8) -> u8,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Vec<String>, Failure> {
+    let mut notices = Vec::new();
+    for (address, devices) in gauges {
+        // Without DP-V1 there are no integers, and the unit could not be read without taking the slave.
+        let is_dpv1 = |device: &str| model_named(device).is_some_and(|model| model.features.dpv1);
+        if !matches!(devices.as_slice(), [device] if is_dpv1(device)) {
+            continue;
+        }
+        check(is_interrupted)?;
+        match CyclicSlave::find(session, *address, owner(*address)) {
+            Ok(slave) => notices.extend(integer_notice(&slave)),
+            Err(CyclicError::Session(error)) => return Err(error.into()),
+            // A gauge that cannot be read is no problem of this command.
+            Err(_) => {}
+        }
+    }
+    Ok(notices)
 }
 
 fn integer_notice(slave: &CyclicSlave) -> Option<String> {
@@ -142,7 +169,7 @@ fn listen(arguments: &Arguments) -> Result<(), Failure> {
         .filter_map(|(address, station)| {
             station.knowledge.exchanged_at()?;
             let facts = station.knowledge.facts(address).filter(|facts| facts.origin() == Origin::Heard);
-            facts.into_iter().for_each(|facts| warn_of_integers(&facts.slave));
+            facts.and_then(|facts| integer_notice(&facts.slave)).iter().for_each(notice);
             let devices = station.knowledge.ident().map(device_names).unwrap_or_default();
             if devices.is_empty() {
                 notice(&format_args!(
@@ -225,7 +252,11 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::Bus;
+    use profivac_client::class1::Class1Session;
     use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::model::AccessPath;
+    use profivac_host::port::{Port, TcpServer};
     use std::path::Path;
 
     #[test]
@@ -257,6 +288,73 @@ mod tests {
         let said = notice("Micron").unwrap();
         assert!(said.starts_with("the bcg450 at address 5: its integers in Micron show 0.0013332 to 43.686 mbar only"));
         assert_eq!(notice("COUNTS"), None);
+    }
+
+    /// A session with the virtual devices `specs`.
+    fn bus(specs: &[&str]) -> Bus {
+        Bus::on(profivac_virtual::open::devices(specs).unwrap()).open().unwrap()
+    }
+
+    fn never() -> bool {
+        false
+    }
+
+    /// Another master has chosen the module of the gauge at address 5, and has released the gauge.
+    #[test]
+    fn a_gauge_whose_module_has_integers_is_named_with_its_limits_and_one_with_floats_is_not() {
+        let mut bus = bus(&["bcg450@5:unit=pascal", "bcg450@6:unit=pascal"]);
+        let gauges = vec![(5, vec!["bcg450"]), (6, vec!["bcg450"])];
+        let before = integer_notices(bus.session(), &gauges, |_| 0, &never).unwrap();
+        assert_eq!(before, Vec::<String>::new(), "their modules have floats");
+        let slave = CyclicSlave::find(bus.session(), 5, 0).unwrap();
+        let integers = CyclicSlave { configuration: &slave.model.configurations[4], ..slave };
+        // Data Type of a BCG450 is index 21 of slot 1; 3 is Integer16.
+        Ms2::new(bus.session(), 5).write(1, 21, &[3]).unwrap();
+        drop(Class1Session::open(bus.session(), &integers, AccessPath::Class1).unwrap());
+        let notices = integer_notices(bus.session(), &gauges, |_| 0, &never).unwrap();
+        let [said] = notices.as_slice() else { panic!("{notices:?}") };
+        assert!(
+            said.starts_with("the bcg450 at address 5: its integers in Pascal show 0.01 to 327.67 mbar only"),
+            "{said}"
+        );
+    }
+
+    /// Both parts that read over MS2, with a gauge for each.
+    fn read(bus: &mut Bus, is_interrupted: &dyn Fn() -> bool) -> [Result<(), Failure>; 2] {
+        let mut gauges = vec![(5, vec!["bcg450"]), (6, vec!["pcg550", "psg552"])];
+        let notices = integer_notices(bus.session(), &gauges, |_| 0, is_interrupted).map(drop);
+        [report_models(bus.session(), &mut gauges, is_interrupted), notices]
+    }
+
+    #[test]
+    fn a_signal_ends_the_reading_before_the_next_gauge() {
+        for result in read(&mut bus(&["bcg450@5", "psg552@6"]), &|| true) {
+            let failure = format!("{:?}", result.unwrap_err());
+            assert!(failure.contains("interrupted by a signal"), "{failure}");
+        }
+        for result in read(&mut bus(&["bcg450@5", "psg552@6"]), &never) {
+            result.unwrap();
+        }
+    }
+
+    #[test]
+    fn a_lost_port_is_an_error_and_no_gauge_that_cannot_be_read() {
+        let server = TcpServer::listen("127.0.0.1:0").unwrap();
+        let mut bus = Bus::builder(format!("tcp://{}", server.name())).open().unwrap();
+        drop(server);
+        for result in read(&mut bus, &never) {
+            let failure = format!("{:?}", result.unwrap_err());
+            assert!(failure.contains("lost tcp://"), "{failure}");
+        }
+    }
+
+    #[test]
+    fn a_gauge_that_has_vanished_is_no_error() {
+        let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@9"]).unwrap());
+        bus = bus.timeout(Duration::from_millis(200));
+        for result in read(&mut bus.open().unwrap(), &never) {
+            result.unwrap();
+        }
     }
 
     #[test]

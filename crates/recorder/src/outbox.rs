@@ -500,6 +500,29 @@ mod tests {
         assert_eq!(sent(&path), [expected.to_vec(), expected.to_vec()]);
     }
 
+    /// Samples and events refer to a series by its id, and the retention counts the recording periods.
+    #[test]
+    fn a_retention_that_deletes_everything_leaves_the_series_and_the_recording_periods() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let mut database = open(&path, Forward::Off);
+        database.begin_period(Micros(DAY)).unwrap();
+        write(&mut database, DAY, &[valid(DAY, 1.0)]);
+        write_event_and_alarm(&mut database, DAY, "deleted");
+        database.extend_period(Micros(2 * DAY)).unwrap();
+        database.begin_period(Micros(900 * DAY)).unwrap();
+        database.extend_period(Micros(902 * DAY)).unwrap();
+        let day = Some(Duration::from_secs(86_400));
+        database.prune(&Retention { samples: day, spans: [day; 4], events: day, alarm_history: day }).unwrap();
+        drop(database);
+        let reader = Reader::open(&path).unwrap();
+        let count = |table: &str| -> i64 {
+            reader.connection().query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get(0)).unwrap()
+        };
+        let deleted = ["sample", "span", "event", "alarm_history"].map(count);
+        assert_eq!((deleted, count("series"), count("recording_period")), ([0; 4], 1, 2));
+    }
+
     /// The last rows are the first to be deleted if the clock was behind when they were written.
     #[test]
     fn rows_after_a_retention_that_deleted_the_last_rows_alone_are_sent() {

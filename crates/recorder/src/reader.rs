@@ -77,7 +77,8 @@ pub struct Occurrences {
     pub periods: Vec<Occurrence>,
     /// The number of periods that are not in `periods`.
     pub more: u64,
-    /// The starts of the first and of the last span of six hours whose samples are deleted and whose highest pressure is one of them.
+    /// The starts of the first and of the last span of six hours with a deleted sample of such a pressure, as far as the highest pressures
+    /// of the spans show it.
     pub spans: Option<(Micros, Micros)>,
 }
 
@@ -191,13 +192,14 @@ impl Reader {
     pub fn occurrences(&self, series: &str, pressures_pa: &[f64], limit: usize) -> Result<Occurrences, DatabaseError> {
         let Some(id) = self.series_id(series)? else { return Ok(Occurrences::default()) };
         let wanted = |pa: Option<f64>| pa.filter(|pa| pressures_pa.contains(pa));
-        let (mut found, mut before, mut first) = (Occurrences::default(), None, None);
+        let (mut found, mut before, mut first, mut first_found) = (Occurrences::default(), None, None, None);
         self.each_sample(id, Micros(i64::MIN), Micros(i64::MAX), i64::MAX, &mut |sample| {
             first = first.or(Some(sample.at));
             let now = wanted(sample.pa).filter(|_| sample.quality == Quality::Valid);
             let continues = before == now;
             before = now;
             let Some(pa) = now else { return };
+            first_found = first_found.or(Some(sample.at));
             found.samples = found.samples.saturating_add(1);
             if continues {
                 // The period of the sample before may be one of those that are only counted.
@@ -208,14 +210,37 @@ impl Reader {
                 found.more = found.more.saturating_add(1);
             }
         })?;
-        let Some(level) = LEVELS.last() else { return Ok(found) };
-        let deleted_until = first.map_or(i64::MAX, |first| first.0.saturating_sub(level.micros()));
-        self.each_span(*level, id, Micros(i64::MIN), Micros(deleted_until), &mut |start, summary| {
-            // The end of a range is stored like a pressure.
-            if wanted(summary.high).is_some() && !summary.qualities.contains(Quality::Overrange) {
-                found.spans = Some(found.spans.map_or((start, start), |(first, _)| (first, start)));
-            }
-        })?;
+        let first = first.unwrap_or(Micros(i64::MAX));
+        found.spans = self.deleted_occurrences(id, first, first_found.unwrap_or(Micros(i64::MAX)), &wanted)?;
+        Ok(found)
+    }
+
+    /// The starts of the first and of the last span of six hours with a deleted sample that is `wanted`. `first` is the first sample that
+    /// is left, `first_found` the first of these that is `wanted`.
+    fn deleted_occurrences(
+        &self,
+        series: i64,
+        first: Micros,
+        first_found: Micros,
+        wanted: &dyn Fn(Option<f64>) -> Option<f64>,
+    ) -> Result<Option<(Micros, Micros)>, DatabaseError> {
+        let Some(longest) = LEVELS.last() else { return Ok(None) };
+        let mut found: Option<(Micros, Micros)> = None;
+        for level in LEVELS {
+            // Shorter spans only tell which part of the six hours around `first` is deleted.
+            let from = if level.number == longest.number { Micros(i64::MIN) } else { longest.start(first) };
+            let until = Micros(first.0.saturating_sub(1));
+            self.each_span(level, series, from, until, &mut |start, summary| {
+                // A sample that is left may explain the highest pressure. The end of a range is stored like a pressure.
+                let is_explained = first_found.0 < start.0.saturating_add(level.micros());
+                if wanted(summary.high).is_some() && !is_explained && !summary.qualities.contains(Quality::Overrange) {
+                    let six_hours = longest.start(start);
+                    found = Some(
+                        found.map_or((six_hours, six_hours), |(one, two)| (one.min(six_hours), two.max(six_hours))),
+                    );
+                }
+            })?;
+        }
         Ok(found)
     }
 

@@ -315,9 +315,12 @@ const FROM_6: &[&str] = &["CREATE TABLE plant_state (
 
 /// No id of an event or of a row of the alarm history is used twice from now on.
 ///
-/// SQLite began at id 1 again after a retention had deleted all rows, and the outbox sends only rows above its cursor. If the highest id
-/// is below the cursor, the rows were never sent: they get the ids above the cursor, in their order. If the ids have passed the cursor
-/// again, nothing in the database tells the rows that were skipped from rows that were sent, so the ids stay.
+/// SQLite began at id 1 again after a retention had deleted all rows, and the outbox sends only rows above its cursor. If the ids begin at
+/// 1 and end below the cursor, the rows get the ids above the cursor, in their order, and are sent. In such a database the retention may
+/// also have deleted the last rows alone, whose times were wrong; then the others are sent a second time. chosen: the archive may show a
+/// row twice, but it misses no alarm. If the ids begin later, the first rows were deleted by their age: the others were sent and keep
+/// their ids. If the ids have reached or passed the cursor again, nothing in the database tells the rows that were skipped from rows that
+/// were sent, so the ids stay.
 const FROM_7: &[&str] = &[
     "ALTER TABLE event RENAME TO event_7",
     "CREATE TABLE event (
@@ -328,7 +331,8 @@ const FROM_7: &[&str] = &[
         text      TEXT NOT NULL
     )",
     "INSERT INTO event (id, at_us, series_id, kind, text)
-     SELECT id + ifnull((SELECT event_id FROM outbox_state WHERE event_id > (SELECT max(id) FROM event_7)), 0),
+     SELECT id + ifnull((SELECT event_id FROM outbox_state
+             WHERE event_id > (SELECT max(id) FROM event_7) AND (SELECT min(id) FROM event_7) = 1), 0),
          at_us, series_id, kind, text
      FROM event_7 ORDER BY id",
     "DROP TABLE event_7",
@@ -352,7 +356,8 @@ const FROM_7: &[&str] = &[
         text       TEXT NOT NULL
     )",
     "INSERT INTO alarm_history (id, at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text)
-     SELECT id + ifnull((SELECT alarm_id FROM outbox_state WHERE alarm_id > (SELECT max(id) FROM alarm_history_7)), 0),
+     SELECT id + ifnull((SELECT alarm_id FROM outbox_state
+             WHERE alarm_id > (SELECT max(id) FROM alarm_history_7) AND (SELECT min(id) FROM alarm_history_7) = 1), 0),
          at_us, alarm, change, state, priority, subject, occurrence, user_name, value, unit, text
      FROM alarm_history_7 ORDER BY id",
     "DROP TABLE alarm_history_7",
@@ -659,7 +664,7 @@ mod tests {
         VALUES (53, 'y', 'raised', 'unacknowledged', 'high', 2, 'new');";
 
     #[test]
-    fn rows_below_the_cursor_of_the_outbox_that_were_never_sent_get_ids_above_it_and_are_sent() {
+    fn rows_from_id_1_on_that_end_below_the_cursor_of_the_outbox_get_ids_above_it_and_are_sent() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let state = "INSERT INTO outbox_state VALUES (1, 5, 4, 9, 8);";
@@ -682,13 +687,25 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_were_sent_keep_their_ids_and_are_not_sent_again() {
+    fn rows_that_have_reached_the_cursor_keep_their_ids_and_are_not_sent_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         make_version_7(&path, &format!("INSERT INTO outbox_state VALUES (1, 5, 3, 2, 8);{ROWS}"));
         assert_eq!(ids_sent(&path), [Vec::<i64>::new(), Vec::new()]);
         open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
         assert_eq!(ids_sent(&path), [vec![4], vec![3]]);
+    }
+
+    /// The retention has deleted the first rows, and the last ones, whose times were wrong: the rows between were sent.
+    #[test]
+    fn rows_that_do_not_begin_at_id_1_keep_their_ids_and_are_not_sent_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let deleted = "DELETE FROM event WHERE id IN (1, 3); DELETE FROM alarm_history WHERE id = 1";
+        make_version_7(&path, &format!("INSERT INTO outbox_state VALUES (1, 5, 3, 4, 8);{ROWS}{deleted}"));
+        assert_eq!(ids_sent(&path), [Vec::<i64>::new(), Vec::new()]);
+        open_to_write(&path).unwrap().execute_batch(NEW_ROW).unwrap();
+        assert_eq!(ids_sent(&path), [vec![4], vec![5]]);
     }
 
     #[test]
@@ -699,9 +716,9 @@ mod tests {
         assert_eq!(ids_sent(&path), [vec![1, 2, 3], vec![1, 2]]);
     }
 
-    /// The rows of the other tables with such a key are never deleted.
+    /// `outbox_state` has one row, with a fixed key. That no retention deletes a series or a recording period is a test of the outbox.
     #[test]
-    fn a_table_whose_rows_are_deleted_never_uses_an_id_twice() {
+    fn only_tables_whose_rows_are_never_deleted_may_use_an_id_twice() {
         let folder = tempfile::tempdir().unwrap();
         let connection = open_to_write(&folder.path().join("new.db")).unwrap();
         let sql = "SELECT m.name FROM sqlite_master m, pragma_table_info(m.name) c

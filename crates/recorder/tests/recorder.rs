@@ -90,6 +90,45 @@ fn valid_samples_of_a_pressure_are_found_in_their_periods_and_in_the_spans_of_de
     assert_eq!(fixture.reader().occurrences("unknown", &[WANTED], 2).unwrap(), Occurrences::default());
 }
 
+/// The samples at these seconds, all with the wanted pressure or with 1 Pa, of which those before `left` are deleted.
+fn spans_of_deleted(samples: &[(i64, bool)], left: i64) -> (u64, Option<(Micros, Micros)>) {
+    const WANTED: f64 = 32767.0;
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder(keep_everything());
+    for (second, is_wanted) in samples {
+        recorder.push(&gauge(), valid(*second, if *is_wanted { WANTED } else { 1.0 }));
+    }
+    assert!(recorder.finish());
+    let deleted = rusqlite::Connection::open(&fixture.path).unwrap();
+    deleted.execute("DELETE FROM sample WHERE at_us < ?1", [at(left).0]).unwrap();
+    let found = fixture.reader().occurrences("chamber", &[WANTED], 2).unwrap();
+    (found.samples, found.spans)
+}
+
+/// The retention deletes up to any moment: a part of the last six hours stays.
+#[test]
+fn a_pressure_is_found_also_in_the_six_hours_of_which_only_a_part_of_the_samples_is_deleted() {
+    const SIX_HOURS: i64 = 6 * 3600;
+    let span = Some((at(0), at(0)));
+    assert_eq!(spans_of_deleted(&[(60, true), (3600, false)], 3600), (0, span));
+    assert_eq!(
+        spans_of_deleted(&[(60, true), (3600, false), (7200, true)], 3600),
+        (1, span),
+        "the shorter spans tell it"
+    );
+    let both = Some((at(0), at(SIX_HOURS)));
+    let samples = [(60, true), (SIX_HOURS + 60, true), (SIX_HOURS + 3600, false), (2 * SIX_HOURS, true)];
+    assert_eq!(spans_of_deleted(&samples, SIX_HOURS + 3600), (1, both));
+    assert_eq!(spans_of_deleted(&[(60, true), (3600, false)], 61), (0, span), "all but the last one");
+}
+
+#[test]
+fn samples_that_are_left_are_not_reported_as_deleted() {
+    assert_eq!(spans_of_deleted(&[(3601, true), (3602, false)], 0), (1, None));
+    assert_eq!(spans_of_deleted(&[(3601, false), (3602, true)], 0), (1, None));
+    assert_eq!(spans_of_deleted(&[(60, false), (3601, false), (3602, true)], 3600), (1, None));
+}
+
 #[test]
 fn a_steady_pressure_keeps_one_sample_a_minute_and_the_last_one() {
     let fixture = Fixture::new();

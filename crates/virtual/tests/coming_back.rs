@@ -190,7 +190,8 @@ fn the_error_of_a_locked_device_tells_how_to_find_the_other_program() {
     // flock, as profivac and picocom use it.
     let _first = Serial::open(name, BAUD).unwrap();
     let refused = Serial::open(name, BAUD).unwrap_err();
-    let sentence = format!("{name} is in use by another program: end that program first; `fuser -v` names it");
+    let sentence =
+        format!("{name} is in use by another program: end that program first; `fuser -v`, as root, names it");
     assert_eq!(refused.to_string(), sentence);
 }
 
@@ -206,7 +207,7 @@ fn the_error_of_a_locked_pty_tells_what_to_do_also_when_no_program_has_it_open()
     become_an_ordinary_user();
     let refused = Serial::open(name, BAUD).unwrap_err();
     let sentence = format!(
-        "{name} is locked by another program: end the program that `fuser -v` names; if it names none, a signal ended that \
+        "{name} is locked by another program: end the program that `fuser -v`, as root, names; if it names none, a signal ended that \
          program: start the program that serves the pty again"
     );
     assert_eq!(refused.to_string(), sentence);

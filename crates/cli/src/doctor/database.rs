@@ -93,13 +93,14 @@ fn integer_end(series: &str, found: &Occurrences) -> Option<Finding> {
         places
             .push(format!("deleted samples, in six hours from {first} and six hours from {last}, and perhaps between"));
     }
+    let and_deleted = if found.spans.is_some() { ", without deleted ones" } else { "" };
     let places = Some(places.join("; ")).filter(|places| !places.is_empty())?;
     Some(Finding::note(
         format!(
-            "{series}: valid samples that are the highest integer in a pressure unit ({}): {places}",
+            "{series}: valid samples that are the highest integer in a pressure unit ({}{and_deleted}): {places}",
             found.samples
         ),
-        "read each one as this pressure or a higher one: how high it was is not stored, and no alarm above it was raised. The database \
+        "read each one as this pressure or a higher one: how high it was is not stored, and no alarm with a limit above it was raised. The database \
          has neither the module nor the unit of a gauge: a gauge with floats that showed exactly this pressure is listed too. Readings of \
          0, below one unit, are stored as faults and are not listed",
     ))
@@ -112,5 +113,23 @@ fn period(Occurrence { pa, first, last }: &Occurrence) -> String {
         format!("{mbar} mbar at {}", iso(*first))
     } else {
         format!("{mbar} mbar from {} to {}", iso(*first), iso(*last))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_in_a_finding_says_that_deleted_samples_are_not_counted() {
+        let periods = vec![Occurrence { pa: 32767.0, first: Micros(1), last: Micros(1) }];
+        let found = |spans| {
+            let found = Occurrences { samples: 1, periods: periods.clone(), more: 0, spans };
+            integer_end("chamber", &found).unwrap().found
+        };
+        assert!(found(None).contains("pressure unit (1): 327.67 mbar at "), "{}", found(None));
+        let deleted = found(Some((Micros(0), Micros(0))));
+        assert!(deleted.contains("pressure unit (1, without deleted ones): 327.67 mbar at "), "{deleted}");
+        assert!(deleted.contains("; deleted samples, in six hours from "), "{deleted}");
     }
 }

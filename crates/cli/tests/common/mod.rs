@@ -317,7 +317,7 @@ impl End {
         }
     }
 
-    /// The pty as soon as its program, which must not end, lets others open it.
+    /// The pty as soon as its program, which must not end, has removed the lock of a former one. No other error may occur until then.
     pub fn pty_of(program: &mut Program, path: &Path) -> Self {
         let end = std::time::Instant::now() + DEADLINE;
         loop {
@@ -325,6 +325,7 @@ impl End {
                 Ok(opened) => return opened,
                 Err(error) => {
                     assert!(!program.has_ended(), "the program has ended: {}", program.complaint());
+                    assert_eq!(error.kind(), std::io::ErrorKind::ResourceBusy, "{error}");
                     assert!(std::time::Instant::now() < end, "{error}");
                 }
             }

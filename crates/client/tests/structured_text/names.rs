@@ -1,4 +1,4 @@
-//! The names in the function blocks are free in every tool after IEC 61131-3.
+//! No tool after IEC 61131-3 reserves a name in the function blocks.
 
 use profivac_client::st::{Dialect, st};
 use profivac_devices::catalog::MODELS;
@@ -34,12 +34,23 @@ const FUNCTION_BLOCKS: &str = "
     CTD CTD_DINT CTD_LINT CTD_UDINT CTD_ULINT CTU CTU_DINT CTU_LINT CTU_UDINT CTU_ULINT CTUD CTUD_DINT CTUD_LINT CTUD_UDINT CTUD_ULINT
     F_TRIG R_TRIG RS RTC SEMA SR TOF TOF_LTIME TOF_TIME TON TON_LTIME TON_TIME TP TP_LTIME TP_TIME";
 
-/// The operators of the instruction list, and the qualifiers of actions in a sequential function chart.
+/// The operators of the instruction list, with the inputs of function blocks that are operators in edition 2, and the qualifiers of
+/// actions in a sequential function chart.
 const OPERATORS: &str = "
-    ANDN CAL CALC CALCN D DS JMP JMPC JMPCN L LD LDN N ORN P P0 P1 R RET RETC RETCN S SD SL ST STN XORN";
+    ANDN CAL CALC CALCN CD CLK CU D DS IN JMP JMPC JMPCN L LD LDN N ORN P P0 P1 PT PV R R1 RET RETC RETCN S S1 SD SL ST STN XORN";
+
+/// Names that tools reserve in addition. chosen: the union, so that every tool takes every file.
+///
+/// CODESYS and TwinCAT (their lists of keywords), then S7-SCL, then edition 4 of the standard as its drafts have it.
+const TOOLS: &str = "
+    ADR AND_THEN BIT BITADR END_PROPERTY END_UNION INDEXOF INI OR_ELSE PARAMS PERSISTENT POINTER PROPERTY REFERENCE SIZEOF
+    UNION VAR_GENERIC VAR_INST VAR_STAT
+    BEGIN CONST COUNTER DATA_BLOCK END_CONST END_DATA_BLOCK END_LABEL END_ORGANIZATION_BLOCK END_REGION GOTO LABEL NIL
+    ORGANIZATION_BLOCK REGION S5TIME TIMER TITLE VARIANT VERSION VOID
+    ASSERT UCHAR USTRING";
 
 fn reserved() -> BTreeSet<&'static str> {
-    let lists = [KEYWORDS, TYPES, FUNCTIONS, FUNCTION_BLOCKS, OPERATORS];
+    let lists = [KEYWORDS, TYPES, FUNCTIONS, FUNCTION_BLOCKS, OPERATORS, TOOLS];
     lists.into_iter().flat_map(str::split_whitespace).collect()
 }
 
@@ -54,7 +65,7 @@ fn is_conversion(name: &str) -> bool {
     })
 }
 
-/// Whether a tool after the standard takes a name: it is an identifier, and the standard does not use it.
+/// Whether every tool takes a name: it is an identifier, and neither the standard nor a tool uses it.
 fn is_free(name: &str) -> bool {
     let upper = name.to_ascii_uppercase();
     let has_form = name.starts_with(|first: char| first.is_ascii_alphabetic())
@@ -72,8 +83,12 @@ fn declared(text: &str) -> BTreeSet<&str> {
         if let Some(name) = line.strip_prefix("FUNCTION_BLOCK ") {
             names.insert(name.trim_matches('"'));
         }
-        if matches!(line, "VAR" | "VAR_INPUT" | "VAR_OUTPUT" | "END_VAR") {
-            is_variable = line != "END_VAR";
+        let first = line.split([' ', ';']).next().unwrap_or_default();
+        // `VAR CONSTANT` and `VAR_TEMP` begin declarations too.
+        if first == "VAR" || first.starts_with("VAR_") {
+            is_variable = true;
+        } else if first == "END_VAR" {
+            is_variable = false;
         } else if is_variable {
             let (variables, _) = line.split_once(':').unwrap();
             names.extend(variables.split(',').map(str::trim));
@@ -91,7 +106,7 @@ fn assigned(text: &str) -> BTreeSet<&str> {
 }
 
 #[test]
-fn no_name_in_a_function_block_is_one_that_the_standard_uses() {
+fn no_name_in_a_function_block_is_reserved_by_the_standard_or_by_a_tool() {
     for model in MODELS {
         for dialect in [Dialect::Standard, Dialect::Tia] {
             let text = st(model, dialect);
@@ -107,7 +122,7 @@ fn no_name_in_a_function_block_is_one_that_the_standard_uses() {
 }
 
 #[test]
-fn a_name_of_the_standard_is_known_in_any_case_and_a_name_that_only_contains_one_is_free() {
+fn a_reserved_name_is_known_in_any_case_and_a_name_that_only_contains_one_is_free() {
     let taken = [
         "TASK",
         "task",
@@ -126,6 +141,15 @@ fn a_name_of_the_standard_is_known_in_any_case_and_a_name_that_only_contains_one
         "BCD_TO_UINT",
         "eno",
         "ref_to",
+        "clk",
+        "PV",
+        "r1",
+        "adr",
+        "Union",
+        "AND_THEN",
+        "begin",
+        "Version",
+        "ASSERT",
         "1A",
         "A__B",
         "A_",
@@ -137,5 +161,15 @@ fn a_name_of_the_standard_is_known_in_any_case_and_a_name_that_only_contains_one
     }
     for name in ["TASK_CODE", "MY_TASK", "INT_TO_OCTETS", "TO_INTERVAL", "INTO_REALITY", "Q", "PV_BCG450_T7"] {
         assert!(is_free(name), "{name}");
+    }
+}
+
+#[test]
+fn the_names_of_every_kind_of_variable_are_found() {
+    let kinds =
+        ["VAR", "VAR CONSTANT", "VAR_INPUT", "VAR_OUTPUT RETAIN", "VAR_IN_OUT", "VAR_TEMP", "VAR_STAT", "VAR_EXTERNAL"];
+    for kind in kinds {
+        let text = format!("FUNCTION_BLOCK BLOCK\n  {kind}\n    FIRST, SECOND : INT;\n  END_VAR\n  OTHER := 1;\n");
+        assert_eq!(declared(&text), BTreeSet::from(["BLOCK", "FIRST", "SECOND"]), "{kind}");
     }
 }

@@ -156,12 +156,14 @@ impl PortError {
                 Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")
             }
             Self::LeftOver(_) => Some("start that program again; if the link is right, make it again"),
-            Self::InUse(_) => Some("end that program first; `fuser -v` names it"),
+            Self::InUse(_) => Some("end that program first; `fuser -v`, as root, names it"),
             Self::PtyLocked(_) => Some(
-                "end the program that `fuser -v` names; if it names none, a signal ended that program: start the program \
-                 that serves the pty again",
+                "end the program that `fuser -v`, as root, names; if it names none, a signal ended that program: start the \
+                 program that serves the pty again",
             ),
-            Self::AddressInUse(_) => Some("end that program first, or choose another port; `ss -ltnp` names it"),
+            Self::AddressInUse(_) => {
+                Some("end that program first, or choose another port; `ss -ltnp`, as root, names it")
+            }
             Self::PermissionDenied(_) => Some("for a serial device, join its group (usually dialout) and log in again"),
             Self::UnsupportedRate { .. } => Some("use another adapter or another rate"),
             Self::NoTelegram { .. } => {

@@ -184,15 +184,20 @@ fn lower_latency(terminal: &Path, device: &Path, name: &str) -> Option<Notice> {
 }
 
 /// Reports every opening of the slave side of a pty, and that a program has closed it which could write.
+///
+/// One instance of inotify watches all ptys of a link, one after another: a user has 128 instances (fs.inotify.max_user_instances).
 #[derive(Debug)]
 pub struct OpenEvents(OwnedFd);
 
 impl OpenEvents {
-    /// Watches `side`.
-    pub fn watch(side: &Path) -> Result<Self, Errno> {
-        let openings = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC)?;
-        inotify::add_watch(&openings, side, WatchFlags::OPEN | WatchFlags::CLOSE_WRITE)?;
-        Ok(Self(openings))
+    /// Watches nothing yet.
+    pub fn new() -> Result<Self, Errno> {
+        inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).map(Self)
+    }
+
+    /// Watches `side` too, until its pty is closed, which is the last event.
+    pub fn watch(&self, side: &Path) -> Result<(), Errno> {
+        inotify::add_watch(&self.0, side, WatchFlags::OPEN | WatchFlags::CLOSE_WRITE).map(drop)
     }
 
     /// Becomes readable when the slave side is opened or closed.

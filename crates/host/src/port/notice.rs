@@ -66,6 +66,13 @@ pub enum Notice {
         /// The most clients.
         most: usize,
     },
+    /// A program has closed its side of a pty, and the system refuses what the next program needs. The server tries again.
+    PtyNotReady {
+        /// The path of the pty.
+        name: String,
+        /// The error of the system.
+        reason: String,
+    },
     /// The port is lost; attempts to open it again have begun.
     Lost(String),
     /// The port is open again.
@@ -118,6 +125,10 @@ impl Notice {
                 setting.display()
             )),
             Self::OpenElsewhere { .. } => Some("end it if stations seem not to answer".to_owned()),
+            Self::PtyNotReady { .. } => Some(
+                "profivac tries again; check that the folder takes new files and that the limit of open files (`ulimit -n`) is not reached"
+                    .to_owned(),
+            ),
             Self::TransmitterNotSwitched(_) => Some("its RS-485 adapter must switch it by itself".to_owned()),
             Self::LateAnswer { remedy, needed_tbit, .. } => remedy.text(*needed_tbit),
             Self::OctetsDropped { .. }
@@ -163,6 +174,7 @@ impl Notice {
                     "the connection of {name} was closed: the line has {most} clients already; end one of them first"
                 )
             }
+            Self::PtyNotReady { name, reason } => format!("{name} is not ready for the next program ({reason})"),
             Self::Lost(name) => {
                 format!("lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again")
             }

@@ -1,12 +1,15 @@
 //! A pty that profivac serves: its path is a link to the slave side, which a master opens as its serial port.
 //!
-//! A program may open and close the slave side any number of times. While no program has it open nothing is sent, and
-//! unread octets are discarded, so no program reads an answer to the request of another. The kernel reports a hang-up while
-//! the slave side is closed, and inotify reports its opening.
+//! A program may open and close the slave side any number of times. While no program has it open nothing is sent, and the server
+//! discards the unread octets when it finds the slave side closed. The kernel reports a hang-up while the slave side is closed, and
+//! inotify reports its opening. A program that opens the slave side before the server has looked may still read octets for its
+//! predecessor: it discards its input after opening, as libraries for serial ports do. The server cannot do it then: it cannot tell
+//! this program from a second one, and through the master side the kernel discards only with new settings for the slave side.
 //!
 //! A program may lock the slave side (TIOCEXCL), as most libraries for serial ports do. The kernel keeps the lock when the program ends
 //! without unlocking, and then only a privileged process can open the slave side: a new pty takes its place behind the link. A descriptor
-//! that keeps the slave side open could unlock it instead, but then the kernel would report no hang-up.
+//! that keeps the slave side open could unlock it instead, but then the kernel would report no hang-up. If the system refuses what the
+//! server needs for the next program, the server goes on and tries again at each look.
 //!
 //! A process that is killed leaves its link. It dangles, or leads to a later pty that got the same number; both are replaced.
 
@@ -38,8 +41,14 @@ pub struct Pty {
     /// Tells other processes that the link is in use.
     _claim: LinkClaim,
     sides: Sides,
+    /// The pty before this one: a program that has just read the link must find it locked, not gone.
+    _former: Option<Sides>,
+    /// Reports every opening of the slave side.
+    open_events: OpenEvents,
     /// A program has the slave side open.
     is_open: bool,
+    /// The system has refused what the next program needs.
+    is_refused: bool,
     drops: DropCounter,
     notices: Notices,
 }
@@ -56,14 +65,18 @@ impl Pty {
         let claim = LinkClaim::of(path).map_err(|error| link_error(&name, error))?;
         // Must come first: the new pty may get the number that a left-over link leads to.
         remove_left_over(path).map_err(|error| link_error(&name, error))?;
-        let sides = Sides::open().map_err(opening)?;
+        let open_events = OpenEvents::new().map_err(opening)?;
+        let sides = Sides::open(&open_events).map_err(opening)?;
         symlink(&sides.slave_path, path).map_err(|error| link_error(&name, error))?;
         Ok(Self {
             name,
             link: path.to_owned(),
             _claim: claim,
             sides,
+            _former: None,
+            open_events,
             is_open: false,
+            is_refused: false,
             drops: DropCounter::default(),
             notices: Notices::default(),
         })
@@ -72,38 +85,52 @@ impl Pty {
     /// Updates whether a program has the slave side open. Prepares the slave side for the next program when the last one has closed it,
     /// also when it was opened and closed since the last call.
     fn update_open(&mut self) -> Result<(), PortError> {
-        let using = |errno| PortError::using(&self.name, errno);
-        let was_opened = self.sides.open_events.drain();
-        let was_open = self.is_open || was_opened;
-        self.is_open = self.sides.is_open().map_err(using)?;
-        if was_open && !self.is_open {
-            self.prepare()?;
-            self.is_open = self.sides.is_open().map_err(|errno| PortError::using(&self.name, errno))?;
+        let was_opened = self.open_events.drain();
+        let was_used = self.is_open || was_opened || self.is_refused;
+        self.is_open = self.has_program()?;
+        if was_used && !self.is_open {
+            let prepared = self.prepare();
+            self.report(prepared);
+            self.is_open = self.has_program()?;
         }
         Ok(())
     }
 
+    fn has_program(&self) -> Result<bool, PortError> {
+        self.sides.is_open().map_err(|errno| PortError::using(&self.name, errno))
+    }
+
     /// Makes the slave side raw, empty and unlocked, or replaces the pty if a program that has ended has locked it.
-    fn prepare(&mut self) -> Result<(), PortError> {
-        let using = |errno| PortError::using(&self.name, errno);
-        match self.sides.reset() {
+    fn prepare(&mut self) -> io::Result<()> {
+        match self.sides.reset(&self.open_events) {
             // If the slave side is open, the next program has opened and locked it just now.
-            Err(Errno::BUSY) if !self.sides.is_open().map_err(using)? => self.replace(),
+            Err(Errno::BUSY) if !self.sides.is_open()? => self.replace(),
             Ok(()) | Err(Errno::BUSY) => Ok(()),
-            Err(errno) => Err(using(errno)),
+            Err(errno) => Err(errno.into()),
         }
     }
 
-    /// Puts a new pty behind the link, with owner and mode of the present one.
-    fn replace(&mut self) -> Result<(), PortError> {
-        let sides = Sides::open().map_err(|errno| PortError::using(&self.name, errno))?;
+    /// Notes whether the slave side is prepared. The first refusal is a notice.
+    fn report(&mut self, prepared: io::Result<()>) {
+        let was_refused = self.is_refused;
+        self.is_refused = prepared.is_err();
+        if let Err(error) = prepared {
+            // The end of a new pty that could not be linked is an event too: without this it would cause the next attempt at once.
+            self.open_events.drain();
+            let notice = Notice::PtyNotReady { name: self.name.clone(), reason: error.to_string() };
+            self.notices.extend((!was_refused).then_some(notice));
+        }
+    }
+
+    /// Puts a new pty behind the link, with owner and mode of the present one. After an error everything is as before.
+    fn replace(&mut self) -> io::Result<()> {
+        let sides = Sides::open(&self.open_events)?;
         // A server that may not change them keeps those of a new pty.
         copy_access(&self.sides.slave_path, &sides.slave_path).ok();
         if self.owns_link() {
-            let relinked = fs::remove_file(&self.link).and_then(|()| symlink(&sides.slave_path, &self.link));
-            relinked.map_err(|error| link_error(&self.name, error))?;
+            replace_link(&sides.slave_path, &self.link)?;
         }
-        self.sides = sides;
+        self._former = Some(std::mem::replace(&mut self.sides, sides));
         Ok(())
     }
 
@@ -118,21 +145,19 @@ impl Pty {
 struct Sides {
     master: OwnedFd,
     slave_path: PathBuf,
-    /// Reports every opening of the slave side.
-    open_events: OpenEvents,
 }
 
 impl Sides {
-    /// Makes a pty whose slave side is raw.
-    fn open() -> Result<Self, Errno> {
+    /// Makes a pty whose slave side is raw. Its openings are events from now on, until it is dropped.
+    fn open(open_events: &OpenEvents) -> Result<Self, Errno> {
         let master = open_master()?;
         rustix::io::ioctl_fionbio(&master, true)?;
         grantpt(&master)?;
         unlockpt(&master)?;
         let slave_path = PathBuf::from(OsString::from_vec(ptsname(&master, Vec::new())?.into_bytes()));
-        let open_events = OpenEvents::watch(&slave_path)?;
-        let sides = Self { master, slave_path, open_events };
-        sides.reset()?;
+        let sides = Self { master, slave_path };
+        open_events.watch(&sides.slave_path)?;
+        sides.reset(open_events)?;
         Ok(sides)
     }
 
@@ -149,7 +174,7 @@ impl Sides {
     ///
     /// Settings that are raw already stay untouched: the next program may be changing them at this moment, and the C library
     /// reports an error to a program whose settings did not hold.
-    fn reset(&self) -> Result<(), Errno> {
+    fn reset(&self, open_events: &OpenEvents) -> Result<(), Errno> {
         let flags = OFlags::RDONLY | OFlags::NOCTTY | OFlags::CLOEXEC;
         let slave = rustix::fs::open(&self.slave_path, flags, Mode::empty())?;
         let settings = tcgetattr(&slave)?;
@@ -162,7 +187,7 @@ impl Sides {
         tcflush(&slave, QueueSelector::IOFlush)?;
         // Among the events is the opening above. A program that opens the slave side from here on causes another event; a lock that one
         // has set before is removed, which only a privileged server can meet here.
-        self.open_events.drain();
+        open_events.drain();
         ioctl_tiocnxcl(&slave)
     }
 }
@@ -176,7 +201,7 @@ impl Port for Pty {
     /// open.
     fn readiness(&self) -> Vec<Readiness<'_>> {
         let master = self.is_open.then(|| Readiness::of(&self.sides.master));
-        [self.sides.open_events.readiness(), master].into_iter().flatten().collect()
+        [self.open_events.readiness(), master].into_iter().flatten().collect()
     }
 
     fn receive(&mut self, characters: &mut Vec<Character>) -> Result<(), PortError> {
@@ -238,6 +263,13 @@ fn open_master() -> Result<OwnedFd, Errno> {
     }
 }
 
+/// Makes `link` lead to `side`. The link exists at every moment: a link with a name of its own takes its place.
+fn replace_link(side: &Path, link: &Path) -> io::Result<()> {
+    let folder = link.parent().unwrap_or(Path::new(""));
+    let new = tempfile::Builder::new().prefix(".profivac-").make_in(folder, |path| symlink(side, path))?;
+    new.into_temp_path().persist(link).map_err(|error| error.error)
+}
+
 /// Gives the device `to` the owner and the mode of `from`.
 fn copy_access(from: &Path, to: &Path) -> io::Result<()> {
     let access = fs::metadata(from)?;
@@ -282,10 +314,11 @@ mod tests {
     use super::super::Serial;
     use super::*;
     use profivac_dp::link::Baud;
-    use rustix::fs::{AtFlags, CWD, Timestamps, utimensat};
+    use rustix::fs::{AtFlags, CWD, Timestamps, inotify, utimensat};
     use rustix::io::{read, write};
     use rustix::termios::ioctl_tiocexcl;
     use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
+    use std::mem::MaybeUninit;
     use std::os::unix::fs::PermissionsExt;
 
     const AN_HOUR_S: i64 = 3600;
@@ -381,8 +414,12 @@ mod tests {
 
     /// Takes CAP_SYS_ADMIN from this thread, if it has it: a privileged process can open a locked terminal.
     fn become_an_ordinary_user() {
+        become_a_user_without(CapabilitySet::SYS_ADMIN);
+    }
+
+    fn become_a_user_without(taken: CapabilitySet) {
         let mut sets = capabilities(None).unwrap();
-        sets.effective -= CapabilitySet::SYS_ADMIN;
+        sets.effective -= taken;
         set_capabilities(None, sets).unwrap();
     }
 
@@ -514,6 +551,104 @@ mod tests {
         drop(open_and_lock(&path));
         ours.receive(&mut Vec::new()).unwrap();
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o666);
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn a_new_pty_has_the_owner_and_the_group_of_the_one_it_replaces() {
+        become_an_ordinary_user();
+        let (folder, path, mut ours) = pty();
+        let own = fs::metadata(folder.path()).unwrap();
+        // Only root may choose another owner. The kernel may have given the pty the group of the terminals.
+        let wanted =
+            if chown(&path, Some(12_345), Some(12_346)).is_ok() { (12_345, 12_346) } else { (own.uid(), own.gid()) };
+        chown(&path, Some(wanted.0), Some(wanted.1)).unwrap();
+        drop(open_and_lock(&path));
+        ours.receive(&mut Vec::new()).unwrap();
+        let access = fs::metadata(&path).unwrap();
+        assert_eq!((access.uid(), access.gid()), wanted);
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn the_link_exists_at_every_moment_while_a_new_pty_takes_its_place() {
+        become_an_ordinary_user();
+        let (folder, path, mut ours) = pty();
+        let changes = inotify::init(inotify::CreateFlags::NONBLOCK | inotify::CreateFlags::CLOEXEC).unwrap();
+        let kinds = inotify::WatchFlags::DELETE | inotify::WatchFlags::MOVED_FROM | inotify::WatchFlags::MOVED_TO;
+        inotify::add_watch(&changes, folder.path(), kinds).unwrap();
+        drop(open_and_lock(&path));
+        ours.receive(&mut Vec::new()).unwrap();
+        let mut buffer = [MaybeUninit::uninit(); 1024];
+        let mut reader = inotify::Reader::new(&changes, &mut buffer);
+        let mut of_link = Vec::new();
+        while let Ok(event) = reader.next() {
+            if event.file_name().is_some_and(|name| name.to_bytes() == b"line") {
+                of_link.push(event.events());
+            }
+        }
+        assert_eq!(of_link, [inotify::ReadFlags::MOVED_TO]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else stays in the folder");
+    }
+
+    /// A program reads the link just before it changes.
+    #[test]
+    fn a_program_that_opens_the_former_pty_finds_it_locked_and_not_gone() {
+        become_an_ordinary_user();
+        let (_folder, path, mut ours) = pty();
+        for _ in 0..3 {
+            let former = fs::read_link(&path).unwrap();
+            drop(open_and_lock(&path));
+            ours.receive(&mut Vec::new()).unwrap();
+            assert_ne!(fs::read_link(&path).unwrap(), former);
+            assert_eq!(open_as_a_program(&former).unwrap_err(), Errno::BUSY);
+        }
+    }
+
+    /// What a look of the server leaves to do at once.
+    fn is_readable(pty: &Pty) -> bool {
+        let sources = pty.readiness();
+        let mut events: Vec<_> = sources.iter().map(|source| PollFd::new(source, PollFlags::IN)).collect();
+        poll(&mut events, Some(&Timespec::default())).unwrap() > 0
+    }
+
+    /// Looks twice while the pty cannot be made ready, and expects one notice in all.
+    fn assert_goes_on_with_one_notice(pty: &mut Pty, reason: &str) {
+        pty.receive(&mut Vec::new()).unwrap();
+        let notice = pty.next_notice().unwrap().to_string();
+        assert!(notice.contains("is not ready for the next program") && notice.contains(reason), "{notice}");
+        assert!(!is_readable(pty), "the next look comes with the next timer or octet");
+        pty.receive(&mut Vec::new()).unwrap();
+        pty.send(b"not heard").unwrap();
+        assert_eq!(pty.next_notice(), None);
+    }
+
+    #[test]
+    fn a_server_whose_folder_takes_no_new_link_goes_on_and_tries_again_at_the_next_look() {
+        become_a_user_without(CapabilitySet::SYS_ADMIN | CapabilitySet::DAC_OVERRIDE);
+        let (folder, path, mut ours) = pty();
+        let before = fs::read_link(&path).unwrap();
+        drop(open_and_lock(&path));
+        fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o500)).unwrap();
+        assert_goes_on_with_one_notice(&mut ours, "Permission denied");
+        assert_eq!(fs::read_link(&path).unwrap(), before);
+        fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o700)).unwrap();
+        ours.receive(&mut Vec::new()).unwrap();
+        assert_usable(&mut ours, &path);
+    }
+
+    #[test]
+    fn a_server_that_cannot_open_its_slave_side_goes_on_and_tries_again_at_the_next_look() {
+        become_a_user_without(CapabilitySet::SYS_ADMIN | CapabilitySet::DAC_OVERRIDE | CapabilitySet::DAC_READ_SEARCH);
+        let (_folder, path, mut ours) = pty();
+        let program = open_as_a_program(&path).unwrap();
+        assert_octets_pass(&mut ours, &program);
+        ours.send(b"for the program that ends").unwrap();
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o000)).unwrap();
+        drop(program);
+        assert_goes_on_with_one_notice(&mut ours, "Permission denied");
+        fs::set_permissions(&path, PermissionsExt::from_mode(0o600)).unwrap();
+        ours.receive(&mut Vec::new()).unwrap();
         assert_usable(&mut ours, &path);
     }
 
