@@ -84,7 +84,7 @@ impl CyclicSlave {
     pub fn decode_inputs(&self, inputs: &[u8]) -> CyclicValues {
         let fields = Fields { configuration: self.configuration, inputs };
         let exception = ExceptionStatus::from_bits_retain(fields.octet(Field::ExceptionStatus).unwrap_or_default());
-        // Bit 7 is always 1 (errata-pxg55x-img400 38, errata-bpg-bcg-tpg 54): without it no gauge has filled the inputs, and 0 is no pressure.
+        // Bit 7 is always 1 (errata-pxg55x-img400 38, errata-bpg-bcg-tpg 51): without it no gauge has filled the inputs, and 0 is no pressure.
         let is_filled = exception.contains(ExceptionStatus::EXPANDED);
         let is_below = |held: &HeldPressure| matches!(held, HeldPressure::Below(_));
         let values = fields.all().filter_map(|(field, octets)| {
