@@ -571,10 +571,14 @@ local function learn_dpv1(number, request, code, du)
     end
 end
 
--- The mode of a Set_Prm; nil for one that does not lock the slave.
+-- The mode of a Set_Prm; nil for one that does not lock the slave. DP-V1 has three status octets; with reserved bits in them the octets
+-- may be the vendor's, and the mode is unknown.
 local function prm_mode(du)
     if du:len() < 7 or math.floor(du(0, 1):uint() / 0x40) ~= 2 then return nil end
-    return du:len() > 7 and du(7, 1):uint() >= 0x80 and "V1" or "V0"
+    if du:len() < 10 or du(7, 1):uint() < 0x80 then return "V0" end
+    local function bits(at, lowest, count) return math.floor(du(at, 1):uint() / lowest) % count end
+    local has_reserved = bits(7, 0x08, 4) + bits(8, 0x02, 2) + bits(9, 0x20, 4) > 0
+    return has_reserved and "unknown" or "V1"
 end
 
 -- A request without an answer ends with the next request or token.

@@ -74,6 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         done
     });
     print(arguments, &rows);
+    if !file.left_out.is_empty() {
+        notice(&left_out(&file.left_out));
+    }
     if let Err(failure) = done {
         let written = rows.iter().filter(|row| row.error.is_none()).count();
         if written > 0 {
@@ -90,6 +93,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let verb = if arguments.dry_run { "would be" } else { "were" };
     notice(&format_args!("{} of {} settings differed and {verb} written", rows.len(), file.settings.len()));
     Ok(())
+}
+
+/// The settings that the gauge keeps as they are, because the file has only a bound of them.
+fn left_out(names: &[String]) -> String {
+    format!(
+        "not in the file, because the integers of the gauge showed only a bound: {}; set them by hand, or dump the other gauge with the data \
+         type float",
+        names.join(", ")
+    )
 }
 
 /// A pressure outside the measuring range is an error of the file: nothing is written.

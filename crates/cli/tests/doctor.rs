@@ -267,6 +267,15 @@ fn a_declared_module_with_integers_in_a_pressure_unit_is_noted() {
     let checked = run(&["run", &file, "--check"]);
     let said = String::from_utf8_lossy(&checked.stderr).into_owned();
     assert!(checked.status.success() && said.contains(sentence), "{said}");
+    // Without the unit every pressure unit is named.
+    fs::write(&file, listening.clone() + &declared.replace("unit = \"Pascal\"\n", "")).unwrap();
+    let sentence = "the gauge \"chamber\": its integers show only 1.3332 to 43686 mbar in Torr, \
+                    0.0013332 to 43.686 mbar in Micron, 1 to 32767 mbar in mbar, 0.01 to 327.67 mbar in Pascal: a higher pressure is over range";
+    let (found, _) = doctor(&[&file]);
+    assert_finds(&found, "note", sentence);
+    let checked = run(&["run", &file, "--check"]);
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert!(checked.status.success() && said.contains(sentence), "{said}");
     fs::write(&file, listening + &declared.replace("Pascal", "COUNTS")).unwrap();
     let (found, _) = doctor(&[&file]);
     assert!(found.iter().all(|(_, text)| !text.contains("its integers")), "{found:?}");

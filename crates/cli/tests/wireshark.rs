@@ -477,6 +477,11 @@ fn a_device_related_block_is_an_alarm_where_the_traffic_shows_dp_v1() {
         ("51 5D 5E 00 11 08", "SC"),
         ("60 7D", "08 08 0C 00 02 AA AB 04 02 09 09"),
         ("60 5D", "08 08 0C 00 02 AA AC 04 02 0A 09 04 00 01 01 04 FE 01 01"),
+        // Two user octets, and reserved bits: the first are of DP-V0, the second may be.
+        ("61 5D 88 02 05 0B AA AC 01 80 02", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AC 04 02 0B 09"),
+        ("61 5D 88 02 05 0B AA AC 01 98 12 34", "SC"),
+        ("60 7D", "08 08 0C 00 02 AA AC 04 02 0C 09"),
     ];
     let telegrams = dialogue.map(|(asked, message)| {
         let (sap, octets) = request(asked);
@@ -496,6 +501,8 @@ fn a_device_related_block_is_an_alarm_where_the_traffic_shows_dp_v1() {
         "04 02 08 09||0x02",
         "04 02 09 09||0x02",
         "04 02 0a 09,04 00 01 01,04 fe 01 01|04 02 0a 09,04 fe 01 01|0x02,0xfe",
+        "04 02 0b 09||",
+        "04 02 0c 09|04 02 0c 09|0x02",
     ];
     assert_eq!(blocks, expected);
     let tree = tshark(&capture, &["-V"]);

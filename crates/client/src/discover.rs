@@ -252,6 +252,17 @@ mod tests {
         assert_eq!(unit_address(&MODEL), Some(((1, 22), DataType::Uint16)));
     }
 
+    /// errata-pxg55x-img400 16: the ends of an integer stand for every range that ends beyond them.
+    #[test]
+    fn an_end_of_the_integers_is_no_end_of_a_range() {
+        let model = profivac_devices::catalog::model_named("img400").unwrap();
+        let end = range_end(model, 1, Role::Overrange).unwrap();
+        let pa = |octets: &[u8]| end.pa(model.unit_named("Pascal").unwrap(), octets);
+        assert_eq!((pa(&[0xFF, 0xFF]), pa(&[0, 0])), (None, None));
+        assert_eq!((pa(&[0xFF, 0xFE]), pa(&[0, 1])), (Some(65534.0), Some(1.0)));
+        assert_eq!((pa(&65535_f32.to_be_bytes()), pa(&0_f32.to_be_bytes())), (Some(65535.0), None));
+    }
+
     #[test]
     fn every_device_has_a_configuration_that_declares_validity_and_dpv1_devices_one_without_outputs() {
         for model in MODELS {

@@ -238,6 +238,9 @@ pub enum TypedError {
         /// The octets of the record.
         octets: Vec<u8>,
     },
+    /// The integer 0 of a measured pressure stands for every pressure below one unit, or for none.
+    #[error("the integer 0 is no measured pressure, or less than one unit: choose the data type float")]
+    BelowOneUnit,
     /// The unit of the pressure is in no table of the device, or the tables have no scale for its COUNTS.
     #[error("the unit of the pressure is not known")]
     NoUnit,

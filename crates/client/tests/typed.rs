@@ -78,3 +78,20 @@ fn a_small_pressure_is_refused_where_the_gauge_would_hold_0_by_write_and_by_set(
         assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue).unwrap(), Pascal(pa));
     }
 }
+
+/// errata-bpg-bcg-tpg 70: an end of the integers stands for every pressure beyond it.
+#[test]
+fn an_end_of_the_integers_is_an_error_and_no_pressure() {
+    let mut bus = bus(&["bcg450@5:unit=pascal"]);
+    let mut gauge = bus.gauge(5).unwrap();
+    gauge.set(&BA, analog_input::SafeValue, Pascal(0.0)).unwrap();
+    gauge.write("ba.data-type", "integer").unwrap();
+    // 1000 mbar are 100000 Pascal.
+    let error = gauge.get(&PIRANI, analog_input::FullScale).unwrap_err();
+    assert!(matches!(error, ClientError::Typed { error: TypedError::HighestInteger { .. }, .. }), "{error}");
+    assert_eq!(gauge.read("pirani.full-scale").unwrap().text, "32767 Pascal or more");
+    // In IDLE the gauge shows its Safe Value.
+    assert_eq!(gauge.get(&BA, analog_input::SafeValue).unwrap(), Pascal(0.0));
+    let error = gauge.get(&BA, analog_input::ProcessValue).unwrap_err();
+    assert!(matches!(error, ClientError::Typed { error: TypedError::BelowOneUnit, .. }), "{error}");
+}

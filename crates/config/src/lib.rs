@@ -119,6 +119,7 @@ pub use number_range::NumberRange;
 
 use error::Located;
 use file::ConfigToml;
+use profivac_client::cyclic::IntegerRange;
 use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
 use profivac_station::config::{Config, ConfigSource};
@@ -205,6 +206,12 @@ pub fn notices(config: &Config) -> Vec<ConfigNotice> {
     let integers = gauges.filter_map(|gauge| {
         Some(ConfigNotice::IntegerRange { gauge: gauge.name.clone(), range: gauge.integer_range()? })
     });
+    let gauges = config.segments.iter().flat_map(|segment| &segment.gauges);
+    let unknown_units = gauges.filter_map(|gauge| {
+        let ranges: Vec<_> = gauge.integer_ranges().iter().map(IntegerRange::limits).collect();
+        let (gauge, ranges) = (gauge.name.clone(), ranges.join(", "));
+        (!ranges.is_empty()).then_some(ConfigNotice::IntegersWithoutUnit { gauge, ranges })
+    });
     let unprotected = config.gateways.iter().filter_map(|gateway| {
         Some(ConfigNotice::UnprotectedGateway { gateway: gateway.name(), listen: gateway.unprotected()? })
     });
@@ -217,7 +224,7 @@ pub fn notices(config: &Config) -> Vec<ConfigNotice> {
         let host = gateway.unencrypted_broker()?.to_owned();
         Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
     });
-    renamed.chain(empty).chain(integers).chain(unprotected).chain(writers).chain(brokers).collect()
+    renamed.chain(empty).chain(integers).chain(unknown_units).chain(unprotected).chain(writers).chain(brokers).collect()
 }
 
 /// Parses a text that the station has edited; the error says the problem without its position.

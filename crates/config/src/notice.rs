@@ -32,6 +32,17 @@ pub enum ConfigNotice {
         /// The pressures that they show.
         range: IntegerRange,
     },
+    /// The integers of a gauge of another master show other pressures in each unit, and the file does not name the unit.
+    #[error(
+        "the gauge {gauge:?}: its integers show only {ranges}: a higher pressure is over range, a lower one is under range; declare its unit, \
+         and choose a module with floats if the limits are too narrow"
+    )]
+    IntegersWithoutUnit {
+        /// The name of the gauge.
+        gauge: String,
+        /// The pressures that they show in each unit.
+        ranges: String,
+    },
     /// A gateway whose protocol has neither encryption nor login listens beyond this computer.
     #[error(
         "[{gateway}] listens on {listen} without encryption and login, because the protocol has none: every program on a computer that \

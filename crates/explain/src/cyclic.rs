@@ -3,7 +3,9 @@
 use super::cycle::{Answer, Request};
 use super::names::DeviceTables;
 use super::note::{Kind, Notes, octets};
-use profivac_client::cyclic::{TtrReading, exception_texts, extension_texts, mantissa_number};
+use profivac_client::cyclic::{
+    Cause, ChannelValue, CyclicSlave, ReportedChannels, TtrReading, exception_texts, extension_texts, mantissa_number,
+};
 use profivac_client::records::RefusalCodes;
 use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
@@ -88,12 +90,16 @@ impl Cyclic {
         let telegram = self.configuration.and_then(|configuration| configuration.inputs);
         let (mut all, mut states) = (Vec::new(), Vec::new());
         let selected = telegram.and_then(|telegram| octet_of(telegram, answer.du, Field::PvSelector));
+        let values = self.values(tables, answer.du);
         for (field, octets) in telegram.into_iter().flat_map(|telegram| fields(telegram, answer.du)) {
             if field == Field::ParameterChannel {
                 all.extend(self.channel(address, tables, octets, notes));
                 continue;
             }
-            let text = field_text(field, octets, tables, selected);
+            let mut text = field_text(field, octets, tables, selected);
+            if is_below_one_unit(field, &values) {
+                text += " (less than one unit)";
+            }
             if !is_measured(field) && !text.is_empty() {
                 states.push(text.clone());
             }
@@ -104,6 +110,15 @@ impl Cyclic {
         let beginning = if has_started { "" } else { "; its start-up was not received" };
         self.report(address, request, answer, [&states.join(", "), &all, beginning], notes);
         all
+    }
+
+    /// The pressures of the inputs as a master decodes them. Empty without a known device or unit.
+    fn values(&self, tables: &DeviceTables, du: &[u8]) -> Vec<ChannelValue> {
+        let (Some(model), Some(unit), Some(configuration)) = (tables.model, tables.unit, self.configuration) else {
+            return Vec::new();
+        };
+        let channels = ReportedChannels::default();
+        CyclicSlave { address: 0, model, configuration, unit, channels }.decode_inputs(du).values
     }
 
     fn report(
@@ -184,14 +199,24 @@ const fn is_measured(field: Field) -> bool {
     matches!(field, Field::ProcessValue(_) | Field::ChannelValue(..) | Field::ChannelMantissa(_) | Field::TtrValue)
 }
 
+/// Whether the integer of this field is a pressure below one unit. 0 of a gauge that does not measure is none.
+fn is_below_one_unit(field: Field, values: &[ChannelValue]) -> bool {
+    let value = match field {
+        Field::ProcessValue(_) => values.first(),
+        Field::ChannelValue(channel, _) => values.iter().find(|value| value.instance == channel),
+        _ => None,
+    };
+    value.is_some_and(|value| value.cause == Some(Cause::BelowOneUnit))
+}
+
 fn field_text(field: Field, octets: &[u8], tables: &DeviceTables, selected: Option<u8>) -> String {
     let [first, ..] = octets else { return String::new() };
     match field {
         Field::ProcessValue(_) => {
             let part = selected.map(|instance| part(tables, instance)).unwrap_or_default();
-            format!("{part}{}", tables.measured(octets).unwrap_or_default())
+            format!("{part}{}", tables.pressure(octets).unwrap_or_default())
         }
-        Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.measured(octets).unwrap_or_default()),
+        Field::ChannelValue(channel, _) => format!("channel {channel} {}", tables.pressure(octets).unwrap_or_default()),
         Field::ExceptionStatus => exception_texts(ExceptionStatus::from_bits_retain(*first)).join(", "),
         Field::StatusExtension => extension_texts(StatusExtension::from_bits_retain(*first)).join(", "),
         Field::PvSelector | Field::ParameterChannel => String::new(),
@@ -216,4 +241,29 @@ fn part(tables: &DeviceTables, instance: u8) -> String {
     let name =
         locations.into_iter().find(|address| address.instance == instance && instance > 0).map(|address| address.name);
     name.map(|name| format!("{name} ")).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::model::NumberType;
+
+    /// In IDLE a gauge shows its Safe Value.
+    #[test]
+    fn only_the_0_of_a_gauge_that_measures_is_less_than_one_unit() {
+        let cyclic = Cyclic { configuration: MODEL.configurations.get(4), ..Cyclic::default() };
+        let tables = DeviceTables { model: Some(&MODEL), unit: MODEL.unit_named("mbar"), instance: None };
+        let is_below = |tables: &DeviceTables, [exception, status, part, word]: [u8; 4]| {
+            let values = cyclic.values(tables, &[&[0; 8][..], &[exception, status, part, 0, word]].concat());
+            is_below_one_unit(Field::ProcessValue(NumberType::Integer), &values)
+        };
+        assert!(is_below(&tables, [0x80, 0, 1, 0]));
+        assert!(!is_below(&tables, [0x80, 0, 1, 1]));
+        assert!(!is_below(&tables, [0xA0, 1, 2, 0]), "invalid");
+        assert!(!is_below(&tables, [0x80, 0, 0, 0]), "no part");
+        assert!(!is_below(&tables, [0, 0, 0, 0]), "no gauge has filled the inputs");
+        assert!(!is_below(&DeviceTables { unit: MODEL.unit_named("COUNTS"), ..tables }, [0x80, 0, 1, 0]));
+        assert!(!is_below(&DeviceTables::default(), [0x80, 0, 1, 0]));
+    }
 }

@@ -5,7 +5,7 @@ use profivac_sim::describe::Hex;
 use profivac_wire::Sap;
 use profivac_wire::diag::{SlaveDiag, StationStatus};
 use profivac_wire::ext_diag::{Message, MessageKind};
-use profivac_wire::prm::{Dpv1Status1, PrmStatus, SetPrm};
+use profivac_wire::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3, PrmStatus, SetPrm};
 
 /// The format of the device-related blocks in the diagnosis of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,15 +88,17 @@ impl Dpv1Traffic {
     fn parameterised(&mut self, du: &[u8]) {
         let Ok(prm) = SetPrm::parse(du) else { return };
         if prm.status.contains(PrmStatus::LOCK_REQ) && !prm.status.contains(PrmStatus::UNLOCK_REQ) {
-            let status = prm.user.first().map(|octet| Dpv1Status1::from_bits_retain(*octet));
-            let is_enabled = status.is_some_and(|status| status.contains(Dpv1Status1::DPV1_ENABLE));
-            self.enter(if is_enabled { Mode::DpV1 } else { Mode::DpV0 });
+            self.change(requested_mode(prm.user));
         }
     }
 
     fn enter(&mut self, mode: Mode) {
+        self.change(Some(mode));
+    }
+
+    fn change(&mut self, mode: Option<Mode>) {
         self.has_dpv1 |= self.mode == Some(Mode::DpV1);
-        self.mode = Some(mode);
+        self.mode = mode;
     }
 
     /// Takes a diagnosis: another device may be at the address, or the slave has refused Set_Prm.
@@ -109,5 +111,19 @@ impl Dpv1Traffic {
         if diag.status.contains(StationStatus::PRM_FAULT) {
             self.mode = None;
         }
+    }
+}
+
+/// The mode that user parameters request. A slave in DP-V1 mode has three status octets and refuses reserved bits in them (profibus-wire
+/// 2.4): fewer octets, or a first one without DPV1_Enable, are of DP-V0. `None` for reserved bits: the octets may be the vendor's.
+fn requested_mode(user: &[u8]) -> Option<Mode> {
+    let [first, second, third, ..] = *user else { return Some(Mode::DpV0) };
+    let (first, second) = (Dpv1Status1::from_bits_retain(first), Dpv1Status2::from_bits_retain(second));
+    let has_reserved = first.intersects(Dpv1Status1::RESERVED)
+        || second.intersects(Dpv1Status2::RESERVED)
+        || Dpv1Status3::from_bits_retain(third).intersects(Dpv1Status3::RESERVED);
+    match first.contains(Dpv1Status1::DPV1_ENABLE) {
+        true => (!has_reserved).then_some(Mode::DpV1),
+        false => Some(Mode::DpV0),
     }
 }

@@ -2,8 +2,9 @@
 
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::{Value, ValueFormat};
-use profivac_devices::model::{Codes, DataType, Model, Role, Scale, Unit};
+use profivac_devices::model::{Codes, DataType, Model, Role, Unit};
 use profivac_sim::describe::Hex;
+use std::cmp::Ordering;
 
 /// The tables of a device, with the parameters that change the meaning of others.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,7 +55,6 @@ impl DeviceTables {
             return None;
         }
         match row.data_type {
-            DataType::ByType if row.role == Some(Role::ProcessValue) => return self.measured(octets),
             DataType::ByType => return self.pressure(octets),
             DataType::Visible(_) => return Some(format!("{:?}", std::str::from_utf8(octets).ok()?.trim_end())),
             _ if row.role == Some(Role::BlockType) => return self.block(octets),
@@ -63,7 +63,7 @@ impl DeviceTables {
         }
         let format = ValueFormat { named, model: self.model?, unit: self.unit };
         let value = Value::decode(row.data_type, octets).ok()?;
-        let text = format.format(&value);
+        let text = format.text(octets, &value);
         Some(match value {
             Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {
                 format!("{text} ({number})")
@@ -111,27 +111,18 @@ impl DeviceTables {
         Some(format!("{} ({})", block.name, Hex(octets)))
     }
 
-    /// A measured pressure: as [`pressure`](Self::pressure), and 0 as an integer of whole units is less than one unit.
-    #[must_use]
-    pub fn measured(&self, octets: &[u8]) -> Option<String> {
-        let text = self.pressure(octets)?;
-        let is_of_units = self.unit.is_some_and(|unit| unit.scale != Scale::Counts);
-        Some(if octets == [0, 0] && is_of_units { format!("{text} (less than one unit)") } else { text })
-    }
-
     /// A pressure in the unit of the device: two octets are an integer, four octets a float. The highest integer stands for every higher
-    /// pressure (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16).
+    /// pressure (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16), and above it an integer is no pressure.
     #[must_use]
     pub fn pressure(&self, octets: &[u8]) -> Option<String> {
-        let (number, is_highest) = match octets {
-            [high, low] => {
-                let word = u16::from_be_bytes([*high, *low]);
-                (word.to_string(), self.model.is_some_and(|model| model.max_integer == word))
-            }
-            _ => (short(float(octets)?), false),
-        };
         let unit = self.unit.map_or("(unit unknown)", |unit| unit.name);
-        Some(format!("{number} {unit}{}", if is_highest { " or more" } else { "" }))
+        let [high, low] = *octets else { return Some(format!("{} {unit}", short(float(octets)?))) };
+        let word = u16::from_be_bytes([high, low]);
+        Some(match self.model.map(|model| word.cmp(&model.max_integer)) {
+            Some(Ordering::Greater) => format!("{word}, no pressure"),
+            Some(Ordering::Equal) => format!("{word} {unit} or more"),
+            Some(Ordering::Less) | None => format!("{word} {unit}"),
+        })
     }
 }
 
@@ -162,7 +153,7 @@ mod tests {
     use super::*;
     use profivac_client::names::Parameter;
     use profivac_devices::bcg450::table::MODEL;
-    use profivac_devices::catalog::MODELS;
+    use profivac_devices::catalog::{MODELS, model_named};
 
     fn tables() -> DeviceTables {
         DeviceTables { model: Some(&MODEL), unit: MODEL.unit_named("mbar"), instance: None }
@@ -226,11 +217,16 @@ mod tests {
         assert_eq!(tables.pressure(&float), Some("1.500e-3 mbar".to_owned()));
         let pascal = DeviceTables { unit: MODEL.unit_named("Pascal"), ..tables };
         assert_eq!(pascal.pressure(&[0x7F, 0xFF]), Some("32767 Pascal or more".to_owned()));
-        assert_eq!(pascal.measured(&[0x7F, 0xFE]), Some("32766 Pascal".to_owned()));
-        assert_eq!(tables.measured(&[0, 0]), Some("0 mbar (less than one unit)".to_owned()));
-        assert_eq!(tables.measured(&[0; 4]), Some("0 mbar".to_owned()), "a float");
-        // Process Value, and Safe Value, which may be 0.
-        assert_eq!(tables.value(1, 19, &[0, 0]), "0 mbar (less than one unit)");
+        assert_eq!(pascal.pressure(&[0x7F, 0xFE]), Some("32766 Pascal".to_owned()));
+        for word in [0x8000_u16, 0xA000, 0xFFFF] {
+            assert_eq!(pascal.pressure(&word.to_be_bytes()), Some(format!("{word}, no pressure")));
+        }
+        let controller = DeviceTables { model: model_named("img400"), ..pascal };
+        assert_eq!(controller.pressure(&[0x80, 0]), Some("32768 Pascal".to_owned()));
+        assert_eq!(controller.pressure(&[0xFF, 0xFF]), Some("65535 Pascal or more".to_owned()));
+        assert_eq!(DeviceTables { model: None, ..pascal }.pressure(&[0xFF, 0xFF]), Some("65535 Pascal".to_owned()));
+        // A record has no status: 0 may be the Safe Value of a gauge in IDLE.
+        assert_eq!(tables.value(1, 19, &[0, 0]), "0 mbar");
         assert_eq!(tables.value(1, 40, &[0, 0]), "0 mbar");
         assert_eq!(
             DeviceTables { unit: None, ..tables }.pressure(&[0x03, 0xE8]),

@@ -1,10 +1,11 @@
 //! The known facts about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
-use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
+use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
 use profivac_client::identify::device_names;
 use profivac_devices::catalog::{model_with_ident, models_with_ident};
 use profivac_devices::model::{Configuration, Field, Limits, Model, Telegram, Unit};
 use profivac_devices::profile::StatusExtension;
+use profivac_devices::reading::Quality;
 use profivac_dp::link::BitTime;
 use profivac_sim::describe::Hex;
 use serde::Serialize;
@@ -438,22 +439,25 @@ impl Knowledge {
             }
         };
         let values = slave.decode_inputs(&self.inputs).values;
-        let is_pressure = |pa: f64| (LOWEST_PA..=HIGHEST_PA).contains(&pa);
         layout.into_iter().all(is_allowed)
             && values.iter().all(|value| {
-                let Some(pa) = shown_pa(value) else { return true };
                 let mut parts = slave.model.parts.iter().filter(|spec| spec.part.instance == value.instance).peekable();
-                let is_of_part = |limits: &Limits| (limits.under_pa * 0.5..=limits.over_pa * 2.0).contains(&pa);
+                let is_of_part = |limits: &Limits| can_be_within(value, limits.under_pa * 0.5, limits.over_pa * 2.0);
                 // A controller accepts different gauges on a channel.
                 let is_in_range = parts.peek().is_none() || parts.any(|spec| is_of_part(&spec.limits));
-                is_pressure(pa) && is_in_range
+                can_be_within(value, LOWEST_PA, HIGHEST_PA) && is_in_range
             })
     }
 }
 
-/// The pressure of a value, or the bound of one beyond its range or its integers, in Pa.
-fn shown_pa(value: &ChannelValue) -> Option<f64> {
-    value.pa.or(value.limit_pa)
+/// Whether the pressure of a value can be in a range, in Pa. A bound decides one side: the pressure below it can be in a range that begins
+/// below it, and the pressure above it in one that ends above it. A number that is no pressure is in none.
+fn can_be_within(value: &ChannelValue, low_pa: f64, high_pa: f64) -> bool {
+    let (is_below, is_above) = (value.quality == Quality::Underrange, value.quality == Quality::Overrange);
+    match value.pa.or(value.limit_pa) {
+        Some(pa) => (is_above || pa >= low_pa) && (is_below || pa <= high_pa),
+        None => value.cause != Some(Cause::NoPressure),
+    }
 }
 
 /// Whether the unit changes the meaning of the inputs: telegram 205 of the TTR compatibility mode has none.
@@ -476,22 +480,62 @@ mod tests {
     use super::*;
     use profivac_devices::catalog::model_named;
 
-    /// 32767 mbar or more is beyond every gauge, 32767 Pascal or more is not.
-    #[test]
-    fn no_unit_is_assumed_in_which_the_highest_integer_is_beyond_the_gauge() {
-        let model = model_named("bcg450").unwrap();
-        let configuration = Some(&model.configurations[4]);
+    /// The unit that is assumed for these inputs, and their only reading.
+    fn assumed(device: &str, configuration: usize, outputs: usize, inputs: &[u8]) -> (&'static str, ChannelValue) {
+        let model = model_named(device).unwrap();
+        let configuration = Some(&model.configurations[configuration]);
         let mut knowledge = Knowledge::default();
         knowledge.declare(Declared { model, configuration, unit: None });
-        let unit = |knowledge: &mut Knowledge, word: u16| {
-            let [high, low] = word.to_be_bytes();
-            // The diaphragm is the active part.
-            knowledge.exchange(8, &[&[0; 8][..], &[0x80, 0, 3, high, low]].concat(), BitTime(0));
-            knowledge.facts(5).unwrap().slave.unit.name
-        };
-        assert_eq!(unit(&mut knowledge, 900), "mbar");
-        let assumed = unit(&mut knowledge, 32767);
-        assert!(["Micron", "Pascal"].contains(&assumed), "{assumed}");
-        assert_eq!(knowledge.unknown(), [Unknown::AssumedUnit(assumed)]);
+        knowledge.exchange(outputs, inputs, BitTime(0));
+        let unit = knowledge.facts(5).unwrap().slave.unit.name;
+        assert_eq!(knowledge.unknown(), [Unknown::AssumedUnit(unit)]);
+        (unit, knowledge.reading(5).unwrap().values.values[0])
+    }
+
+    fn bcg450(part: u8, word: u16) -> (&'static str, Quality, Option<f64>) {
+        let [high, low] = word.to_be_bytes();
+        let inputs = [&[0; 8][..], &[0x80, 0, part, high, low]].concat();
+        let (unit, value) = assumed("bcg450", 4, 8, &inputs);
+        (unit, value.quality, value.limit_pa)
+    }
+
+    /// 32767 mbar or more is beyond every gauge, 32767 Micron or more is not. Micron is the first such unit of the tables, and its bound
+    /// also holds in Pascal.
+    #[test]
+    fn no_unit_is_assumed_in_which_the_highest_integer_is_beyond_the_gauge() {
+        const DIAPHRAGM: u8 = 3;
+        assert_eq!(bcg450(DIAPHRAGM, 900), ("mbar", Quality::Valid, None));
+        let (unit, quality, limit_pa) = bcg450(DIAPHRAGM, 32767);
+        assert_eq!((unit, quality), ("Micron", Quality::Overrange));
+        assert!((limit_pa.unwrap() / 4368.6 - 1.0).abs() < 1e-4, "{limit_pa:?}");
+    }
+
+    /// An integer in mbar is 0 in the whole range of an ion gauge: 0 bounds the pressure from above only.
+    #[test]
+    fn the_integer_0_of_every_part_is_below_one_mbar_and_no_fault() {
+        for part in model_named("bcg450").unwrap().parts.iter().map(|spec| spec.part.instance) {
+            let (unit, quality, limit_pa) = bcg450(part, 0);
+            let context = format!("part {part}: {unit} {quality:?} {limit_pa:?}");
+            // The range of the diaphragm ends above one mbar at most.
+            assert!(unit == "mbar" && quality == Quality::Underrange, "{context}");
+            assert!((limit_pa.unwrap() / 100.0 - 1.0).abs() < 1e-9, "{context}");
+        }
+    }
+
+    /// Zeros that no gauge has filled fit no unit, so COUNTS, in which 0 is no pressure, fit not better.
+    #[test]
+    fn zeros_that_are_no_pressure_are_no_sign_of_counts() {
+        let (unit, value) = assumed("bcg450", 4, 8, &[0; 13]);
+        assert_eq!((unit, value.quality), ("mbar", Quality::Fault));
+        // Telegram 5 of the IMG 400: with Exception Status a pressure below one unit, without it none.
+        let model = model_named("img400").unwrap();
+        let number =
+            model.configurations.iter().position(|it| it.inputs.is_some_and(|inputs| inputs.number == 5)).unwrap();
+        let outputs = model.configurations[number].output_octets();
+        let mbar = model.unit_named("mbar").unwrap().name;
+        let (unit, value) = assumed("img400", number, outputs, &[0; 9]);
+        assert_eq!((unit, value.quality), (mbar, Quality::Fault));
+        let (unit, value) = assumed("img400", number, outputs, &[0x80, 0, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!((unit, value.quality), (mbar, Quality::Underrange));
     }
 }

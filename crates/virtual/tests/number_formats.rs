@@ -6,12 +6,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_client::Gauge;
-use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave, ReportedChannels};
+use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave, ReportedChannels, unranged_instances};
 use profivac_client::pressure::Pressure;
 use profivac_client::records::{RecordError, Records, RefusalCodes};
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{
-    AccessPath, Configuration, Counts, Field, Model, NumberType, PressureFormat, Role, Scale, Unit,
+    AccessPath, Configuration, Counts, Direction, Field, Model, NumberType, PressureFormat, Role, Scale, Unit,
 };
 use profivac_devices::reading::Quality;
 use profivac_dp::link::Baud;
@@ -20,6 +20,7 @@ use profivac_vacuum::Gas;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
 use profivac_virtual::device_spec::DeviceSpec;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
+use std::collections::BTreeSet;
 
 const BAUD: Baud = Baud::B1500000;
 const ADDRESS: u8 = 5;
@@ -40,6 +41,19 @@ fn around(mbar: f64) -> GasConditions {
 
 impl Measuring {
     fn new(model: &'static Model, configuration: &'static Configuration, unit: &'static Unit) -> Self {
+        let mut measuring = Self::idle(model, configuration, unit);
+        let simulated = measuring.device.device_mut();
+        simulated.set_exchanging(true);
+        simulated.outputs(Outputs::Data(&vec![0; configuration.output_octets()]));
+        if model.name == "img400" {
+            (1..=2).for_each(|slot| simulated.write(Relation::Ms2(0), slot, 14, &[3, 1]).unwrap());
+        }
+        simulated.settle();
+        measuring
+    }
+
+    /// The gauge with its parameters and configuration, before the first exchange.
+    fn idle(model: &'static Model, configuration: &'static Configuration, unit: &'static Unit) -> Self {
         let spec: DeviceSpec = format!("{}@{ADDRESS}:unit={}", model.name, unit.name).parse().unwrap();
         let built = spec.build(NonvolatileMemory::volatile(), BAUD).unwrap();
         let mut device = VirtualDevice::new(built, ADDRESS, BAUD, around(1e-6)).with_external_time();
@@ -50,11 +64,6 @@ impl Measuring {
         let simulated = device.device_mut();
         simulated.set_prm(prm.unwrap().octets).unwrap();
         simulated.chk_cfg(configuration.octets).unwrap();
-        simulated.set_exchanging(true);
-        simulated.outputs(Outputs::Data(&vec![0; configuration.output_octets()]));
-        if model.name == "img400" {
-            (1..=2).for_each(|slot| simulated.write(Relation::Ms2(0), slot, 14, &[3, 1]).unwrap());
-        }
         simulated.settle();
         Self { device, slave }
     }
@@ -111,8 +120,9 @@ fn number(slave: &CyclicSlave, value: &ChannelValue, pa: f64) -> (f64, bool) {
     (format.number_from_pa(pa), is_log)
 }
 
-/// A valid reading is the true pressure, and a bound is one of it.
-fn assert_true(value: &ChannelValue, mbar: f64, unit_pa: f64, context: &str) {
+/// A valid reading is the true pressure, and a bound is one of it. A gauge without a range in the tables, and a telegram that does not name
+/// its part, have a quality without a bound where the number is no pressure.
+fn assert_true(model: &Model, value: &ChannelValue, mbar: f64, unit_pa: f64, context: &str) {
     let true_pa = mbar * 100.0;
     match (value.quality, value.pa, value.limit_pa) {
         (Quality::Valid, Some(pa), None) => {
@@ -121,9 +131,30 @@ fn assert_true(value: &ChannelValue, mbar: f64, unit_pa: f64, context: &str) {
         }
         (Quality::Overrange, None, Some(limit)) => assert!(true_pa >= limit * (1.0 - TOLERANCE), "{context}"),
         (Quality::Underrange, None, Some(limit)) => assert!(true_pa <= limit * (1.0 + TOLERANCE), "{context}"),
-        (Quality::Valid, ..) => panic!("{context}"),
-        (_, pa, _) => assert_eq!(pa, None, "{context}"),
+        (Quality::Overrange | Quality::Underrange, None, None) => assert!(!has_range(model, value), "{context}"),
+        (Quality::Valid | Quality::Overrange | Quality::Underrange, ..) => {
+            panic!("no pressure and no bound: {context}")
+        }
+        (_, pa, limit_pa) => assert_eq!((pa, limit_pa), (None, None), "{context}"),
     }
+}
+
+/// Whether the tables have the range of the part.
+fn has_range(model: &Model, value: &ChannelValue) -> bool {
+    model.parts.iter().any(|spec| spec.part.instance == value.instance)
+        && !unranged_instances(model).contains(&value.instance)
+}
+
+/// As [`assert_true`], and a gauge that measures has no fault. Without a status of the value, an alarm or warning of the device leaves open
+/// whether it concerns the value.
+fn assert_measured(slave: &CyclicSlave, value: &ChannelValue, mbar: f64, unit_pa: f64, context: &str) {
+    assert_true(slave.model, value, mbar, unit_pa, context);
+    let is_status = |field: &Field| {
+        matches!(field, Field::StatusExtension | Field::ChannelStatus | Field::MeasurementStatus(_) | Field::TtrValue)
+    };
+    let has_status = slave.configuration.inputs.unwrap().fields.iter().any(is_status);
+    let is_open = !has_status && matches!(value.cause, Some(Cause::NoStatus | Cause::Alarms(_)));
+    assert!(value.quality != Quality::Fault || is_open, "{context}");
 }
 
 /// One unit in Pa; 0 in COUNTS, whose truncation the tolerance covers.
@@ -167,7 +198,7 @@ fn no_reading_of_any_format_is_valid_and_wrong() {
                         let octets = configuration.octets;
                         let context =
                             format!("{} {octets:02X?} in {} at {mbar} mbar: {value:?}", model.name, unit.name);
-                        assert_true(&value, mbar, unit_pa, &context);
+                        assert_measured(&measuring.slave, &value, mbar, unit_pa, &context);
                         valid += usize::from(value.is_valid());
                     }
                 }
@@ -176,6 +207,49 @@ fn no_reading_of_any_format_is_valid_and_wrong() {
         }
     }
     assert!(formats > 300 && valid > 5000, "{formats} formats, {valid} valid readings");
+}
+
+/// A gauge that does not measure shows its Safe Value, here 0, and inputs that no gauge has filled are zeros.
+#[test]
+fn no_number_of_a_gauge_that_does_not_measure_is_a_pressure_or_a_bound() {
+    let mut seen = 0;
+    for model in MODELS.iter().filter(|model| !model.parts.is_empty()) {
+        for (configuration, unit) in
+            configurations(model).into_iter().flat_map(|it| model.units.iter().map(move |unit| (it, unit)))
+        {
+            let mut idle = Measuring::idle(model, configuration, unit);
+            let context = |value: &ChannelValue| {
+                format!("{} {:02X?} in {}: {value:?}", model.name, configuration.octets, unit.name)
+            };
+            for value in idle.slave.decode_inputs(&vec![0; configuration.input_octets()]).values {
+                assert_eq!(
+                    (value.quality, value.cause),
+                    (Quality::Fault, Some(Cause::NoPressure)),
+                    "{}",
+                    context(&value)
+                );
+            }
+            for mbar in [1e-6, 5e-3, 0.5, 40.0, 1013.25] {
+                for value in idle.at(mbar) {
+                    assert_true(model, &value, mbar, 0.0, &context(&value));
+                    assert!(!value.is_valid(), "{}", context(&value));
+                    let is_of_number = matches!(value.cause, Some(Cause::HighestInteger | Cause::BelowOneUnit));
+                    assert!(!is_of_number, "{}", context(&value));
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 2000, "{seen}");
+}
+
+/// The quality and the bound of an integer whose telegram with floats has this reading.
+fn expected_of(float: &ChannelValue, number: f64, is_log: bool, max: f64) -> (Quality, Option<Cause>) {
+    match float.quality {
+        Quality::Valid if number >= max => (Quality::Overrange, Some(Cause::HighestInteger)),
+        Quality::Valid if number < 1.0 && !is_log => (Quality::Underrange, Some(Cause::BelowOneUnit)),
+        quality => (quality, float.cause),
+    }
 }
 
 /// An integer shows what the float beside it shows, or the end of its format.
@@ -189,41 +263,48 @@ fn an_integer_is_valid_between_its_ends_and_out_of_range_at_them() {
             let mut float = Measuring::new(model, with_floats(configuration, model), unit);
             let (mut highest, mut lowest) = (0, 0);
             for mbar in pressures(model) {
-                for (of_integer, of_float) in integer.at(mbar).into_iter().zip(float.at(mbar)) {
+                let (of_integers, of_floats) = (integer.at(mbar), float.at(mbar));
+                assert_eq!(of_integers.len(), of_floats.len());
+                for (of_integer, of_float) in of_integers.into_iter().zip(of_floats) {
                     let octets = configuration.octets;
                     let context = format!(
                         "{} {octets:02X?} in {} at {mbar} mbar: {of_integer:?}, with floats {of_float:?}",
                         model.name, unit.name
                     );
-                    let Some(pa) = of_float.pa else {
-                        assert!(!of_integer.is_valid(), "{context}");
-                        continue;
-                    };
-                    let ((number, is_log), max) = (number(&integer.slave, &of_float, pa), f64::from(model.max_integer));
-                    let expected = match number {
-                        _ if number >= max => (Quality::Overrange, Some(Cause::HighestInteger)),
-                        _ if number < 1.0 && !is_log => (Quality::Underrange, Some(Cause::BelowOneUnit)),
-                        _ => (Quality::Valid, None),
-                    };
                     let found = (of_integer.quality, of_integer.cause);
-                    // A float of 32 bits may be rounded across an end, and an integer by a millionth of a unit.
-                    if [1.0, max].iter().any(|end| (number - end).abs() < 2e-6 + 2e-7 * end) {
-                        assert!(of_integer.is_valid() || of_integer.limit_pa.is_some(), "{context}");
+                    let Some(float_pa) = of_float.pa else {
+                        assert_eq!(found, (of_float.quality, of_float.cause), "{context}");
+                        assert_true(model, &of_integer, mbar, 0.0, &context);
+                        let is_known = has_range(model, &of_float);
+                        assert!(!is_known || of_integer.limit_pa == of_float.limit_pa, "{context}");
                         continue;
-                    }
-                    assert_eq!(found, expected, "{context}");
+                    };
+                    let max = f64::from(model.max_integer);
+                    let (shown, is_log) = number(&integer.slave, &of_float, float_pa);
+                    // A float of 32 bits may be rounded across an end, and an integer by a millionth of a unit.
+                    let slack = 2e-6 + 2e-7 * shown;
+                    let allowed =
+                        [shown - slack, shown, shown + slack].map(|it| expected_of(&of_float, it, is_log, max));
+                    assert!(allowed.contains(&found), "expected {allowed:?}: {context}");
                     let one_pa = 100.0 / if let Scale::PerMbar(per_mbar) = unit.scale { per_mbar } else { 1.0 };
-                    match expected.0 {
+                    match of_integer.quality {
                         Quality::Overrange => {
+                            assert_eq!(of_integer.pa, None, "{context}");
                             assert!((of_integer.limit_pa.unwrap() / (max * one_pa) - 1.0).abs() < 1e-9, "{context}");
                             highest += 1;
                         }
                         Quality::Underrange => {
+                            assert_eq!(of_integer.pa, None, "{context}");
                             let ratio = of_integer.limit_pa.unwrap() / one_pa;
                             assert!(unit.scale == Scale::Counts || (ratio - 1.0).abs() < 1e-9, "{context}");
                             lowest += 1;
                         }
-                        _ => {}
+                        _ => {
+                            // Truncated to whole units: at most one unit below the float.
+                            let (held, _) = number(&integer.slave, &of_integer, of_integer.pa.unwrap());
+                            assert!((held - slack..=held + 1.0 + slack).contains(&shown), "{held} {shown}: {context}");
+                            assert_eq!(of_integer.limit_pa, None, "{context}");
+                        }
                     }
                 }
             }
@@ -272,7 +353,7 @@ impl Records for Direct<'_> {
 /// The pressures of all parts over MS1 and MS2, with the data type integer.
 #[test]
 fn no_process_value_that_is_read_as_an_integer_is_valid_and_wrong() {
-    let mut seen = Vec::new();
+    let (mut seen, mut refused) = (Vec::new(), BTreeSet::new());
     for model in MODELS.iter().filter(|model| model.features.dpv1) {
         let configuration =
             configurations(model).into_iter().find(|it| it.number() == Some(NumberType::Integer)).unwrap();
@@ -291,18 +372,27 @@ fn no_process_value_that_is_read_as_an_integer_is_valid_and_wrong() {
                         let part = model.parts.iter().find(|spec| spec.part.instance == instance);
                         let is_value = named.parameter.row.role == Some(Role::ProcessValue);
                         let is_ambient = named.name.starts_with("atm");
-                        if !is_value || part.is_none() || is_ambient {
+                        let is_readable = named.parameter.row.access.allows(via, Direction::Read);
+                        if !is_value || part.is_none() || is_ambient || !is_readable {
                             continue;
                         }
-                        let Ok(value) = gauge.pressure_of(named) else { continue };
+                        let value = match gauge.pressure_of(named) {
+                            Ok(value) => value,
+                            Err(error) => {
+                                refused.insert(format!("{} {via:?} {named}: {error}", model.name));
+                                continue;
+                            }
+                        };
                         let context = format!("{} {named} in {} at {mbar} mbar: {value:?}", model.name, unit.name);
-                        assert_true(&value, mbar, unit_pa, &context);
+                        assert_true(model, &value, mbar, unit_pa, &context);
+                        assert_ne!(value.quality, Quality::Fault, "{context}");
                         seen.push((model.name, unit.scale, value.cause));
                     }
                 }
             }
         }
     }
+    assert_eq!(refused, BTreeSet::new());
     let has = |wanted| assert!(seen.contains(&wanted), "{wanted:?}");
     for model in ["bcg450", "bpg400", "hpg400", "pcg550", "psg554", "img400"] {
         has((model, Scale::PASCAL, Some(Cause::HighestInteger)));

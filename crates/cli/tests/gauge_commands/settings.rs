@@ -103,6 +103,27 @@ fn settings_that_change_each_other_are_all_restored() {
     assert_eq!(line.run("diff", 6, &[&file]).err, "profivac: no differences in 49 settings\n");
 }
 
+/// 1e-3 mbar and 500 mbar are 0 and 32767 as integers in Pascal.
+#[test]
+fn a_setting_that_integers_show_as_a_bound_is_left_out_and_keeps_its_value() {
+    let line = Line::with(&["bcg450@5:unit=pascal", "bcg450@6:unit=pascal"]);
+    for address in [5, 6] {
+        line.output("write", address, &["pirani.safe-value", "0.1 Pascal"]);
+        line.output("write", address, &["cdg.safe-value", "50000 Pascal"]);
+        line.output("write", address, &["pirani.data-type", "integer"]);
+    }
+    assert_eq!(line.output("read", 5, &["cdg.safe-value"]), "cdg.safe-value = 32767 Pascal or more\n");
+    let file = dumped(&line, 5);
+    let done = line.run("restore", 6, &[&file]);
+    assert_eq!((done.code, done.out.as_str()), (0, ""), "{}", done.err);
+    for name in ["pirani.safe-value", "cdg.safe-value"] {
+        assert!(done.err.contains("not in the file, because the integers") && done.err.contains(name), "{}", done.err);
+    }
+    line.output("write", 6, &["pirani.data-type", "float"]);
+    assert_eq!(line.output("read", 6, &["pirani.safe-value"]), "pirani.safe-value = 0.1 Pascal\n");
+    assert_eq!(line.output("read", 6, &["cdg.safe-value"]), "cdg.safe-value = 50000 Pascal\n");
+}
+
 #[test]
 fn a_refused_setting_is_reported_and_the_others_are_written() {
     let line = Line::with(&["bcg450@5"]);

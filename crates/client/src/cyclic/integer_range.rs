@@ -45,6 +45,20 @@ impl IntegerRange {
     }
 }
 
+impl IntegerRange {
+    /// The same in every pressure unit of the model, for a configuration whose unit is not known. Empty for floats.
+    #[must_use]
+    pub fn in_every_unit(model: &Model, configuration: &Configuration) -> Vec<Self> {
+        model.units.iter().filter_map(|unit| Self::of(model, configuration, unit)).collect()
+    }
+
+    /// The limits in mbar: `0.01 to 327.67 mbar in Pascal`.
+    #[must_use]
+    pub fn limits(&self) -> String {
+        format!("{} to {} mbar in {}", mbar(self.lowest_pa), mbar(self.highest_pa), self.unit.name)
+    }
+}
+
 impl fmt::Display for IntegerRange {
     /// The limits in mbar: `its integers in Pascal show 0.01 to 327.67 mbar only ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

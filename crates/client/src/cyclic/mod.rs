@@ -84,29 +84,32 @@ impl CyclicSlave {
     pub fn decode_inputs(&self, inputs: &[u8]) -> CyclicValues {
         let fields = Fields { configuration: self.configuration, inputs };
         let exception = ExceptionStatus::from_bits_retain(fields.octet(Field::ExceptionStatus).unwrap_or_default());
+        // Bit 7 is always 1 (errata-pxg55x-img400 38, errata-bpg-bcg-tpg 51): without it no gauge has filled the inputs, and 0 is no pressure.
+        let is_filled = exception.contains(ExceptionStatus::EXPANDED);
+        let is_below = |held: &HeldPressure| matches!(held, HeldPressure::Below(_));
         let values = fields.all().filter_map(|(field, octets)| {
             let (instance, held, status) = match field {
                 Field::ProcessValue(number) => {
                     let selector = fields.octet(Field::PvSelector);
                     let instance = selector.unwrap_or(NO_INSTANCE);
-                    // chosen: a gauge that measures names its part, so zeros alone are no pressure below one unit.
-                    let is_named =
-                        |held: &HeldPressure| selector != Some(NO_INSTANCE) || !matches!(held, HeldPressure::Below(_));
-                    (instance, self.decode(number, octets, instance).filter(is_named), fields.gauge_status())
+                    // chosen: a gauge that measures names its part, so 0 without a part is no pressure below one unit.
+                    let is_named = selector != Some(NO_INSTANCE);
+                    let is_credible = |held: &HeldPressure| is_filled && is_named || !is_below(held);
+                    (instance, self.decode(number, octets, instance).filter(is_credible), fields.gauge_status())
                 }
                 Field::ChannelValue(channel, number) => {
-                    (channel, self.decode(number, octets, channel), fields.channel_status(channel))
+                    let is_credible = |held: &HeldPressure| is_filled || !is_below(held);
+                    (channel, self.decode(number, octets, channel).filter(is_credible), fields.channel_status(channel))
                 }
                 Field::ChannelMantissa(channel) => {
                     (channel, self.decode_mantissa(octets), fields.channel_status(channel))
                 }
                 Field::TtrValue => {
-                    let reading = TtrReading::decode(octets)?;
-                    (
-                        NO_INSTANCE,
-                        Some(HeldPressure::Exact(reading.pa)),
-                        ValueStatus::Ttr { has_error: reading.has_error },
-                    )
+                    let TtrReading { has_error, pa, .. } = TtrReading::decode(octets)?;
+                    // chosen: two zeros are no pressure, because the value 0 is below the range of each gauge, and a gauge shows the end
+                    // of its range there.
+                    let held = Some(HeldPressure::Exact(pa)).filter(|_| octets != [0, 0]);
+                    (NO_INSTANCE, held, ValueStatus::Ttr { has_error })
                 }
                 Field::ParameterChannel
                 | Field::TransitionCommand
@@ -466,6 +469,7 @@ mod tests {
                                 inputs[start..start + 2].copy_from_slice(&word.to_be_bytes());
                             }
                             Field::PvSelector => inputs[start] = instance,
+                            Field::ExceptionStatus => inputs[start] = ExceptionStatus::EXPANDED.bits(),
                             _ => {}
                         }
                     }
@@ -499,6 +503,28 @@ mod tests {
             }
         }
         assert!(configurations > 150, "{configurations}");
+    }
+
+    /// The buffers of a gateway or of an ASIC hold zeros until the gauge has filled them. Bit 7 of Exception Status is always 1
+    /// (errata-pxg55x-img400 38), and no gauge shows the TTR value 0, which is below the range of each.
+    #[test]
+    fn inputs_that_no_gauge_has_filled_are_no_pressure_and_no_bound_of_one() {
+        let mut decoded = 0;
+        for model in MODELS {
+            for (configuration, unit) in
+                model.configurations.iter().flat_map(|it| model.units.iter().map(move |unit| (it, unit)))
+            {
+                let channels = ReportedChannels::default();
+                let slave = CyclicSlave { address: 5, model, configuration, unit, channels };
+                for value in slave.decode_inputs(&vec![0; configuration.input_octets()]).values {
+                    let context = format!("{} {:02X?} in {}: {value:?}", model.name, configuration.octets, unit.name);
+                    assert_eq!((value.quality, value.cause), (Quality::Fault, Some(Cause::NoPressure)), "{context}");
+                    assert_eq!((value.pa, value.limit_pa), (None, None), "{context}");
+                    decoded += 1;
+                }
+            }
+        }
+        assert!(decoded > 800, "{decoded}");
     }
 
     fn format_of(unit: &'static Unit) -> PressureFormat {
@@ -554,7 +580,7 @@ mod tests {
                 assert_eq!(slave.decode_inputs(&[0x48, 0xFF]).values.len(), 1, "{name}");
                 assert!((value([0x48, 0xFF]).pa.unwrap() / 100.0 - 1.0).abs() < 0.003, "1 mbar in {}", unit.name);
                 assert_eq!(value([0x88, 0xFF]).text(), "fault: the gauge reports an error");
-                assert_eq!((value([0, 0]).quality, value([0, 0]).pa), (Quality::Underrange, None));
+                assert_eq!((value([0, 1]).quality, value([0, 1]).pa), (Quality::Underrange, None));
                 assert_eq!(value([0x0F, 0xFF]).quality, Quality::Overrange);
                 assert_eq!(slave.assumption(), None);
             }

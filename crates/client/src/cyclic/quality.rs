@@ -14,7 +14,7 @@
 //! | PCG, PSG in TTR compatibility mode | Bit 7 of the status (tira56e1 4.4.1) | fault |
 //! | PCG, PSG in TTR compatibility mode | the value is at an end of the range of the gauge or beyond: the telegram has no status of it | underrange, overrange |
 //! | all | no condition above, and the number is the highest integer of its format (errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16) | overrange |
-//! | all | no condition above, and the number is the integer 0, not on a logarithmic scale of COUNTS: less than one unit | underrange |
+//! | all | no condition above, bit 7 of Exception Status is set, the part is named, and the number is the integer 0, not on a logarithmic scale of COUNTS: less than one unit | underrange |
 //! | all | no condition above, and the number is positive and finite | valid |
 //! | all | no condition above | fault |
 
@@ -80,7 +80,7 @@ impl fmt::Display for Cause {
             Self::ChannelError => f.write_str("the controller reports an error of the channel"),
             Self::DeclaredInvalid => f.write_str("the gauge declares its reading invalid"),
             Self::GaugeError => f.write_str("the gauge reports an error"),
-            Self::HighestInteger => f.write_str("the number is the highest of an integer"),
+            Self::HighestInteger => f.write_str("the number is the highest of its format: the pressure may be higher"),
             Self::BelowOneUnit => f.write_str("the integer is 0, less than one unit"),
             Self::NoPressure => f.write_str("the number is not a pressure"),
             Self::NoStatus => {

@@ -79,7 +79,7 @@ impl<R: Records> Gauge<R> {
         self.check_access(named, Direction::Read)?;
         self.select(named)?;
         let (octets, value, unit) = self.read_with_unit(named)?;
-        let text = ValueFormat { named, model: self.model, unit }.format(&value);
+        let text = ValueFormat { named, model: self.model, unit }.text(&octets, &value);
         let unit = match named.parameter.row.codes {
             Codes::PerMille(..) => Some("0.1 %"),
             _ => unit.map(|unit| unit.name),

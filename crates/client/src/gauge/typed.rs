@@ -6,8 +6,8 @@ use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::pressure_format;
 use profivac_devices::model::{
-    Counts, DataType, HeldPressure, Location, NumberType, ParameterValue, PressureFormat, Row, Scale, TypedParameter,
-    Unit, Value as ParameterData,
+    Counts, DataType, HeldPressure, Location, NumberType, ParameterValue, PressureFormat, Role, Row, Scale,
+    TypedParameter, Unit, Value as ParameterData,
 };
 use profivac_devices::profile::DeviceState;
 use profivac_devices::{bcg450, img400};
@@ -31,15 +31,23 @@ impl<R: Records> Gauge<R> {
     ///
     /// # Errors
     /// [`ClientError::Typed`] if the model has no such parameter, the value is outside its code table, or a pressure is the highest integer
-    /// of its format; the errors of [`read`](Self::read).
+    /// of its format, or a measured pressure the integer 0; the errors of [`read`](Self::read).
     pub fn get<P: TypedParameter>(&mut self, location: &Location, _parameter: P) -> Result<P::Value, ClientError> {
         let named = self.typed_parameter::<P>(location)?;
         let ParameterReading { octets, unit, .. } = self.read_parameter(&named)?;
         let number = if octets.len() == NumberType::Integer.octets() { NumberType::Integer } else { NumberType::Float };
         let format = self.pressure_format(&named, unit, number)?;
         let is_pressure = named.parameter.row.data_type == DataType::ByType;
-        if is_pressure && matches!(format.measured(&octets), Some(HeldPressure::AtLeast(_))) {
-            let error = TypedError::HighestInteger { octets };
+        let is_measured = named.parameter.row.role == Some(Role::ProcessValue);
+        let bound = match format.measured(&octets) {
+            Some(HeldPressure::AtLeast(_)) if is_pressure => {
+                Some(TypedError::HighestInteger { octets: octets.clone() })
+            }
+            // A setting may be 0.
+            Some(HeldPressure::Below(_)) if is_measured => Some(TypedError::BelowOneUnit),
+            _ => None,
+        };
+        if let Some(error) = bound {
             return Err(ClientError::Typed { location: self.context(&named), error });
         }
         let value = named.parameter.row.data_type.decode(&octets, &format).ok();

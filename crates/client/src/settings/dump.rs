@@ -9,7 +9,7 @@ use crate::records::ErrorKind;
 use crate::records::{Records, Unavailable};
 use crate::values::Value;
 use profivac_devices::catalog::model_named;
-use profivac_devices::model::{DataType, Direction, Model, Role};
+use profivac_devices::model::{DataType, Direction, Role, Scale};
 use profivac_devices::profile::DeviceState;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -46,8 +46,9 @@ const DEVICE_STATE: (u8, u8) = (0, 25);
 /// Why a gauge in IDLE has no pressure.
 pub const IN_IDLE: &str = "the gauge is in IDLE";
 
-/// Why a setting is not in the file.
-const HIGHEST_INTEGER: &str = "the highest integer of its format: choose the data type float and dump again";
+/// Why a setting is not in the file, and what to do.
+const ENDS_OF_INTEGERS: &str =
+    "its integer stands for every pressure beyond: choose the data type float and dump again, or add the line by hand";
 
 /// How often an instance is read when another master moves the selector meanwhile.
 const ATTEMPTS: usize = 3;
@@ -151,10 +152,24 @@ impl Dump {
         Some(if self.is_idle() { IN_IDLE.to_owned() } else { pressure.text() })
     }
 
-    /// Whether a pressure is the highest integer of its format: the gauge may hold any higher one, which this one must not replace.
-    fn is_highest_integer(&self, reading: &ParameterReading) -> bool {
-        let is_highest = |model: &Model| reading.octets == model.max_integer.to_be_bytes();
-        reading.named.parameter.row.data_type == DataType::ByType && model_named(self.device).is_some_and(is_highest)
+    /// The text of a setting that the file must not hold: an end of the integers. The gauge may hold any pressure beyond it, which the end
+    /// must not replace.
+    fn bound(&self, reading: &ParameterReading) -> Option<String> {
+        let model = model_named(self.device)?;
+        let unit = model.unit_named(reading.unit?)?;
+        let is_pressure = reading.named.parameter.row.data_type == DataType::ByType;
+        match reading.octets.as_slice() {
+            _ if !is_pressure => None,
+            [0, 0] if unit.scale != Scale::Counts => Some(format!("{}, or less than one unit", reading.text)),
+            octets if octets == model.max_integer.to_be_bytes() => Some(reading.text.clone()),
+            _ => None,
+        }
+    }
+
+    /// The settings that the file does not hold, with the bounds of their pressures.
+    fn left_out(&self) -> Vec<(&NamedParameter, String)> {
+        let settings = self.readings.iter().filter(|(named, _)| is_setting(named));
+        settings.filter_map(|(named, reading)| Some((named, self.bound(reading.as_ref().ok()?)?))).collect()
     }
 
     fn is_idle(&self) -> bool {
@@ -170,15 +185,20 @@ impl Dump {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("device = \"{}\"\nident = 0x{:04X}\n", self.device, self.ident);
+        let left_out = self.left_out();
+        if !left_out.is_empty() {
+            let names: Vec<_> = left_out.iter().map(|(named, _)| quoted(&named.name)).collect();
+            writeln!(text, "# restore cannot write these: {ENDS_OF_INTEGERS}\nleft-out = [{}]", names.join(", ")).ok();
+        }
         for (heading, note, is_wanted) in
             [("settings", "restore writes these", true), ("readings", "these are only for reading", false)]
         {
             writeln!(text, "\n# {note}\n[{heading}]").ok();
             for (named, reading) in self.readings.iter().filter(|(named, _)| is_setting(named) == is_wanted) {
+                let bound = left_out.iter().find(|(other, _)| other.name == named.name);
                 match reading {
-                    Ok(reading) if is_wanted && self.is_highest_integer(reading) => {
-                        let text_of = &reading.text;
-                        writeln!(text, "# {}: {text_of} or more, {HIGHEST_INTEGER}", named.name).ok()
+                    Ok(_) if let Some((_, bound)) = bound => {
+                        writeln!(text, "# {}: {bound}: {ENDS_OF_INTEGERS}", named.name).ok()
                     }
                     Ok(reading) => {
                         let reason = self.invalid_reason(named).map(|reason| format!("  # not valid: {reason}"));
@@ -214,6 +234,7 @@ mod tests {
     use super::*;
     use crate::names::ParameterNames;
     use crate::records::RecordError;
+    use crate::values::ValueFormat;
     use profivac_devices::model::{AccessPath, Length};
 
     #[test]
@@ -229,25 +250,36 @@ mod tests {
         let model = model_named("bcg450").unwrap();
         // Safe Value of the Pirani.
         let named = ParameterNames::of(model).at(1, 1, 40).unwrap().clone();
-        let dumped = |octets: [u8; 2], text: &str| {
-            let value = Value::Number(u16::from_be_bytes(octets).into());
-            let reading = ParameterReading {
-                named: named.clone(),
-                octets: octets.to_vec(),
-                value,
-                text: text.to_owned(),
-                unit: Some("Pascal"),
-            };
+        let dumped = |octets: &[u8], unit: &'static str| {
+            let value = Value::decode(DataType::ByType, octets).unwrap();
+            let format = ValueFormat { named: &named, model, unit: model.unit_named(unit) };
+            let text = format.text(octets, &value);
+            let reading =
+                ParameterReading { named: named.clone(), octets: octets.to_vec(), value, text, unit: Some(unit) };
             let readings = vec![(named.clone(), Ok(reading))];
             Dump { device: "bcg450", ident: model.ident, readings, pressures: BTreeMap::new() }.to_toml()
         };
-        let text = dumped([0x7F, 0xFF], "32767 Pascal");
-        assert!(
-            text.contains("\n# pirani.safe-value: 32767 Pascal or more, the highest integer of its format"),
-            "{text}"
-        );
-        assert!(SettingsFile::parse(&text).unwrap().settings.is_empty());
-        assert!(dumped([0x7F, 0xFE], "32766 Pascal").contains("\n\"pirani.safe-value\" = \"32766 Pascal\"\n"));
+        let text = dumped(&[0x7F, 0xFF], "Pascal");
+        assert!(text.contains("\n# pirani.safe-value: 32767 Pascal or more: its integer stands"), "{text}");
+        let file = SettingsFile::parse(&text).unwrap();
+        assert_eq!((file.settings.len(), file.left_out), (0, vec!["pirani.safe-value".to_owned()]));
+        // 5e-3 mbar in Pascal is 0.
+        let text = dumped(&[0, 0], "Pascal");
+        assert!(text.contains("\n# pirani.safe-value: 0 Pascal, or less than one unit: "), "{text}");
+        let file = SettingsFile::parse(&text).unwrap();
+        assert_eq!((file.settings.len(), file.left_out), (0, vec!["pirani.safe-value".to_owned()]));
+        for (octets, unit, line) in [
+            (&[0x7F, 0xFE][..], "Pascal", "32766 Pascal"),
+            (&[0, 1], "Pascal", "1 Pascal"),
+            // The logarithmic scale has no pressure at 0: it is the Safe Value 0 (errata-bpg-bcg-tpg 74).
+            (&[0, 0], "COUNTS", "0 COUNTS"),
+            (&[0, 0, 0, 0], "Pascal", "0 Pascal"),
+            (&[0x46, 0xFF, 0xFE, 0x00], "Pascal", "32767 Pascal"),
+        ] {
+            let text = dumped(octets, unit);
+            assert!(text.contains(&format!("\n\"pirani.safe-value\" = \"{line}\"\n")), "{text}");
+            assert_eq!(SettingsFile::parse(&text).unwrap().left_out, Vec::<String>::new());
+        }
     }
 
     /// A gauge whose selector another master moves after every `every` reads.

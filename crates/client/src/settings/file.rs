@@ -19,6 +19,8 @@ pub struct SettingsFile {
     pub ident: u16,
     /// The settings.
     pub settings: Vec<Setting>,
+    /// The settings of the gauge that the file does not hold, because its integers showed only a bound of them.
+    pub left_out: Vec<String>,
 }
 
 /// One line of a file.
@@ -100,6 +102,8 @@ pub enum SettingsFileError {
 struct Raw {
     device: String,
     ident: u16,
+    #[serde(default, rename = "left-out")]
+    left_out: Vec<String>,
     #[serde(default)]
     settings: BTreeMap<String, Spanned<String>>,
     #[serde(default)]
@@ -131,7 +135,8 @@ impl SettingsFile {
             let at = line_and_column(text, value.span().start);
             Setting { name, value: value.into_inner(), at }
         };
-        Ok(Self { device: raw.device, ident: raw.ident, settings: raw.settings.into_iter().map(setting).collect() })
+        let Raw { device, ident, left_out, .. } = raw;
+        Ok(Self { device, ident, settings: raw.settings.into_iter().map(setting).collect(), left_out })
     }
 
     /// Checks that the file belongs to the model of this gauge.

@@ -108,7 +108,8 @@ impl Decoder<'_> {
             };
             let number = match field {
                 Field::ProcessValue(NumberType::Integer) | Field::ChannelValue(_, NumberType::Integer) => {
-                    format!(", a word; {} stands for all above, 0 for less than 1", self.model.max_integer)
+                    let highest = self.model.max_integer;
+                    format!(", a word; {highest}: this or more; 0: less than one unit (COUNTS: no pressure)")
                 }
                 Field::ProcessValue(NumberType::Float) | Field::ChannelValue(_, NumberType::Float) => {
                     ", a float".to_owned()
@@ -287,12 +288,15 @@ impl Decoder<'_> {
         self.pressures().iter().any(|(_, field)| number_of(*field) == Some(NumberType::Integer))
     }
 
-    /// The two integers that stand for every pressure beyond them. 0 on a logarithmic scale is no pressure already.
+    /// The two integers that stand for every pressure beyond them. 0 on a logarithmic scale is no pressure already, and neither is 0 in
+    /// inputs that no gauge has filled.
     fn integer_ends(&self, source: &mut Source) {
         let highest = real(self.model.max_integer.into());
         source.line(&format!("IS_HIGHEST := IS_PRESSURE AND (NUMBER = {highest});"));
         let named = if self.selector().is_some() { " AND (INSTANCE <> 0)" } else { "" };
-        source.line(&format!("IS_ZERO := IS_PRESSURE AND (NUMBER = 0.0){named};"));
+        let filled = bit("EXCEPTION", ExceptionStatus::EXPANDED.bits());
+        let filled = self.exception().map(|_| format!(" AND ({filled})")).unwrap_or_default();
+        source.line(&format!("IS_ZERO := IS_PRESSURE AND (NUMBER = 0.0){named}{filled};"));
     }
 
     /// The variable with the instance or channel of a value, if the tables have its COUNTS.
@@ -479,8 +483,8 @@ impl Decoder<'_> {
             ],
             Status::Ttr => vec![
                 rule("ERROR", Quality::Fault),
-                (format!("HAS_RANGE AND {at_low_end}"), Quality::Underrange),
-                (format!("HAS_RANGE AND (PA >= HIGH * {})", real(1.0 - ROUNDING)), Quality::Overrange),
+                (format!("HAS_RANGE AND IS_PRESSURE AND {at_low_end}"), Quality::Underrange),
+                (format!("HAS_RANGE AND IS_PRESSURE AND (PA >= HIGH * {})", real(1.0 - ROUNDING)), Quality::Overrange),
             ],
             Status::None => vec![
                 rule("ALARM", Quality::Fault),
@@ -585,4 +589,5 @@ END_WHILE;";
 /// Telegram 205, as [`crate::cyclic::TtrReading`] decodes it: the exponent of ten in Pa is value / 482 - 2.778.
 const TTR: &str = "\
 NUMBER := INT_TO_REAL(B0 MOD 16) * 256.0 + INT_TO_REAL(B1);
-PA := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);";
+PA := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);
+IS_PRESSURE := (B0 <> 0) OR (B1 <> 0);";

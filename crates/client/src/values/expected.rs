@@ -1,7 +1,6 @@
 //! The values that a parameter accepts, and why a text is none of them.
 
 use super::text::percent;
-use profivac_devices::model::NumberType;
 use std::fmt;
 
 /// The text is no value of the parameter.
@@ -22,6 +21,8 @@ pub struct ValueError {
 pub enum ValueProblem {
     /// It is none of the accepted values.
     NotAccepted,
+    /// The end of the integers, as a gauge shows it for every higher pressure.
+    EndOfIntegers,
     /// A pressure without its unit.
     NoUnit {
         /// The same number with the present unit of the gauge, if that is known.
@@ -50,6 +51,7 @@ impl fmt::Display for ValueProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAccepted => Ok(()),
+            Self::EndOfIntegers => f.write_str(", which is the end of the integers and no value: write a pressure"),
             Self::BecomesZero => f.write_str(", which is so small that the gauge would hold 0"),
             Self::NoPercentSign { number } => write!(f, " without its sign; {number} percent is '{number} %'"),
             Self::NoUnit { example: Some(example) } => {
@@ -95,8 +97,8 @@ pub enum Expected {
     Pressure {
         /// A pressure that the gauge accepts, in its present unit: `1500 mbar`.
         example: String,
-        /// How the device writes its pressures.
-        number: NumberType,
+        /// The highest number, where the device writes its pressures as integers.
+        highest: Option<u16>,
     },
     /// A number.
     Number,
@@ -115,13 +117,14 @@ impl fmt::Display for Expected {
                 write!(f, "a percentage from {} to {}, such as '50 %'", percent(*low), percent(*high))
             }
             Self::Boolean => f.write_str("true or false"),
-            Self::Pressure { example, number } => {
-                let numbers = match number {
-                    NumberType::Float => "0 or more",
-                    NumberType::Integer => "0 to 65535 in whole numbers",
-                };
-                write!(f, "a pressure of {numbers} with its unit, such as '{example}'")
+            Self::Pressure { example, highest: None } => {
+                write!(f, "a pressure of 0 or more with its unit, such as '{example}'")
             }
+            Self::Pressure { example, highest: Some(highest) } => write!(
+                f,
+                "a pressure of 0 to {highest} in whole numbers with its unit, such as '{example}' (for other pressures choose the data type \
+                 float)"
+            ),
             Self::Number => f.write_str("a number"),
             Self::Text(length) => write!(f, "1 to {length} ASCII characters"),
             Self::Octets(length) => write!(f, "{length} octets in hexadecimal digits"),

@@ -61,7 +61,10 @@ impl ValueFormat<'_> {
             (Codes::Range(low, high), _) => Expected::Range(*low, *high),
             (Codes::PerMille(low, high), _) => Expected::Percentage(*low, *high),
             (_, DataType::Boolean) => Expected::Boolean,
-            (_, DataType::ByType) => Expected::Pressure { example: self.example(), number },
+            (_, DataType::ByType) => {
+                let highest = (number == NumberType::Integer).then_some(self.model.max_integer);
+                Expected::Pressure { example: self.example(highest), highest }
+            }
             (_, DataType::Float) => Expected::Number,
             (_, DataType::Visible(length)) => Expected::Text(length),
             (_, DataType::OctetString(length) | DataType::Array(length) | DataType::Record(length)) => {

@@ -1,5 +1,6 @@
 //! Pressures: with their unit as text, in the unit of the device on the bus.
 
+use super::text::OR_MORE;
 use super::{BeyondRange, Value, ValueFormat, ValueProblem};
 use crate::names::NamedParameter;
 use profivac_devices::model::{Counts, DataType, MeasuringRange, Model, NumberType, PressureFormat, Role, Scale, Unit};
@@ -47,10 +48,14 @@ impl ValueFormat<'_> {
         pressure_format(self.model, self.named, unit, NumberType::Float)
     }
 
-    /// A pressure that the gauge accepts: the highest of its range.
-    pub(super) fn example(&self) -> String {
+    /// A pressure that the gauge accepts: the highest of its range, and of integers the highest one that stands for itself.
+    pub(super) fn example(&self, highest: Option<u16>) -> String {
         match (self.range_in_unit(), self.unit) {
-            (Some(range), _) => self.format(&Value::Number(*range.end())),
+            (Some(range), _) => {
+                let end = *range.end();
+                let example = highest.map_or(end, |highest| (end + SLACK).floor().min(f64::from(highest) - 1.0));
+                self.format(&Value::Number(example))
+            }
             (None, Some(unit)) => format!("1 {}", unit.name),
             (None, None) => "1 mbar".to_owned(),
         }
@@ -58,6 +63,9 @@ impl ValueFormat<'_> {
 
     /// Parses `1e-3 mbar` in any unit of the device.
     pub(super) fn pressure(&self, text: &str, number: NumberType) -> Result<Vec<u8>, ValueProblem> {
+        if text.ends_with(OR_MORE) {
+            return Err(ValueProblem::EndOfIntegers);
+        }
         let end = text.find(char::is_whitespace).unwrap_or_else(|| {
             text.char_indices()
                 .find(|(at, it)| it.is_ascii_alphabetic() && !is_exponent(text, *at))

@@ -236,3 +236,44 @@ fn every_formatted_name_is_parsed() {
         }
     }
 }
+
+/// errata-bpg-bcg-tpg 70, errata-pxg55x-img400 16.
+#[test]
+fn the_highest_integer_is_shown_as_this_or_more_and_not_taken_as_a_value() {
+    let text = |device, target, octets: &[u8]| {
+        with(device, target, "Pascal", |format| {
+            format.text(octets, &Value::decode(format.row().data_type, octets).unwrap())
+        })
+    };
+    assert_eq!(text("bcg450", "pirani.full-scale", &[0x7F, 0xFF]), "32767 Pascal or more");
+    assert_eq!(text("bcg450", "pirani.full-scale", &[0x7F, 0xFE]), "32766 Pascal");
+    assert_eq!(text("bcg450", "pirani.full-scale", &32767_f32.to_be_bytes()), "32767 Pascal");
+    assert_eq!(text("bcg450", "pirani.data-units", &[0x7F, 0xFF]), "32767");
+    let threshold = "relay.1/low-trip-point";
+    assert_eq!(text("img400", threshold, &[0xFF, 0xFF]), "65535 Pascal or more");
+    assert_eq!(text("img400", threshold, &[0x7F, 0xFF]), "32767 Pascal");
+    let refused = with("bcg450", "pirani.safe-value", "Pascal", |format| {
+        format.parse("32767 Pascal or more", NumberType::Integer).unwrap_err().to_string()
+    });
+    assert!(refused.ends_with(", which is the end of the integers and no value: write a pressure"), "{refused}");
+}
+
+/// The limit, the example and the next step belong to the integers of the device.
+#[test]
+fn a_pressure_that_an_integer_cannot_hold_is_refused_with_its_limits() {
+    for (device, target, unit, example) in [
+        ("bcg450", "pirani.safe-value", "Pascal", "0 to 32767 in whole numbers with its unit, such as '32766 Pascal'"),
+        ("bcg450", "pirani.safe-value", "mbar", "0 to 32767 in whole numbers with its unit, such as '1500 mbar'"),
+        ("bcg450", "pirani.safe-value", "Micron", "0 to 32767 in whole numbers with its unit, such as '32766 Micron'"),
+        ("img400", "relay.1/low-trip-point", "Pascal", "0 to 65535 in whole numbers with its unit, such as '1 Pascal'"),
+    ] {
+        with(device, target, unit, |format| {
+            let error = format.parse(&format!("70000 {unit}"), NumberType::Integer).unwrap_err().to_string();
+            let expected = format!("expected a pressure of {example} (for other pressures choose the data type float)");
+            assert!(error.starts_with(&expected), "{error}");
+            let (_, rest) = error.split_once('\'').unwrap();
+            let (shown, _) = rest.split_once('\'').unwrap();
+            format.parse(shown, NumberType::Integer).unwrap();
+        });
+    }
+}

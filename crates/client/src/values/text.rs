@@ -3,6 +3,9 @@
 use super::{Value, ValueFormat, whole_number};
 use profivac_devices::model::{Codes, DataType};
 
+/// Behind the highest integer, which stands for every higher pressure.
+pub(super) const OR_MORE: &str = " or more";
+
 /// Octets as hexadecimal digits.
 ///
 /// ```
@@ -29,6 +32,15 @@ pub fn format_number(number: f64) -> String {
 }
 
 impl ValueFormat<'_> {
+    /// A value that was read from these octets, as text. The highest integer stands for every higher pressure (errata-bpg-bcg-tpg 70,
+    /// errata-pxg55x-img400 16).
+    #[must_use]
+    pub fn text(&self, octets: &[u8], value: &Value) -> String {
+        let text = self.format(value);
+        let is_highest = self.row().data_type == DataType::ByType && octets == self.model.max_integer.to_be_bytes();
+        if is_highest { format!("{text}{OR_MORE}") } else { text }
+    }
+
     /// The value as text.
     #[must_use]
     pub fn format(&self, value: &Value) -> String {

@@ -46,7 +46,8 @@ const NUMBERS: [f32; 18] = [
 const WORDS: [u16; 13] = [0, 1, 32767, 25_000, 65535, 2, 32766, 300, 65534, 7000, 32768, 20_480, 31_000];
 
 const STATUSES: [u8; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-const EXCEPTIONS: [u8; 7] = [0x00, 0x01, 0x02, 0x04, 0x10, 0x20, 0x40];
+/// Bit 7 is 0 in inputs that no gauge has filled.
+const EXCEPTIONS: [u8; 8] = [0x80, 0x00, 0x81, 0x82, 0x84, 0x90, 0xA0, 0xC0];
 const INSTANCES: [u8; 6] = [0, 1, 2, 3, 4, 9];
 
 /// The inputs number `number`: every combination of number, status, exception and instance occurs, because the lengths of the lists
@@ -145,7 +146,8 @@ fn is_comparable(unit: &Unit, telegram: &Telegram, octets: &[u8]) -> bool {
 /// Compares all inputs of a configuration in a unit; the qualities that occurred.
 fn every_input(blocks: &mut Blocks, slave: &CyclicSlave) -> Vec<Quality> {
     let telegram = slave.configuration.inputs.unwrap();
-    let all = (0..70).map(|number| inputs(telegram, number));
+    let zeros = std::iter::once(vec![0; telegram.octets()]);
+    let all = (0..70).map(|number| inputs(telegram, number)).chain(zeros);
     let comparable = all.filter(|octets| is_comparable(slave.unit, telegram, octets));
     comparable.flat_map(|octets| agrees(blocks, slave, &octets)).collect()
 }

@@ -203,6 +203,16 @@ impl Gauge {
         IntegerRange::of(entry(&self.device).ok()?.model, self.configuration?, self.unit?)
     }
 
+    /// The pressures that the integers of the configuration show in each unit, if the file names the configuration and no unit. Empty for
+    /// floats.
+    #[must_use]
+    pub fn integer_ranges(&self) -> Vec<IntegerRange> {
+        match (entry(&self.device), self.configuration, self.unit) {
+            (Ok(entry), Some(configuration), None) => IntegerRange::in_every_unit(entry.model, configuration),
+            _ => Vec::new(),
+        }
+    }
+
     /// Whether both entries describe the same slave: address and device model are equal.
     #[must_use]
     pub fn is_same_slave(&self, other: &Self) -> bool {

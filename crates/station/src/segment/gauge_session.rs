@@ -137,7 +137,7 @@ impl GaugeSession {
                 self.read_at = Some((self.last_exchange.1, before_now(silence)));
                 self.observe(&slave, &values, silence);
                 match assumed {
-                    Some(assumed) => self.withdraw(assumed, slave.unit.name),
+                    Some(assumed) => self.withdraw(assumed, slave.unit.name, &values),
                     None => self.note_integers(recorder, &slave),
                 }
                 self.note_problem(recorder, None);
@@ -294,8 +294,9 @@ impl GaugeSession {
 
     /// Takes back what depends on an assumption, before it is shown, recorded or evaluated: a pressure becomes the cause of a reading
     /// without one.
-    fn withdraw(&mut self, assumed: Assumed, unit: &str) {
-        for reading in self.readings.iter_mut().filter(|reading| assumed.concerns(reading.quality)) {
+    fn withdraw(&mut self, assumed: Assumed, unit: &str, values: &CyclicValues) {
+        let pairs = self.readings.iter_mut().zip(&values.values);
+        for (reading, _) in pairs.filter(|(reading, value)| assumed.concerns(reading.quality, value.cause)) {
             reading.cause = Some(assumed.cause(reading, unit));
             reading.quality = Quality::Assumed;
             (reading.pa, reading.limit_pa, reading.corrected_pa) = (None, None, None);
@@ -303,8 +304,10 @@ impl GaugeSession {
         if assumed == Assumed::Configuration {
             self.take_alarms(ExceptionStatus::empty());
             self.warnings.clear();
-            self.state = BusStationState::DataExchange;
         }
+        let has_fault = self.readings.iter().any(|reading| reading.quality == Quality::Fault);
+        self.state =
+            if has_fault || !self.alarms.is_empty() { BusStationState::Fault } else { BusStationState::DataExchange };
     }
 
     /// Other alarms than before: what was known of their defects does not hold any more.
@@ -486,7 +489,37 @@ mod tests {
     use super::*;
     use profivac_client::cyclic::ReportedChannels;
     use profivac_devices::catalog::model_named;
+    use profivac_devices::profile::StatusExtension;
     use profivac_recorder::{Recorder, Settings};
+
+    /// The number may be a pressure in the true unit, so the gauge has no fault that raises an alarm.
+    #[test]
+    fn a_number_that_is_no_pressure_in_an_assumed_unit_is_no_fault_of_the_gauge() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("COUNTS").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let heard = |exception: u8, status: u8, assumed| {
+            let values = slave.decode_inputs(&[&[0; 8][..], &[exception, status, 2, 0, 0]].concat());
+            let mut gauge = GaugeSession::listening(config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned()));
+            let (slave, silence, unknown) = (Some(slave), Some(Duration::ZERO), Vec::new());
+            gauge.take_heard(&recorder, Heard { slave, values, silence, unknown, assumed, problem: String::new() });
+            (gauge.readings[0].quality, gauge.state)
+        };
+        let invalid = StatusExtension::INVALID.bits();
+        for (exception, status, assumed, quality, state) in [
+            (0x80, 0, None, Quality::Fault, BusStationState::Fault),
+            (0x80, 0, Some(Assumed::Unit), Quality::Assumed, BusStationState::DataExchange),
+            // An alarm of the gauge does not depend on the unit.
+            (0xA2, invalid, Some(Assumed::Unit), Quality::Fault, BusStationState::Fault),
+            (0xA2, 0, Some(Assumed::Unit), Quality::Assumed, BusStationState::Fault),
+            (0xA2, invalid, Some(Assumed::Configuration), Quality::Assumed, BusStationState::DataExchange),
+        ] {
+            assert_eq!(heard(exception, status, assumed), (quality, state), "{exception:02X} {status:02X} {assumed:?}");
+        }
+    }
 
     /// A BCG450 with integers in Pascal at 900 mbar: the diaphragm shows 32767.
     #[test]

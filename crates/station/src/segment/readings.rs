@@ -2,7 +2,7 @@
 
 use crate::config;
 use crate::view::{self, BusStationState};
-use profivac_client::cyclic::{ChannelValue, CyclicSlave, CyclicValues};
+use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave, CyclicValues};
 use profivac_client::pressure::Pressure;
 use profivac_devices::Principle;
 use profivac_recorder::{Quality, validity};
@@ -25,10 +25,12 @@ pub enum Assumed {
 }
 
 impl Assumed {
-    /// Whether a reading with this quality may be false.
-    pub const fn concerns(self, quality: Quality) -> bool {
+    /// Whether a reading with this quality and cause may be false. In another unit a number that is no pressure may be one.
+    pub const fn concerns(self, quality: Quality, cause: Option<Cause>) -> bool {
         match self {
-            Self::Unit => quality.has_pressure(),
+            Self::Unit => {
+                quality.has_pressure() || matches!((quality, cause), (Quality::Fault, Some(Cause::NoPressure)))
+            }
             Self::Configuration => !matches!(quality, Quality::Stale),
         }
     }
