@@ -1,8 +1,8 @@
 //! Errors with the exit code of the program, and the exceptions they become.
 
 use profivac_client::discover::CyclicError;
-use profivac_client::settings::SettingsFileError;
 use profivac_client::records::WriteEffect;
+use profivac_client::settings::SettingsFileError;
 use profivac_client::{ClientError, ErrorKind};
 use pyo3::prelude::*;
 
