@@ -245,9 +245,10 @@ impl PressureFormat {
     /// let unit = MODEL.unit_named("Pascal").ok_or("no such unit")?;
     /// let (number, counts) = (NumberType::Integer, Counts::Linear { per_mbar: 1.0 });
     /// let format = PressureFormat { unit, number, counts, max_integer: MODEL.max_integer };
-    /// assert_eq!(format.measured(&[0x7F, 0xFE]), Some(HeldPressure::Exact(32766.0)));
-    /// assert_eq!(format.measured(&[0x7F, 0xFF]), Some(HeldPressure::AtLeast(32767.0)));
-    /// assert_eq!(format.measured(&[0, 0]), Some(HeldPressure::Below(1.0)));
+    /// let is_near = |pa: f64, expected: f64| (pa - expected).abs() < 1e-6;
+    /// assert!(matches!(format.measured(&[0x7F, 0xFE]), Some(HeldPressure::Exact(pa)) if is_near(pa, 32766.0)));
+    /// assert!(matches!(format.measured(&[0x7F, 0xFF]), Some(HeldPressure::AtLeast(pa)) if is_near(pa, 32767.0)));
+    /// assert!(matches!(format.measured(&[0, 0]), Some(HeldPressure::Below(pa)) if is_near(pa, 1.0)));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
