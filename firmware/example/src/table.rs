@@ -1,8 +1,9 @@
 //! The table of the gauge: what its manual would print.
 
 use profivac_devices::model::{
-    AlarmWords, ChannelRules, Clipping, Configuration, Counts, Field, Gsd, INTEGER16_MAX, Limits, Location, Model, NumberType,
-    ParameterSet, Part, PartSpec, Principle, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar, telegram,
+    AlarmWords, ChannelRules, Clipping, Configuration, Counts, Field, Gsd, INTEGER16_MAX, Limits, Location, Model,
+    NumberType, ParameterSet, Part, PartSpec, Principle, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, mbar,
+    telegram,
 };
 use profivac_devices::profile::SafeState;
 use profivac_devices::profile::codes::UnitCode;
