@@ -1,7 +1,7 @@
 //! A segment in memory: the gauges of a demonstration are sampled, recorded and controlled like real ones.
 
 use super::bus_map::{milliseconds, own_master};
-use super::gauge_session::GaugeSession;
+use super::gauge_session::{GaugeSession, next_defects};
 use super::inbox::Inbox;
 use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
@@ -93,7 +93,7 @@ impl DemoSegment {
     /// Reads the defects of one gauge with an alarm, if its time has come.
     fn name_defects(&mut self, segment: &mut MemorySegment) {
         let now = Instant::now();
-        let due = self.gauges.iter_mut().find_map(|gauge| Some((gauge.takes_defects_turn(now)?, gauge)));
+        let due = next_defects(&mut self.gauges, now);
         if let Some((defects, gauge)) = due.and_then(|(slave, gauge)| Some((defects_of(segment, &slave)?, gauge))) {
             gauge.take_defects(defects);
         }

@@ -171,9 +171,14 @@ impl GaugeSession {
         if self.slave.is_some() { self.sample_at } else { self.search_at }
     }
 
+    /// When a missing gauge is to be searched; `None` for one that was found.
+    fn search_due(&self) -> Option<Instant> {
+        self.slave.is_none().then_some(self.search_at)
+    }
+
     /// Whether the gauge is missing and is to be searched now. If so, sets the time of the next search.
     pub fn takes_search_turn(&mut self, now: Instant) -> bool {
-        let is_due = self.slave.is_none() && self.search_at <= now;
+        let is_due = self.search_due().is_some_and(|due| due <= now);
         if is_due {
             self.search_at = now + SEARCH_INTERVAL;
         }
@@ -319,12 +324,16 @@ impl GaugeSession {
         }
     }
 
+    /// When the defects of a gauge with an alarm are to be read; `None` without an alarm, and for a gauge without DP-V1.
+    fn defects_due(&self) -> Option<Instant> {
+        self.defects_at.filter(|_| self.slave.is_some_and(|slave| slave.model.features.dpv1))
+    }
+
     /// The slave whose defects are to be read now, if there is one. If so, sets the time of the next reading.
     pub fn takes_defects_turn(&mut self, now: Instant) -> Option<CyclicSlave> {
-        let slave = self.slave?;
-        let is_due = slave.model.features.dpv1 && self.defects_at? <= now;
-        self.defects_at = if is_due { Some(now + DEFECTS_INTERVAL) } else { self.defects_at };
-        is_due.then_some(slave)
+        let slave = self.slave.filter(|_| self.defects_due().is_some_and(|due| due <= now))?;
+        self.defects_at = Some(now + DEFECTS_INTERVAL);
+        Some(slave)
     }
 
     /// Takes the defects that were read. An alarm that ended meanwhile has none.
@@ -451,6 +460,27 @@ impl GaugeSession {
     }
 }
 
+/// The gauge that takes the next search. One search can take longer than [`SEARCH_INTERVAL`], so the order is the waiting time: with the
+/// order of the file two silent gauges would take all turns, and a third would never be searched.
+pub fn next_search(gauges: &mut [GaugeSession], now: Instant) -> Option<&mut GaugeSession> {
+    let gauge = longest_waiting(gauges, GaugeSession::search_due)?;
+    gauge.takes_search_turn(now).then_some(gauge)
+}
+
+/// The gauge whose defects are read next, and its slave.
+pub fn next_defects(gauges: &mut [GaugeSession], now: Instant) -> Option<(CyclicSlave, &mut GaugeSession)> {
+    let gauge = longest_waiting(gauges, GaugeSession::defects_due)?;
+    Some((gauge.takes_defects_turn(now)?, gauge))
+}
+
+fn longest_waiting(
+    gauges: &mut [GaugeSession],
+    due: impl Fn(&GaugeSession) -> Option<Instant>,
+) -> Option<&mut GaugeSession> {
+    let with_due = gauges.iter_mut().filter_map(|gauge| Some((due(gauge)?, gauge)));
+    with_due.min_by_key(|(due, _)| *due).map(|(_, gauge)| gauge)
+}
+
 /// A gauge of the station's file before anything was heard of it: without data, with the readings of its default configuration.
 #[must_use]
 pub fn planned_gauge(config: &config::Gauge, segment: &str, listen_only: bool) -> view::Gauge {
@@ -491,6 +521,49 @@ mod tests {
     use profivac_devices::catalog::model_named;
     use profivac_devices::profile::StatusExtension;
     use profivac_recorder::{Recorder, Settings};
+
+    /// Each search takes longer than the interval: all three are due again whenever one ends.
+    #[test]
+    fn gauges_whose_search_takes_long_are_searched_in_turn() {
+        let gauge = |name: &str, address| {
+            GaugeSession::new(config::Gauge::plain(name.to_owned(), address, "bcg450".to_owned()))
+        };
+        let mut gauges = vec![gauge("a", 5), gauge("b", 6), gauge("c", 7)];
+        let mut now = Instant::now();
+        let mut searched = String::new();
+        for _ in 0..6 {
+            now += SEARCH_INTERVAL + Duration::from_millis(1);
+            searched += &next_search(&mut gauges, now).unwrap().config.name;
+        }
+        assert_eq!(searched, "abcabc");
+        let waiting = now + SEARCH_INTERVAL / 2;
+        assert!(gauges.iter_mut().all(|gauge| {
+            gauge.search_at = waiting;
+            true
+        }));
+        assert!(next_search(&mut gauges, now).is_none());
+    }
+
+    #[test]
+    fn the_defects_of_gauges_with_alarms_are_read_in_turn() {
+        let slave = |address| {
+            let model = model_named("bcg450").unwrap();
+            let (configuration, unit) = (&model.configurations[0], model.units.first().unwrap());
+            CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() }
+        };
+        let gauge = |name: &str, address| {
+            let config = config::Gauge::plain(name.to_owned(), address, "bcg450".to_owned());
+            GaugeSession { defects_at: Some(Instant::now()), ..GaugeSession::with_slave(config, slave(address)) }
+        };
+        let mut gauges = vec![gauge("a", 5), gauge("b", 6)];
+        let mut now = Instant::now();
+        let mut read = String::new();
+        for _ in 0..4 {
+            now += DEFECTS_INTERVAL + Duration::from_millis(1);
+            read += &next_defects(&mut gauges, now).unwrap().1.config.name;
+        }
+        assert_eq!(read, "abab");
+    }
 
     /// The number may be a pressure in the true unit, so the gauge has no fault that raises an alarm.
     #[test]

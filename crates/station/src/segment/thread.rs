@@ -2,7 +2,7 @@
 
 use super::bus_map::{BusState, own_master};
 use super::find::{FindError, find_gauge};
-use super::gauge_session::GaugeSession;
+use super::gauge_session::{GaugeSession, next_defects, next_search};
 use super::inbox::{Inbox, PortLost};
 use super::line_observer::LineObserver;
 use super::records::{defects_of, records_of};
@@ -293,8 +293,7 @@ impl SegmentThread {
     /// Searches for one gauge that is missing, if its time has come.
     fn search_next(&mut self, session: &mut BusSession) -> Result<(), ServeEnd> {
         let now = Instant::now();
-        let gauge =
-            self.gauges().iter_mut().find_map(|gauge| gauge.takes_search_turn(now).then(|| gauge.config.clone()));
+        let gauge = next_search(&mut self.gauges(), now).map(|gauge| gauge.config.clone());
         let Some(config) = gauge else { return Ok(()) };
         let found = match find_gauge(session, &config, self.config.master) {
             Err(FindError::Port(error)) => return Err(error.into()),
@@ -309,7 +308,7 @@ impl SegmentThread {
     /// Reads the defects of one gauge with an alarm, if its time has come. A port that is lost meanwhile is found lost in the next cycle.
     fn name_defects(&self, session: &mut BusSession) {
         let now = Instant::now();
-        let slave = self.gauges().iter_mut().find_map(|gauge| gauge.takes_defects_turn(now));
+        let slave = next_defects(&mut self.gauges(), now).map(|(slave, _)| slave);
         let Some((slave, defects)) = slave.and_then(|slave| Some((slave, defects_of(session, &slave)?))) else {
             return;
         };
