@@ -388,7 +388,6 @@ def reads_short_values(name, program, master, exchanging):
 def own_device(python):
     """A device of one's own, in a crate outside the project: its tests, its image, and an exchange."""
     folder = HERE / "example"
-    cargo(folder, "fmt", "--check")
     cargo(folder, "test", "--quiet", "--locked")
     image = build("ex1", folder=folder, package="example-gauge")
     code, data = sizes(image)
