@@ -23,6 +23,7 @@
 
 pub mod access;
 pub mod actor;
+mod common_passwords;
 pub mod connections;
 pub mod file_permissions;
 pub mod openid;

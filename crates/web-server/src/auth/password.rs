@@ -1,8 +1,10 @@
 //! Rules for passwords, and password hashes by argon2id with a salt for each.
 //!
 //! The rules follow OWASP ASVS 5.0, 6.2: at least eight characters, no rules about their kinds, and no password that is easily
-//! guessed. zxcvbn estimates the number of guesses; it knows common passwords, names, words, dates and keyboard patterns.
+//! guessed. Every build knows the common ones (`common_passwords`). With the feature `passwords` zxcvbn also estimates the number of
+//! guesses; it knows names, words, dates and keyboard patterns.
 
+use super::common_passwords::weakness;
 use argon2::password_hash::PasswordHasher;
 use argon2::password_hash::phc::{Output, PasswordHash};
 use argon2::{Algorithm, Argon2, Block, Params, Version};
@@ -57,14 +59,9 @@ pub enum PasswordError {
     /// Too many octets.
     #[error("expected a password of at most {LONGEST} octets, found {0}")]
     Long(usize),
-    /// Too few guesses find the password; the advice of zxcvbn, if it has any.
+    /// Few guesses find the password; the reason, if there is one.
     #[error("this password is easily guessed: {}", .0.as_deref().unwrap_or("use some words that do not belong together"))]
     Guessed(Option<String>),
-    /// The program has no estimate of guesses.
-    #[error(
-        "this program was built without the feature passwords, so it sets none: build it with --features passwords"
-    )]
-    NotBuilt,
     /// The operating system supplies no random numbers.
     #[error("the password cannot be hashed: no random numbers: {0}")]
     Random(getrandom::Error),
@@ -109,10 +106,13 @@ pub fn check(password: &str, name: &str) -> Result<(), PasswordError> {
         return Err(PasswordError::Long(password.len()));
     }
     let words: Vec<&str> = OUR_WORDS.into_iter().chain([name]).collect();
+    if let Some(weakness) = weakness(password, &words) {
+        return Err(PasswordError::Guessed(Some(weakness.text().to_owned())));
+    }
     guesses(password, &words)
 }
 
-/// Whether an attacker who tries `words` first needs too many guesses.
+/// Whether an attacker who tries `words` first needs too many guesses, as zxcvbn estimates them.
 #[cfg(feature = "passwords")]
 fn guesses(password: &str, words: &[&str]) -> Result<(), PasswordError> {
     let estimate = zxcvbn::zxcvbn(password, words);
@@ -123,10 +123,10 @@ fn guesses(password: &str, words: &[&str]) -> Result<(), PasswordError> {
     Err(PasswordError::Guessed(warning.map(|warning| warning.to_string().trim_end_matches('.').to_lowercase())))
 }
 
-/// No library estimates how easily the password is guessed, so it is refused.
+/// Nothing estimates guesses in this build.
 #[cfg(not(feature = "passwords"))]
-fn guesses(_password: &str, _words: &[&str]) -> Result<(), PasswordError> {
-    Err(PasswordError::NotBuilt)
+const fn guesses(_password: &str, _words: &[&str]) -> Result<(), PasswordError> {
+    Ok(())
 }
 
 /// A password hash in PHC string format.
