@@ -6,8 +6,8 @@
 use crate::post::{PostError, Poster};
 use crate::responder::{self, MAX_WAITING, Responder};
 use async_nats::HeaderMap;
-use async_nats::jetstream::Context as JetStream;
 use async_nats::jetstream::context::{PublishError, PublishErrorKind};
+use async_nats::jetstream::{Context as JetStream, ErrorCode};
 use profivac_archive_protocol::nats::{BATCH_HEADER, NatsError, connect_for, inbox, message_id, subject};
 use profivac_gateway::ReadModel;
 use profivac_gateway::thread::{Context, GatewayThread};
@@ -235,9 +235,15 @@ async fn publish_page(
     (count, published)
 }
 
-/// Whether the stream holds as many batches of the station as it may.
+/// Whether the stream holds as many batches of the station as it may. The server has one code for all reasons why it stores no message, so
+/// its text decides between a full share and a full stream.
 fn is_full_share(error: &PublishError) -> bool {
-    error.to_string().contains("maximum messages per subject exceeded")
+    let answer =
+        std::error::Error::source(error).and_then(|source| source.downcast_ref::<async_nats::jetstream::Error>());
+    answer.is_some_and(|answer| {
+        answer.error_code() == ErrorCode::STREAM_STORE_FAILED
+            && answer.to_string().starts_with("maximum messages per subject exceeded")
+    })
 }
 
 /// The error of an acknowledgement, with what to do.
@@ -296,10 +302,14 @@ mod tests {
 
     #[test]
     fn a_full_share_is_told_apart_from_a_full_stream() {
-        let error =
-            |text: &str| PublishError::with_source(PublishErrorKind::Other, std::io::Error::other(text.to_owned()));
-        assert!(is_full_share(&error("maximum messages per subject exceeded (code 503, error code 10077)")));
-        assert!(!is_full_share(&error("maximum bytes exceeded (code 503, error code 10077)")));
+        let error = |code: u64, text: &str| {
+            let answer = serde_json::json!({"code": 503, "err_code": code, "description": text});
+            let answer: async_nats::jetstream::Error = serde_json::from_value(answer).unwrap();
+            PublishError::with_source(PublishErrorKind::Other, answer)
+        };
+        assert!(is_full_share(&error(10_077, "maximum messages per subject exceeded")));
+        assert!(!is_full_share(&error(10_077, "maximum bytes exceeded")));
+        assert!(!is_full_share(&error(10_047, "maximum messages per subject exceeded")));
     }
 
     #[test]

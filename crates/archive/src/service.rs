@@ -7,12 +7,14 @@ use crate::session::{MAINTENANCE_INTERVAL, Retry, SILENCE, noticed};
 use crate::store::{Incoming, Store, StoreError, Stored};
 use async_nats::connection::State;
 use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
-use async_nats::jetstream::stream::{DiscardPolicy, RetentionPolicy};
-use async_nats::jetstream::{Context, Message, stream};
+use async_nats::jetstream::context::{CreateStreamError, CreateStreamErrorKind};
+use async_nats::jetstream::stream::{ConsumerError, ConsumerErrorKind, DiscardPolicy, RetentionPolicy};
+use async_nats::jetstream::{Context, ErrorCode, Message, stream};
 use futures_util::StreamExt;
 use profivac_archive_protocol::nats::{NatsError, STREAM, SUBJECTS, connect};
 use profivac_recorder::Micros;
 use profivac_web_server::tables::archive::Nats;
+use std::fmt::Display;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -117,9 +119,10 @@ async fn consumer(
     jetstream: &Context,
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<Consumer<pull::Config>, NatsError> {
-    let failed = |error: &dyn std::fmt::Display| NatsError::new(nats, refusal(&error.to_string()));
+    let failed = |text: String| NatsError::new(nats, text);
     let wanted = stream_config(config.replicas, config.stream_octets);
-    let stream = jetstream.get_or_create_stream(wanted.clone()).await.map_err(|error| failed(&error))?;
+    let stream = jetstream.get_or_create_stream(wanted.clone()).await;
+    let stream = stream.map_err(|error| failed(refused_stream(&error)))?;
     if let Some(sentence) = difference(&stream.cached_info().config, &wanted) {
         report(Report::OtherStream(sentence));
     }
@@ -130,7 +133,7 @@ async fn consumer(
         max_ack_pending: 8_192,
         ..pull::Config::default()
     };
-    stream.get_or_create_consumer(CONSUMER, consumer).await.map_err(|error| failed(&error))
+    stream.get_or_create_consumer(CONSUMER, consumer).await.map_err(|error| failed(refused_consumer(&error)))
 }
 
 /// The stream as the first archive creates it.
@@ -169,19 +172,45 @@ fn difference(found: &stream::Config, wanted: &stream::Config) -> Option<String>
 }
 
 /// Why the servers gave no stream, with what to do. A server does not answer a request that its user may not send.
-fn refusal(error: &str) -> String {
-    let advice = if error.contains("timed out") {
-        "check that the servers have a leader, and that the user may publish to $JS.> and subscribe to _INBOX.>"
-    } else if error.contains("unavailable") {
-        "give the server a table jetstream { store_dir: ... }"
-    } else if error.contains("code 10074") {
-        "write replicas = 1 into [archive], or use a cluster of servers"
-    } else if error.contains("code 10047") || error.contains("code 10023") {
-        "reduce stream-octets in [archive], or give the servers more room"
-    } else {
-        return error.to_owned();
+fn refused_stream(error: &CreateStreamError) -> String {
+    let advice = match error.kind() {
+        CreateStreamErrorKind::TimedOut => Some(NO_ANSWER),
+        CreateStreamErrorKind::JetStreamUnavailable => Some("give the server a table jetstream { store_dir: ... }"),
+        CreateStreamErrorKind::JetStream(error) => advice(error.error_code()),
+        _ => None,
     };
-    format!("{error}; {advice}")
+    with_advice(error, advice)
+}
+
+/// Why the servers gave no consumer, with what to do.
+fn refused_consumer(error: &ConsumerError) -> String {
+    let advice = match error.kind() {
+        ConsumerErrorKind::TimedOut => Some(NO_ANSWER),
+        ConsumerErrorKind::JetStream(error) => advice(error.error_code()),
+        _ => None,
+    };
+    with_advice(error, advice)
+}
+
+const NO_ANSWER: &str =
+    "check that the servers have a leader, and that the user may publish to $JS.> and subscribe to _INBOX.>";
+
+const fn advice(code: ErrorCode) -> Option<&'static str> {
+    match code {
+        ErrorCode::STREAM_REPLICAS_NOT_SUPPORTED => {
+            Some("write replicas = 1 into [archive], or use a cluster of servers")
+        }
+        ErrorCode::STORAGE_RESOURCES_EXCEEDED
+        | ErrorCode::INSUFFICIENT_RESOURCES
+        | ErrorCode::MEMORY_RESOURCES_EXCEEDED => {
+            Some("reduce stream-octets in [archive], or give the servers more room")
+        }
+        _ => None,
+    }
+}
+
+fn with_advice(error: &dyn Display, advice: Option<&str>) -> String {
+    advice.map_or_else(|| error.to_string(), |advice| format!("{error}; {advice}"))
 }
 
 /// The next messages, or none.
@@ -252,23 +281,28 @@ mod tests {
         assert!(largest <= 10_000_000_000 / SHARES);
     }
 
+    /// The codes of the server: its `errors.json`.
     #[test]
     fn servers_without_a_stream_say_what_to_change() {
-        for (error, advice) in [
-            ("jetstream request timed out", "the user may publish to $JS.>"),
-            ("jetstream unavailable", "give the server a table jetstream"),
-            (
-                "jetstream error: replicas > 1 not supported in non-clustered mode (code 500, error code 10074)",
-                "replicas = 1",
-            ),
-            (
-                "jetstream error: insufficient storage resources available (code 500, error code 10047)",
-                "reduce stream-octets",
-            ),
+        let answered = |code: u64| {
+            let answer = serde_json::json!({"code": 500, "err_code": code, "description": "in other words"});
+            serde_json::from_value::<async_nats::jetstream::Error>(answer).unwrap()
+        };
+        for (kind, advice) in [
+            (CreateStreamErrorKind::TimedOut, "the user may publish to $JS.>"),
+            (CreateStreamErrorKind::JetStreamUnavailable, "give the server a table jetstream"),
+            (CreateStreamErrorKind::JetStream(answered(10_074)), "replicas = 1"),
+            (CreateStreamErrorKind::JetStream(answered(10_047)), "reduce stream-octets"),
+            (CreateStreamErrorKind::JetStream(answered(10_023)), "reduce stream-octets"),
+            (CreateStreamErrorKind::JetStream(answered(10_028)), "reduce stream-octets"),
         ] {
-            let refusal = refusal(error);
-            assert!(refusal.starts_with(error) && refusal.contains(advice), "{refusal}");
+            let error = CreateStreamError::new(kind);
+            let refused = refused_stream(&error);
+            assert!(refused.starts_with(&format!("{error}; ")) && refused.contains(advice), "{refused}");
         }
-        assert_eq!(refusal("something else"), "something else");
+        let other = CreateStreamError::new(CreateStreamErrorKind::JetStream(answered(10_000)));
+        assert_eq!(refused_stream(&other), other.to_string());
+        let consumer = ConsumerError::new(ConsumerErrorKind::TimedOut);
+        assert_eq!(refused_consumer(&consumer), format!("timed out; {NO_ANSWER}"));
     }
 }
