@@ -44,6 +44,6 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
 }
 
 fn push(table: &mut NameTable, topic: String, name: String, point: &Point) {
-    let unit = point.signal.unit().unwrap_or_default();
+    let unit = point.unit.unwrap_or_default();
     table.push([topic, name, unit.to_owned(), point.signal.description().to_owned()]);
 }

@@ -79,7 +79,7 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
         Subject::Parameter { name, .. } => text("documentation", name),
         _ => text("documentation", point.signal.description()),
     }
-    if let Some(unit) = point.signal.unit() {
+    if let Some(unit) = point.unit {
         text("engUnit", unit);
     }
     if let Kind::Choice(words) = point.signal.kind() {
@@ -88,7 +88,7 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
     if point.is_simulated {
         properties.push("simulated", Property::Boolean(true));
     }
-    let range = point.range_pa.map(|(low, high)| [("engLow", low), ("engHigh", high)]).into_iter().flatten();
+    let range = point.range.map(|(low, high)| [("engLow", low), ("engHigh", high)]).into_iter().flatten();
     let limits = [
         ("limitHighHigh", point.limits.high_high),
         ("limitHigh", point.limits.high),
