@@ -492,6 +492,21 @@ mod tests {
         assert_eq!(node(&nodes, "gauge/chamber/signal").parent, Parent::Node("gauge/chamber/signals".to_owned()));
     }
 
+    /// A percent deadband is a part of EURange (OPC 10000-8, 6.2): of the pressure it is useless over decades, of the logarithm it is not.
+    #[test]
+    fn the_logarithm_of_a_pressure_has_a_range_for_percent_deadbands() {
+        let nodes = plan(PLANT);
+        let logarithm = node(&nodes, "gauge/chamber/pressure-log10");
+        let NodeKind::Variable { properties, .. } = &logarithm.kind else { panic!("{logarithm:?}") };
+        let range = properties.iter().find_map(|property| match property {
+            Property::Range("EURange", range) => Some(*range),
+            _ => None,
+        });
+        // 5e-8 to 1.5e5 Pa.
+        let (low, high) = range.unwrap();
+        assert!((low + 7.301).abs() < 1e-3 && (high - 5.176).abs() < 1e-3, "{low} {high}");
+    }
+
     /// UNECE Recommendation 20 and OPC 10000-8: pascal is 5259596, second 5457219, percent 20529, bit per second 4337968.
     #[test]
     fn the_number_of_a_unit_is_that_of_its_code() {
