@@ -254,6 +254,7 @@ mod tests {
         assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
         assert_eq!(sample(Signal::Device), "profivac_device_info");
         assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
+        assert_eq!(sample(Signal::ParameterPercentage), "profivac_parameter_percent");
         let allowed = |name: &str| {
             name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'_')
         };
