@@ -175,7 +175,8 @@ def ca_values(context):
     assert 4e-6 < control.data[0] < 6e-6, control
     meta = control.metadata
     check(meta.units, b"mbar", "EGU")
-    check(meta.precision, 2, "PREC")
+    # 5e-10 mbar, the lower end of the range, has two digits where a client shows no exponent.
+    check(meta.precision, 11, "PREC")
     assert abs(meta.upper_disp_limit / 1500 - 1) < 1e-9 and abs(meta.lower_disp_limit / 5e-10 - 1) < 1e-9, meta
     assert abs(meta.upper_alarm_limit / 1e-3 - 1) < 1e-9 and math.isnan(meta.lower_alarm_limit), meta
     # A virtual gauge identifies itself.
@@ -195,7 +196,7 @@ def ca_values(context):
 
 def ca_fields(context):
     fields = {
-        "EGU": b"mbar", "RTYP": b"ai", "NAME": b"VAC:CHAMBER:P", "DESC": b"virtual chamber: pressure", "PREC": 2, "HOPR": 1500.0,
+        "EGU": b"mbar", "RTYP": b"ai", "NAME": b"VAC:CHAMBER:P", "DESC": b"virtual chamber: pressure", "PREC": 11, "HOPR": 1500.0,
         "HHSV": 2, "HSV": 0, "SEVR": 0, "MDEL": 0.0, "TSE": -2, "SIMM": 1,
     }
     pvs = context.get_pvs(*(f"VAC:CHAMBER:P.{field}" for field in [*fields, "HIHI", "HIGH", "ADEL"]), timeout=BOUND)
@@ -296,7 +297,7 @@ from aioca import FORMAT_CTRL, FORMAT_TIME, caget, cainfo, camonitor, caput
 
 async def main():
     value = await caget("VAC:CHAMBER:P", format=FORMAT_CTRL, timeout=60)
-    assert 4e-6 < value < 6e-6 and value.units == "mbar" and value.precision == 2, value
+    assert 4e-6 < value < 6e-6 and value.units == "mbar" and value.precision == 11, value
     assert abs(value.upper_alarm_limit / 1e-3 - 1) < 1e-9 and math.isnan(value.lower_warning_limit), value
     assert value.datatype == 6 and (await caget("VAC:CHAMBER:P", datatype=str, timeout=60)).endswith("e-06")
     state = await caget("VAC:CHAMBER:STATE", format=FORMAT_CTRL, timeout=60)
@@ -470,6 +471,11 @@ def written(plant, pva_context):
     has("caput", "-c", "-w", "60", point, "5e-3", texts=[point])
     shows = lambda value: abs(float(base("caget", "-t", "-g", "6", point)[1]) / value - 1) < 1e-3  # noqa: E731
     wait("the trip point as it was written", lambda: shows(5e-3))
+    percentage = "VAC:CHAMBER:SP_A_PCT_OF_ATM"
+    wait("the percentage", lambda: base("caget", "-t", percentage)[1].strip() == "5")
+    has("caget", "-d", "DBR_CTRL_DOUBLE", percentage, texts=["%"])
+    has("caput", "-c", "-w", "60", percentage, "12.5", texts=[percentage])
+    wait("the percentage as it was written", lambda: base("caget", "-t", percentage)[1].strip() == "12.5")
     # A text has a unit of its own.
     has("caput", "-c", "-w", "60", f"{point}_STR", "7e-3 mbar", texts=[point])
     wait("the second value", lambda: shows(7e-3))

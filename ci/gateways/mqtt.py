@@ -4,6 +4,7 @@
 pysparkplug does not decode the properties of a metric (unit, range, Quality): for these the test uses the protocol buffers that it holds.
 """
 
+import base64
 import json
 import os
 import shutil
@@ -68,6 +69,7 @@ class Message:
     def __init__(self, topic, raw, births):
         parts = topic.split("/")
         self.topic, self.verb, self.device = topic, parts[2], parts[4] if len(parts) > 4 else None
+        self.raw = raw
         self.pb = Payload.FromString(raw)
         decoder = {"NBIRTH": spb.NBirth, "DBIRTH": spb.DBirth, "NDATA": spb.NData, "DDATA": spb.DData}.get(self.verb)
         self.payload = decoder.decode(raw, birth=births.get(self.device)) if decoder else None
@@ -76,8 +78,7 @@ class Message:
         self.metrics = {it.name: it for it in self.payload.metrics} if self.payload else {}
 
     def properties(self, name):
-        alias = self.metrics[name].alias
-        found = next(it for it in self.pb.metrics if it.name == name or it.alias == alias)
+        found = next(it for it in self.pb.metrics if it.name == name)
         values = {}
         for key, value in zip(found.properties.keys, found.properties.values):
             values[key] = getattr(value, value.WhichOneof("value"))
@@ -207,7 +208,26 @@ def check_data_and_alarm(plant, host):
     data = host.value(begin, "chamber", "Pressure", lambda pa: pa and pa < 0.2)
     assert data.properties("Pressure")["Quality"] == 192
     last = next(it for it in host.messages[::-1] if it.verb == "DDATA")
-    assert all(it.name == "" and it.alias and it.datatype == 0 for it in last.pb.metrics), "aliases alone"
+    assert all(it.name and it.datatype and not it.HasField("alias") for it in last.pb.metrics), "names with data types"
+    check_hosts_without_births([it for it in host.messages if it.verb in ("NDATA", "DDATA")])
+
+
+def check_hosts_without_births(messages):
+    """Libraries of hosts that keep no births read name and value of each metric: pysparkplug and sparkplug-payload (npm)."""
+    expected = []
+    for message in messages:
+        decoder = spb.NData if message.verb == "NDATA" else spb.DData
+        expected.append({it.name: it.value for it in decoder.decode(message.raw).metrics})
+    folder = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sparkplug-payload")
+    lines = "".join(base64.b64encode(message.raw).decode() + "\n" for message in messages)
+    done = subprocess.run(["node", os.path.join(folder, "values.js")], input=lines, text=True, capture_output=True, timeout=HANG_S)
+    assert done.returncode == 0, done.stderr
+    for own, line in zip(expected, done.stdout.splitlines(), strict=True):
+        other = json.loads(line)
+        assert own.keys() == other.keys(), (own, other)
+        numbers = [name for name, value in own.items() if isinstance(value, float) and name != "LastReading"]
+        assert all(abs(own[name] - other[name]) <= 1e-6 * abs(own[name]) for name in numbers), (own, other)
+    assert any(isinstance(own.get("Pressure"), float) for own in expected)
 
 
 def check_plain(plant, host):
@@ -229,6 +249,7 @@ def check_plain(plant, host):
     config = wait_for("a sensor", lambda: next((it for topic, it in found.items() if topic.endswith("chamber/pressure_log10/config")), None))
     config = json.loads(config.payload)
     assert config["state_topic"] == "profivac/hall/chamber/state" and config["expire_after"] == 60
+    assert config["default_entity_id"].startswith("sensor.") and "object_id" not in config and config["origin"]["name"] == "profivac", config
     retained.loop_stop()
 
 

@@ -405,6 +405,11 @@ async def check_history(station):
     assert any(value.StatusCode.name == "Good" and 0.35 < value.Value.Value < 0.45 for value in values), values
     newest = await node.read_raw_history(times[-1], times[0], numvalues=3, return_bounds=False)
     assert [value.SourceTimestamp for value in newest][:3] == times[::-1][:3], newest
+    # OPC 10000-4, 7.9: a client that never reads to the end is not refused. OPC 10000-11, 6.5.3: bounds count as values.
+    before = times[0] - datetime.timedelta(seconds=1)
+    for _ in range(40):
+        bounded = await node.read_raw_history(before, times[-1], numvalues=3, return_bounds=True)
+        assert [value.SourceTimestamp for value in bounded] == [before, *times[:2]], bounded
 
 
 async def check_read_only(plant, station):

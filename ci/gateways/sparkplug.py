@@ -31,6 +31,7 @@ plain = false
 group = "TargetHall"
 edge-node = "station-1"
 primary-host = "scada"
+data = "aliases"
 """
 CONNECT, PUBLISH, SUBSCRIBE, DISCONNECT = 1, 3, 8, 14
 

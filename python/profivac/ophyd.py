@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import time
 from collections.abc import Callable
 
@@ -53,6 +54,15 @@ class GaugeState(StrictEnum):
     ASSUMED = State.ASSUMED.value
 
 
+_LOWEST_PA = 1e-9
+"""The lowest pressure of any gauge."""
+
+
+def _decimals(unit: Unit) -> int:
+    """Decimals with which the lowest pressure has two digits where a client, such as LiveTable, shows no exponent."""
+    return max(0, math.ceil(1 - math.log10(unit.from_pa(_LOWEST_PA))))
+
+
 class _Source:
     """A gauge whose signals share a request: those that ask while it is under way get its reading."""
 
@@ -85,12 +95,14 @@ class _Backend(SignalBackend[SignalDatatypeT]):
         source: _Source,
         of: Callable[[Reading], SignalDatatypeT],
         units: str | None,
+        precision: int | None = None,
     ) -> None:
         super().__init__(datatype)
         self._type = datatype
         self._source = source
         self._of = of
         self._units = units
+        self._precision = precision
         self._watch: asyncio.Task[None] | None = None
 
     def source(self, name: str, read: bool) -> str:
@@ -106,6 +118,8 @@ class _Backend(SignalBackend[SignalDatatypeT]):
     async def get_datakey(self, source: str) -> DataKey:
         value = await self.get_value()
         metadata: SignalMetadata = {"units": self._units} if self._units else {"choices": [state.value for state in State]}
+        if self._precision is not None:
+            metadata["precision"] = self._precision
         return make_datakey(self._type, value, source, metadata)
 
     async def get_reading(self) -> Row[SignalDatatypeT]:
@@ -152,7 +166,8 @@ class VacuumGauge(StandardReadable):
 
     ``gauge`` is called at the first connection and returns the gauge, so ``connect(mock=True)`` opens no port.
     ``unit`` is the unit of the pressure, ``part`` as in :meth:`profivac.Gauge.read`, ``interval`` the time between two readings of a
-    subscription in s.
+    subscription in s, ``precision`` the decimals with which Bluesky shows the pressure: it shows no exponent, so by default they suffice for
+    the lowest pressure of any gauge.
     """
 
     pressure: SignalR[float]
@@ -167,11 +182,13 @@ class VacuumGauge(StandardReadable):
         *,
         part: str | None = None,
         interval: float = 1.0,
+        precision: int | None = None,
         name: str = "",
     ) -> None:
         source = _Source(gauge, unit, part, interval)
         with self.add_children_as_readables(StandardReadableFormat.HINTED_UNCACHED_SIGNAL):
-            self.pressure = SignalR(_Backend(float, source, _pressure, unit.value))
+            decimals = _decimals(unit) if precision is None else precision
+            self.pressure = SignalR(_Backend(float, source, _pressure, unit.value, decimals))
         with self.add_children_as_readables(StandardReadableFormat.UNCACHED_SIGNAL):
             self.state = SignalR(_Backend(GaugeState, source, _state, None))
         super().__init__(name=name)

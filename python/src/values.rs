@@ -74,7 +74,8 @@ fn choices(codes: &Codes, model: &Model) -> Vec<String> {
 #[expect(clippy::cast_precision_loss, reason = "bounds of at most four octets")]
 const fn bounds(codes: &Codes) -> Option<(f64, f64)> {
     match codes {
-        Codes::Range(low, high) | Codes::PerMille(low, high) => Some((*low as f64, *high as f64)),
+        Codes::Range(low, high) => Some((*low as f64, *high as f64)),
+        Codes::PerMille(low, high) => Some((*low as f64 / 10.0, *high as f64 / 10.0)),
         _ => None,
     }
 }

@@ -53,6 +53,11 @@ def test_an_ophyd_gauge_reads_pressure_and_state_in_one_request(monkeypatch: pyt
         assert on["chamber-pressure"]["value"] == pytest.approx(2e-3, rel=0.1)
         described = (await gauge.describe())["chamber-pressure"]
         assert (described["units"], described["dtype"]) == ("mbar", "number")
+        # LiveTable shows no exponent: 5e-10 mbar needs eleven decimals.
+        assert described["precision"] == 12
+        coarse = profivac.ophyd.VacuumGauge(lambda: chamber.bus[5], pv.Unit.MBAR, precision=4, name="coarse")
+        await coarse.connect(timeout=300)
+        assert (await coarse.describe())["coarse-pressure"]["precision"] == 4
         assert "valid" in (await gauge.describe())["chamber-state"]["choices"]
         assert gauge.hints == {"fields": ["chamber-pressure"]}
 

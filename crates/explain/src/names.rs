@@ -62,7 +62,7 @@ impl DeviceTables {
             _ => {}
         }
         let format = ValueFormat { named, model: self.model?, unit: self.unit };
-        let value = Value::decode(row.data_type, octets).ok()?;
+        let value = Value::of_row(row, octets).ok()?;
         let text = format.text(octets, &value);
         Some(match value {
             Value::Integer(number) if row.codes != Codes::Plain && text != number.to_string() => {

@@ -15,9 +15,6 @@ use std::sync::Arc;
 /// The words of `bi`.
 const NO_YES: [&str; 2] = ["No", "Yes"];
 
-/// The decimals of a pressure.
-const PRECISION: i16 = 2;
-
 /// A field of a record: what a channel reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Target {
@@ -69,6 +66,7 @@ impl Database {
                 signal: point.signal,
                 point: row.point,
                 pressure: if text { snapshot.points.iter().position(is_pressure) } else { None },
+                is_pressure: point.unit == Some("Pa"),
                 is_simulated: point.is_simulated,
                 put: put(row.entry, point, &devices, settings),
                 meta: meta(row.entry, point, settings),
@@ -130,15 +128,16 @@ const fn record_type(entry: Entry, kind: Kind) -> RecordType {
 }
 
 fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
-    let is_pressure = point.signal.unit() == Some("Pa");
-    let scaled = |pa: f64| pa / settings.unit_pa();
+    let is_pressure = point.unit == Some("Pa");
+    let scaled = |number: f64| in_unit(point.signal, is_pressure, number, settings.unit_pa());
     let limit = |pa: Option<f64>| pa.map_or(f64::NAN, scaled);
-    let unit = if is_pressure { settings.unit.clone() } else { point.signal.unit().unwrap_or_default().to_owned() };
+    let unit = if is_pressure { settings.unit.clone() } else { short(point.unit.unwrap_or_default()).to_owned() };
     let limits = point.limits;
     Meta {
-        description: description(entry, point, &unit),
-        precision: if point.signal.kind() == Kind::Float { PRECISION } else { 0 },
-        display: point.range_pa.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
+        description: description(entry, point, &settings.unit),
+        precision: point.decimals_in(settings.unit_pa()).into(),
+        is_exponential: is_pressure || point.unit == Some("s"),
+        display: point.range.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
         limits: AlarmLimits {
             high_high: limit(limits.high_high),
             high: limit(limits.high),
@@ -154,14 +153,34 @@ fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
     }
 }
 
+/// A number of the model in the unit of its record.
+fn in_unit(signal: Signal, is_pressure: bool, number: f64, unit_pa: f64) -> f64 {
+    match signal {
+        Signal::PressureLog10 => number - unit_pa.log10(),
+        _ if is_pressure => number / unit_pa,
+        _ => number,
+    }
+}
+
+/// The unit within the seven octets of Channel Access.
+fn short(unit: &str) -> &str {
+    match unit {
+        "decades/min" => "dec/min",
+        "telegrams/min" => "tel/min",
+        _ => unit,
+    }
+}
+
 /// The subject and what the point says of it, within the 40 octets of `DESC`.
 fn description(entry: Entry, point: &Point, unit: &str) -> String {
     let what = match point.signal {
         _ if entry == Entry::Command => "commands".to_owned(),
         _ if entry == Entry::Acknowledge => "acknowledge this occurrence".to_owned(),
         Signal::Pressure => "pressure".to_owned(),
-        Signal::ParameterPressure | Signal::ParameterNumber | Signal::ParameterText => point.subject.name().to_owned(),
-        Signal::PressureLog10 => format!("log10 of the pressure {unit}").trim_end().to_owned(),
+        Signal::ParameterPressure | Signal::ParameterPercentage | Signal::ParameterNumber | Signal::ParameterText => {
+            point.subject.name().to_owned()
+        }
+        Signal::PressureLog10 => format!("log10 of the pressure in {unit}"),
         other => other.key().replace('-', " "),
     };
     let subject = point.subject.gauge().filter(|_| what == point.subject.name()).unwrap_or(point.subject.name());
@@ -227,6 +246,9 @@ impl World {
             (Value::Boolean(is_true), _) => Data::Enum(u16::from(*is_true)),
             (Value::Choice(number), _) => Data::Enum(*number),
             (_, RecordType::Bi | RecordType::Mbbi) => Data::Enum(0),
+            (Value::Text(text), RecordType::Stringin) if record.signal == Signal::AlarmUnit && &**text == "Pa" => {
+                Data::Text(Arc::from(self.database.settings().unit.as_str()))
+            }
             (Value::Text(text), RecordType::Stringin) => {
                 self.pressure_text(record, value).unwrap_or(Data::Text(Arc::clone(text)))
             }
@@ -239,12 +261,7 @@ impl World {
 
     /// A number of the model in the unit of the record.
     fn scaled(&self, record: &Record, number: f64) -> f64 {
-        let unit_pa = self.database.settings().unit_pa();
-        match record.signal {
-            Signal::PressureLog10 => number - unit_pa.log10(),
-            signal if signal.unit() == Some("Pa") => number / unit_pa,
-            _ => number,
-        }
+        in_unit(record.signal, record.is_pressure, number, self.database.settings().unit_pa())
     }
 
     /// The text of a reading in the unit of the settings, if the reading has a pressure.

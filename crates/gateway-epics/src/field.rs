@@ -164,6 +164,7 @@ pub fn read(field: Field, record: &Record, sample: Sample) -> Answer<'static> {
         description: record.meta.description.clone(),
         unit: record.meta.unit.clone(),
         precision: record.meta.precision,
+        is_exponential: record.meta.is_exponential,
         display: record.meta.display,
         limits: AlarmLimits::NONE,
         states,
@@ -204,7 +205,7 @@ fn data(field: Field, record: &Record, sample: &Sample) -> (Data, &'static [&'st
         Field::LowLowSeverity => severity(severity_of_limit(limits.low_low, EpicsSeverity::Major)),
         Field::Hysteresis | Field::MonitorDeadband => number(0.0),
         Field::ArchiveDeadband => number(match sample.data {
-            Data::Double(value) if record.signal.unit() == Some("Pa") && value.is_finite() => value * ARCHIVE_DEADBAND,
+            Data::Double(value) if record.is_pressure && value.is_finite() => value * ARCHIVE_DEADBAND,
             _ => 0.0,
         }),
         Field::Severity | Field::NewSeverity => severity(sample.severity as u16),

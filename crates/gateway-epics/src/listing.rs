@@ -121,7 +121,9 @@ impl Screen {
             if let Some(pv) = pv(signal) {
                 // Format 2 is exponential, 6 a text as it is.
                 let format = if signal == Signal::Pressure { 2 } else { 6 };
-                let content = format!("<pv_name>{}</pv_name><format>{format}</format>", escaped(pv));
+                // The precision of the record is for a number without an exponent.
+                let precision = if signal == Signal::Pressure { "<precision>2</precision>" } else { "" };
+                let content = format!("<pv_name>{}</pv_name><format>{format}</format>{precision}", escaped(pv));
                 self.widget("textupdate", &format!("{name} {}", signal.key()), &content, x, width);
             }
             x = x.saturating_add(width);

@@ -148,7 +148,8 @@ fn request_of(record: &Record, value: &PutValue, world: &World) -> Result<WriteR
     }
 }
 
-/// The value of a parameter as the station reads it. A number for a pressure is in the unit of the record; a text may have a unit.
+/// The value of a parameter as the station reads it. A number for a pressure or a percentage is in the unit of the record; a
+/// text may have a unit.
 fn parameter_text(signal: Signal, value: &PutValue, world: &World) -> String {
     let number = match value {
         PutValue::Number(number) => Some(*number),
@@ -158,6 +159,7 @@ fn parameter_text(signal: Signal, value: &PutValue, world: &World) -> String {
         (Signal::ParameterPressure, Some(number), _) => {
             given(signal, &Value::Float(number * world.database.settings().unit_pa()))
         }
+        (Signal::ParameterPercentage, Some(number), _) => given(signal, &Value::Float(number)),
         (_, Some(number), PutValue::Number(_)) => given(signal, &Value::Float(number)),
         (_, _, PutValue::Text(text)) => text.trim().to_owned(),
         (_, None, PutValue::Number(number)) => number.to_string(),

@@ -5,6 +5,9 @@ use profivac_recorder::Micros;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// The decimals of a number with an exponent.
+pub const DECIMALS: u8 = 2;
+
 /// The longest text of Channel Access in octets, without the end mark.
 pub const MAX_TEXT: usize = 39;
 
@@ -50,6 +53,8 @@ pub struct Record {
     pub point: usize,
     /// The position of the pressure of the same reading, for the text.
     pub pressure: Option<usize>,
+    /// Its value is a pressure, in the unit of the settings.
+    pub is_pressure: bool,
     /// Its gauge is virtual.
     pub is_simulated: bool,
     /// What a put does.
@@ -78,8 +83,10 @@ pub struct Meta {
     pub description: String,
     /// The unit.
     pub unit: String,
-    /// The number of decimals.
+    /// The number of decimals, `PREC`: as many as the smallest value needs where a client shows no exponent.
     pub precision: i16,
+    /// The value spans decades: a text of it has an exponent and two decimals.
+    pub is_exponential: bool,
     /// The ends of the range, low and high: `LOPR`, `HOPR`. Both 0 where there is no range.
     pub display: (f64, f64),
     /// The limits of the alarms; not a number where there is none.

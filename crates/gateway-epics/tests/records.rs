@@ -41,6 +41,14 @@ fn close(number: f64, expected: f64) -> bool {
     (number / expected - 1.0).abs() < 1e-9
 }
 
+/// The station with each parameter of the chamber at 5, in the unit of the parameter.
+fn with_parameters(epics: &str) -> World {
+    let mut plant = Plant::new(epics);
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
+    plant.reads_parameters("chamber", 5.0);
+    plant.world()
+}
+
 fn names(epics: &str) -> Result<Vec<String>, NameError> {
     let (config, settings) = config(epics);
     listed(&config, &settings)
@@ -155,6 +163,41 @@ fn a_pressure_has_the_unit_the_range_the_limits_and_the_time_of_the_reading() {
         number(&plant.world(), "CHAMBER:P")
     };
     assert!((torr - 1.0).abs() < 1e-9);
+}
+
+/// pyepics and panels show a number without an exponent with the decimals of `PREC`.
+#[test]
+fn a_number_has_decimals_and_ends_so_that_a_client_without_exponents_shows_it() {
+    let meta = |world: &World, name: &str| read(world, name).meta.into_owned();
+    let mbar = with_parameters("unit = 'mbar'");
+    let pressure = meta(&mbar, "CHAMBER:P");
+    assert_eq!((pressure.precision, pressure.is_exponential), (11, true), "5e-10 mbar has two digits");
+    assert_eq!(meta(&with_parameters("unit = 'Pa'"), "CHAMBER:P").precision, 9);
+    assert_eq!(meta(&mbar, "FORE_LINE:CH1:P").precision, 12, "a controller has gauges of unknown ranges");
+    let logarithm = meta(&mbar, "CHAMBER:PLOG");
+    assert!(close(logarithm.display.0, 5e-10_f64.log10()) && close(logarithm.display.1, 1500_f64.log10()));
+    assert_eq!((logarithm.precision, logarithm.is_exponential), (2, false));
+    assert_eq!(logarithm.description, "chamber: log10 of the pressure in mbar");
+    let cycle = meta(&mbar, "HALL:CYCLE");
+    assert_eq!((cycle.unit.as_str(), cycle.precision), ("s", 6));
+}
+
+#[test]
+fn every_number_has_the_unit_in_which_people_read_it() {
+    let world = with_parameters("unit = 'mbar'");
+    for (name, unit, value) in [
+        ("CHAMBER:SP_A_PCT_OF_ATM", "%", 5.0),
+        ("CHAMBER:SP_A_PROC_VALUE", "mbar", 0.05),
+        ("CHAMBER:SP_A_STAT", "", 5.0),
+        ("ALARM:CHAMBER_HIGH:ALARM_LIMIT", "mbar", 1e-3),
+    ] {
+        assert!(close(number(&world, name), value), "{name}: {}", number(&world, name));
+        assert_eq!(text(&world, &format!("{name}.EGU")), unit, "{name}");
+    }
+    assert_eq!(text(&world, "ALARM:CHAMBER_HIGH:ALARM_UNIT"), "mbar");
+    assert_eq!(text(&world, "HALL:BAUD.EGU"), "bit/s");
+    let too_long = world.database.records.iter().filter(|record| record.meta.unit.len() > 7);
+    assert_eq!(too_long.map(|record| record.name.to_string()).collect::<Vec<_>>(), [""; 0]);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The register map: which register shows which point. docs/gateways.md describes it; `profivac names --for modbus` prints it.
 
 use profivac_gateway::names::NameTable;
-use profivac_gateway::{Point, Signal, Subject};
+use profivac_gateway::signal::SubjectKind;
+use profivac_gateway::{Kind, Point, Signal, Subject};
 use profivac_station::config::gateways::modbus::{SLOTS, Settings};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -363,7 +364,7 @@ impl Rows<'_> {
         let high = Source::Constant(least(limits.high, limits.high_high));
         let low = Source::Constant(greatest(limits.low, limits.low_low));
         let [range_low, range_high] =
-            [0, 1].map(|end| Source::Constant(point.range_pa.map(|(low, high)| if end == 0 { low } else { high })));
+            [0, 1].map(|end| Source::Constant(point.range.map(|(low, high)| if end == 0 { low } else { high })));
         let rows: [SlotRow; 12] = [
             (0, "pressure", Source::Float(index), "Pa", "Pressure; the end of the range beyond it; NaN without one"),
             (
@@ -408,7 +409,7 @@ impl Rows<'_> {
             .points
             .iter()
             .enumerate()
-            .filter(|(_, point)| matches!(point.signal, Signal::ParameterPressure | Signal::ParameterNumber))
+            .filter(|(_, point)| point.signal.subject() == SubjectKind::Parameter && point.signal.kind() == Kind::Float)
             .filter(|(_, point)| point.subject.gauge() == Some(gauge))
             .map(|(index, point)| (index, Arc::from(point.subject.name()), point.signal))
             .collect();

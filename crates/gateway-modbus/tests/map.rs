@@ -119,6 +119,14 @@ fn the_parameters_of_every_device_fit_into_its_slot() {
 }
 
 #[test]
+fn a_parameter_has_its_register_with_the_unit_of_its_number() {
+    let rows = rows(&plant());
+    let unit = |name: &str| rows.iter().find(|row| row.name == name).unwrap_or_else(|| panic!("no {name}")).unit;
+    assert_eq!(unit("setpoint-a.percentage-of-atmosphere"), "%");
+    assert_eq!((unit("setpoint-a.process-value"), unit("setpoint-a.status")), ("Pa", ""));
+}
+
+#[test]
 fn a_wrong_table_has_an_error_with_its_place() {
     let problem = |gauges: &[String], table: &str| {
         let text = format!("{HEAD}{}[modbus]\n{table}", gauges.concat());

@@ -27,7 +27,7 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
             }
         }
         let prefixes = plain.discovery.iter();
-        for message in prefixes.flat_map(|it| discovery::sensors(it, &prefix, station, &layout)) {
+        for message in prefixes.flat_map(|it| discovery::sensors(it, &prefix, station, &layout, points)) {
             let about = "description of a sensor for Home Assistant";
             table.push([message.topic, String::new(), String::new(), about.to_owned()]);
         }
@@ -44,6 +44,6 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
 }
 
 fn push(table: &mut NameTable, topic: String, name: String, point: &Point) {
-    let unit = point.signal.unit().unwrap_or_default();
+    let unit = point.unit.unwrap_or_default();
     table.push([topic, name, unit.to_owned(), point.signal.description().to_owned()]);
 }

@@ -15,6 +15,7 @@ use profivac_listen::station::StationState;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
+use profivac_station::config::gateways::mqtt::Discovery;
 use profivac_station::view::{BusStationState, RecorderView};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -93,6 +94,22 @@ fn the_state_of_a_gauge_has_pressure_unit_quality_and_the_time_of_the_reading() 
 }
 
 #[test]
+fn a_parameter_has_its_number_in_the_unit_beside_it() {
+    let mut inputs = measuring(Some(1.0), Micros(1));
+    for parameter in Arc::make_mut(&mut inputs.gauges[0].parameters) {
+        (parameter.number, parameter.read_at) = (Some(5.0), Some(Micros(1)));
+    }
+    let messages = all(&Modeller::default().next(inputs, Micros(1)));
+    let parameter = |name: &str| object(&messages, &format!("profivac/target-hall/chamber/parameter/{name}"));
+    let percentage = parameter("setpoint-a.percentage-of-atmosphere");
+    assert_eq!((&percentage["percentage"], &percentage["unit"]), (&json!(5.0), &json!("%")));
+    let threshold = parameter("setpoint-a.process-value");
+    assert_eq!((&threshold["pressure"], &threshold["unit"]), (&json!(5.0), &json!("Pa")));
+    let status = parameter("setpoint-a.status");
+    assert_eq!((&status["number"], &status["unit"]), (&json!(5.0), &Value::Null));
+}
+
+#[test]
 fn a_gauge_that_does_not_measure_has_no_pressure() {
     let messages = all(&snapshot(None));
     let state = object(&messages, "profivac/target-hall/chamber/state");
@@ -128,10 +145,47 @@ fn the_status_of_an_ended_gateway_is_offline() {
     assert_eq!((will.topic.as_str(), &will.payload[..], will.is_retained), ("p/status", &b"offline"[..], true));
 }
 
+/// The descriptions for Home Assistant.
+fn described(snapshot: &Snapshot, has_object_id: bool) -> Vec<Message> {
+    let prefix = "profivac/target-hall";
+    let settings = Discovery { prefix: "homeassistant".to_owned(), has_object_id };
+    discovery::sensors(&settings, prefix, "Target hall", &Layout::new(prefix, &snapshot.points), &snapshot.points)
+}
+
+/// Home Assistant warns about `object_id` since 2025.10; before, it does not know `default_entity_id`.
+#[test]
+fn the_name_of_an_entity_has_one_of_two_keys() {
+    let snapshot = snapshot(Some(1.0));
+    for (has_object_id, key, other) in
+        [(false, "default_entity_id", "object_id"), (true, "object_id", "default_entity_id")]
+    {
+        for message in described(&snapshot, has_object_id) {
+            let description: Value = serde_json::from_slice(&message.payload).unwrap();
+            assert!(description[key].is_string() && description[other].is_null(), "{description}");
+        }
+    }
+}
+
+/// Statistics must not take the end of the range for a measured value, and the quality says why there is none.
+#[test]
+fn a_number_of_home_assistant_needs_a_measured_pressure_and_the_quality_is_an_attribute() {
+    for message in described(&snapshot(Some(1.0)), false) {
+        let description: Value = serde_json::from_slice(&message.payload).unwrap();
+        let template = description["value_template"].as_str().unwrap();
+        let is_number = !description["state_class"].is_null();
+        assert_eq!(template.contains("if value_json.usable else none"), is_number, "{template}");
+        assert_eq!(description["json_attributes_topic"], description["state_topic"]);
+        let attributes = description["json_attributes_template"].as_str().unwrap();
+        assert!(attributes.contains("'quality': value_json.quality"), "{attributes}");
+        assert!(attributes.contains("'limit_pa': none if value_json.usable else value_json.pressure"), "{attributes}");
+        assert_eq!(description["availability"].as_array().unwrap().len(), if is_number { 2 } else { 1 });
+    }
+}
+
 #[test]
 fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
-    let layout = Layout::new("profivac/target-hall", &snapshot(Some(1.0)).points);
-    let sensors = discovery::sensors("homeassistant", "profivac/target-hall", "Target hall", &layout);
+    let snapshot = snapshot(Some(1.0));
+    let sensors = described(&snapshot, false);
     assert_eq!(sensors.len(), 3 * 5);
     let find = |topic: &str| {
         let found = sensors.iter().find(|message| message.topic == topic).unwrap_or_else(|| panic!("no {topic}"));
@@ -141,9 +195,19 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
     assert_eq!(pressure["state_topic"], "profivac/target-hall/chamber/state");
     assert_eq!((&pressure["unit_of_measurement"], &pressure["device_class"]), (&json!("Pa"), &json!("pressure")));
     assert_eq!((&pressure["state_class"], &pressure["expire_after"]), (&json!("measurement"), &json!(60)));
+    assert_eq!(pressure["default_entity_id"], "sensor.target_hall_chamber_pressure");
+    assert_eq!(pressure["origin"]["name"], "profivac");
+    // BCG450 measures from 5e-8 Pa: two digits there. A controller has gauges of unknown ranges.
+    assert_eq!(pressure["suggested_display_precision"], 9);
+    let channel = find("homeassistant/sensor/target_hall_fore__line_2E1/pressure/config");
+    assert_eq!(channel["suggested_display_precision"], 10);
+    assert_eq!(channel["default_entity_id"], "sensor.target_hall_fore_line_2e1_pressure");
     assert_eq!(pressure["availability"][0]["topic"], "profivac/target-hall/status");
     let logarithm = find("homeassistant/sensor/target_hall_chamber/pressure_log10/config");
     assert_eq!(logarithm["unit_of_measurement"], Value::Null);
+    assert_eq!(logarithm["suggested_display_precision"], 2);
+    let state = find("homeassistant/sensor/target_hall_chamber/state/config");
+    assert_eq!((&state["state_class"], &state["suggested_display_precision"]), (&Value::Null, &Value::Null));
     assert_eq!(pressure["device"]["identifiers"], logarithm["device"]["identifiers"]);
     assert!(pressure["device"]["model"].as_str().unwrap().contains("virtual"));
     let ids: BTreeSet<_> = sensors.iter().map(object_id).collect();
@@ -156,8 +220,7 @@ fn only_virtual_gauges_have_a_manufacturer() {
     let manufacturers = |port: &str| {
         let config = profivac_config::parse(&FILE.replace("sim:hall.toml", port), Path::new("plant.toml")).unwrap();
         let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(0));
-        let layout = Layout::new("profivac/target-hall", &snapshot.points);
-        let sensors = discovery::sensors("homeassistant", "profivac/target-hall", "Target hall", &layout);
+        let sensors = described(&snapshot, false);
         let manufacturer = |message: &Message| {
             serde_json::from_slice::<Value>(&message.payload).unwrap()["device"]["manufacturer"].clone()
         };

@@ -10,6 +10,7 @@ use profivac_gateway_mqtt::sparkplug::edge_node::{EdgeNode, Names, Phase, REBIRT
 use profivac_gateway_mqtt::sparkplug::metric;
 use profivac_gateway_mqtt::sparkplug::payload::{Metric, MetricValue, Payload, Property, datatype};
 use profivac_recorder::{Micros, Quality, Sample};
+use profivac_station::config::gateways::mqtt::DataStyle;
 use profivac_station::view::BusStationState;
 use prost::Message as _;
 use std::collections::BTreeSet;
@@ -71,7 +72,8 @@ impl Plant {
 
 fn names(primary_host: Option<&str>) -> Names {
     let primary_host = primary_host.map(str::to_owned);
-    Names { group: "TargetHall".to_owned(), edge_node: "station-1".to_owned(), primary_host }
+    let (group, edge_node) = ("TargetHall".to_owned(), "station-1".to_owned());
+    Names { group, edge_node, primary_host, data: DataStyle::Aliases }
 }
 
 fn payload(message: &Message) -> Payload {
@@ -203,6 +205,31 @@ fn data_has_aliases_alone_and_the_next_sequence_number_which_wraps_after_255() {
         assert_eq!(metric.is_historical, None);
     }
     assert!(expected > 300);
+}
+
+/// Hosts that do not keep births read data by names and data types; aliases in births would forbid names in data
+/// (tck-id-payloads-alias-data-cmd-requirement).
+#[test]
+fn data_with_names_has_data_types_and_no_message_has_aliases() {
+    let mut plant = Plant::new();
+    let mut node = EdgeNode::new(Names { data: DataStyle::Names, ..names(None) }, 0, None);
+    node.subscribed();
+    let births = node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    let sample = Sample::new(Micros(NOW.0 - SECOND), Some(1.5), Quality::Valid);
+    let history = node.samples(&[(Arc::from("chamber"), sample)], NOW);
+    let present = node.caught_up(NOW, NOW);
+    plant.measures(2.0, NOW);
+    let (data, _) = node.snapshot(&plant.snapshot(), NOW);
+    let metrics = |messages: &[Message]| messages.iter().flat_map(|it| payload(it).metrics).collect::<Vec<_>>();
+    let all = [metrics(&births), metrics(&history), metrics(&present), metrics(&data)].concat();
+    assert!(all.iter().all(|it| it.alias.is_none() && it.name.is_some() && it.datatype.is_some()), "{all:?}");
+    let pressures = |messages: &[Message]| {
+        let metrics = metrics(messages).into_iter().filter(|it| it.name.as_deref() == Some("Pressure"));
+        metrics.map(|it| (it.value, it.datatype, it.is_historical)).collect::<Vec<_>>()
+    };
+    let float = Some(datatype::FLOAT);
+    assert_eq!(pressures(&history), [(Some(MetricValue::Float(1.5)), float, Some(true))]);
+    assert_eq!(pressures(&data), [(Some(MetricValue::Float(2.0)), float, None)]);
 }
 
 /// tck-id-operational-behavior-device-ddeath, tck-id-payloads-propertyset-quality-value-value.

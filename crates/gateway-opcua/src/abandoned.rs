@@ -3,12 +3,14 @@
 //! The library does not free all of a subscription. One that has expired stays, with its table of values and with its session, until its
 //! client asks for its last notification, and a client that is gone never does. Each value of a subscription that has ended, also of one
 //! that its client deletes, stays in the table that says which values a change of a node goes to. And a session can be closed while its
-//! subscriptions live on, so that they count for no session. This module estimates the octets of all that; at [`MAX_OCTETS`] the server
-//! starts again, which frees everything.
+//! subscriptions live on, so that they count for no session. And a client that reads the first values of a history leaves a continuation
+//! point in its session. This module estimates the octets of all that; at [`MAX_OCTETS`] the server starts again, which frees everything.
 
+use crate::history::Query;
 use opcua_server::{CreateMonitoredItem, Subscription, SubscriptionCache, SubscriptionState};
 use opcua_types::AttributeId;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The queue of a value that is not an event.
@@ -39,6 +41,9 @@ const QUEUED_OCTETS: u64 = 128;
 
 /// A link from an item to one that it triggers. It takes 12 octets, and it is followed with each change.
 const LINK_OCTETS: u64 = 64;
+
+/// A continuation point: its identifier of six octets, the query, and its place in the table of the session.
+const POINT_OCTETS: u64 = 160;
 
 /// The present state of a subscription.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,13 +120,42 @@ impl Subscriptions {
     }
 }
 
-/// Estimates what the subscriptions of one server leave.
+/// The rest of a history that its client may ask for. It counts until the client asks, or until its session ends.
+#[derive(Debug)]
+pub struct Rest {
+    /// The query of the rest.
+    pub query: Query,
+    count: Arc<AtomicU64>,
+}
+
+impl Drop for Rest {
+    fn drop(&mut self) {
+        self.count.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Estimates what the clients of one server leave.
 #[derive(Debug, Default)]
-pub struct Abandoned(Mutex<Subscriptions>);
+pub struct Abandoned {
+    subscriptions: Mutex<Subscriptions>,
+    rests: Arc<AtomicU64>,
+}
 
 impl Abandoned {
     fn lock(&self) -> MutexGuard<'_, Subscriptions> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A client may ask for the rest of a history.
+    #[must_use]
+    pub fn rest(&self, query: Query) -> Rest {
+        self.rests.fetch_add(1, Ordering::Relaxed);
+        Rest { query, count: Arc::clone(&self.rests) }
+    }
+
+    /// The octets of the histories whose rest no client has asked for.
+    fn rest_octets(&self) -> u64 {
+        self.rests.load(Ordering::Relaxed).saturating_mul(POINT_OCTETS)
     }
 
     /// A client of this session has asked for these items. Those that were refused leave nothing.
@@ -135,7 +169,7 @@ impl Abandoned {
 
     /// The octets that are left in the server with these subscriptions. It has numbered `numbered` of them since its start.
     pub fn octets(&self, cache: &SubscriptionCache, numbered: u64, max_values: usize) -> u64 {
-        self.lock().octets(numbered, max_values as u64, |session, id| {
+        let octets = self.lock().octets(numbered, max_values as u64, |session, id| {
             let Some(session) = cache.get_session_subscriptions(session) else { return Fate::Deleted };
             let session = session.lock();
             match session.get(id) {
@@ -145,7 +179,8 @@ impl Abandoned {
                 Some(_) if Arc::strong_count(session.session()) == 1 => Fate::Abandoned,
                 Some(found) => Fate::Kept(unusual_octets(found)),
             }
-        })
+        });
+        octets.saturating_add(self.rest_octets())
     }
 }
 
@@ -163,6 +198,7 @@ fn unusual_octets(subscription: &Subscription) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_recorder::Micros;
 
     fn with_values(count: u64) -> Subscriptions {
         let mut subscriptions = Subscriptions::default();
@@ -193,6 +229,18 @@ mod tests {
         let mut subscriptions = with_values(1_000_000);
         assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Kept(0)), 0);
         assert_eq!(subscriptions.octets(1, 2_000, |_, _| Fate::Deleted), 2_000 * 256);
+    }
+
+    #[test]
+    fn the_rest_of_a_history_counts_until_its_client_asks_for_it() {
+        let abandoned = Abandoned::default();
+        let query = Query::Forward(Micros(1), Micros(2));
+        let mut rests: Vec<Rest> = (0..1_000).map(|_| abandoned.rest(query)).collect();
+        assert_eq!(abandoned.rest_octets(), 1_000 * POINT_OCTETS);
+        rests.truncate(1);
+        assert_eq!((rests[0].query, abandoned.rest_octets()), (query, POINT_OCTETS));
+        drop(rests);
+        assert_eq!(abandoned.rest_octets(), 0);
     }
 
     #[test]

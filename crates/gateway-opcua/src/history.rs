@@ -19,6 +19,16 @@ pub enum Query {
     Backward(Micros, Micros),
 }
 
+impl Query {
+    /// The rest of the query behind a value of this time.
+    const fn after(self, at: Micros) -> Self {
+        match self {
+            Self::Forward(_, to) => Self::Forward(Micros(at.0.saturating_add(1)), to),
+            Self::Backward(_, to) => Self::Backward(Micros(at.0.saturating_sub(1)), to),
+        }
+    }
+}
+
 /// An answer.
 #[derive(Debug, Default)]
 pub struct Answer {
@@ -60,10 +70,7 @@ pub fn read(reader: &Reader, series: &str, query: Query, limit: u32) -> Result<A
         Query::Forward(from, to) => page(reader, series, (from, to), limit)?,
         Query::Backward(from, to) => backward(reader, series, (from.min(last), to.max(first)), limit)?,
     };
-    let rest = samples.last().filter(|_| !is_complete).map(|last| match query {
-        Query::Forward(_, to) => Query::Forward(Micros(last.at.0.saturating_add(1)), to),
-        Query::Backward(_, to) => Query::Backward(Micros(last.at.0.saturating_sub(1)), to),
-    });
+    let rest = samples.last().filter(|_| !is_complete).map(|last| query.after(last.at));
     Ok(Answer { values: samples.drain(..).map(|sample| of_sample(&sample)).collect(), rest })
 }
 
@@ -106,9 +113,11 @@ fn backward(
     Ok((samples, is_complete))
 }
 
-/// The bounds that a client may ask for. The record has no value between its samples: it says so.
+/// The answer with the bounds that a client may ask for: the record has no value between its samples, and says so. Bounds count as values:
+/// the answer has at most `limit` (OPC 10000-11, 6.5.3), and what does not fit follows.
 #[must_use]
-pub fn with_bounds(mut values: Vec<DataValue>, query: Query, is_first: bool, is_last: bool) -> Vec<DataValue> {
+pub fn with_bounds(answer: Answer, query: Query, is_first: bool, limit: u32) -> Answer {
+    let Answer { mut values, mut rest } = answer;
     let (Query::Forward(start, end) | Query::Backward(start, end)) = query;
     let bound = |at: Micros| DataValue {
         value: None,
@@ -122,10 +131,17 @@ pub fn with_bounds(mut values: Vec<DataValue>, query: Query, is_first: bool, is_
     if is_first && !is_at(values.first(), start) {
         values.insert(0, bound(start));
     }
-    if is_last && end < Micros::now() && !is_at(values.last(), end) {
+    // A client that gives one time only asks for no end.
+    let has_end = end > Micros(0) && end < Micros::now();
+    if rest.is_none() && has_end && !is_at(values.last(), end) {
         values.push(bound(end));
     }
-    values
+    if values.len() > limit as usize {
+        values.truncate(limit as usize);
+        let last = values.last().and_then(|value| micros(value.source_timestamp.as_ref()?));
+        rest = last.map(|at| query.after(at));
+    }
+    Answer { values, rest }
 }
 
 #[cfg(test)]
@@ -210,11 +226,65 @@ mod tests {
         assert_eq!(query(&details), Err(StatusCode::BadHistoryOperationUnsupported));
     }
 
+    /// The times of an answer in seconds, and whether each value is a bound.
+    fn shown(values: &[DataValue]) -> Vec<(i64, bool)> {
+        let at = |value: &DataValue| micros(&value.source_timestamp.unwrap()).unwrap().0 / Micros::SECOND;
+        values.iter().map(|value| (at(value), value.value.is_none())).collect()
+    }
+
+    fn second(number: i64) -> Micros {
+        Micros(number * Micros::SECOND)
+    }
+
     #[test]
     fn a_bound_without_a_sample_has_no_value() {
-        let query = Query::Forward(Micros(1_000_000), Micros(3_000_000));
-        let values = with_bounds(Vec::new(), query, true, true);
-        let shown: Vec<_> = values.iter().map(|value| (value.value.is_none(), value.source_timestamp)).collect();
-        assert_eq!(shown, [(true, Some(time(Micros(1_000_000)))), (true, Some(time(Micros(3_000_000))))]);
+        let answer = with_bounds(Answer::default(), Query::Forward(second(1), second(3)), true, 5);
+        assert_eq!((shown(&answer.values), answer.rest), (vec![(1, true), (3, true)], None));
+    }
+
+    /// All answers to a client that asks for bounds, from samples at these seconds.
+    fn bounded(samples: &[i64], query: Query, limit: usize) -> Vec<Vec<(i64, bool)>> {
+        let (mut pages, mut rest) = (Vec::new(), Some(query));
+        while let Some(query) = rest {
+            let (Query::Forward(a, b) | Query::Backward(a, b)) = query;
+            let mut found: Vec<i64> =
+                samples.iter().copied().filter(|it| (a.min(b)..=a.max(b)).contains(&second(*it))).collect();
+            if matches!(query, Query::Backward(..)) {
+                found.reverse();
+            }
+            let value = |it: &i64| of_sample(&Sample::new(second(*it), Some(1.0), Quality::Valid));
+            let is_complete = found.len() <= limit;
+            found.truncate(limit);
+            let rest_of = found.last().filter(|_| !is_complete).map(|last| query.after(second(*last)));
+            let answer = Answer { values: found.iter().map(value).collect(), rest: rest_of };
+            let answer = with_bounds(answer, query, pages.is_empty(), u32::try_from(limit).unwrap());
+            assert!(answer.values.len() <= limit, "{:?}", answer.values);
+            pages.push(shown(&answer.values));
+            rest = answer.rest;
+            assert!(pages.len() < 20, "it ends: {pages:?}");
+        }
+        pages
+    }
+
+    #[test]
+    fn bounds_count_as_values_and_what_does_not_fit_follows() {
+        let samples = [2, 3, 4];
+        let expected = vec![(1, true), (2, false), (3, false), (4, false), (9, true)];
+        for limit in 1..=6 {
+            let pages = bounded(&samples, Query::Forward(second(1), second(9)), limit);
+            assert_eq!(pages.concat(), expected, "limit {limit}");
+            let backward: Vec<_> = expected.iter().rev().copied().collect();
+            assert_eq!(bounded(&samples, Query::Backward(second(9), second(1)), limit).concat(), backward);
+        }
+        // Samples at the bounds are the bounds.
+        let pages = bounded(&samples, Query::Forward(second(2), second(4)), 3);
+        assert_eq!(pages, [vec![(2, false), (3, false), (4, false)]]);
+    }
+
+    #[test]
+    fn a_time_that_a_client_does_not_give_has_no_bound() {
+        let (query, limit) = query(&details(DateTime::null(), time(second(3)), 5)).unwrap();
+        let answer = with_bounds(Answer::default(), query, true, limit);
+        assert_eq!((shown(&answer.values), answer.rest), (vec![(3, true)], None));
     }
 }

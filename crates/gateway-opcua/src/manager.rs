@@ -1,5 +1,6 @@
 //! The station's part of the server: its namespace, reading of history, and writes.
 
+use crate::abandoned::{Abandoned, Rest};
 use crate::alarms::{self, ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
 use crate::plan::NAMESPACE;
@@ -47,6 +48,8 @@ pub struct StationNodesBuilder {
     pub commander: Option<Arc<Commander>>,
     /// The alarms as conditions.
     pub conditions: Arc<Conditions>,
+    /// What clients leave in memory.
+    pub abandoned: Arc<Abandoned>,
 }
 
 impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
@@ -69,6 +72,7 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
         StationNodesImpl {
             namespaces,
             conditions: self.conditions,
+            abandoned: self.abandoned,
             services: self.services,
             status: self.status,
             commander: self.commander,
@@ -83,6 +87,7 @@ impl InMemoryNodeManagerImplBuilder for StationNodesBuilder {
 pub struct StationNodesImpl {
     namespaces: Namespaces,
     conditions: Arc<Conditions>,
+    abandoned: Arc<Abandoned>,
     services: Arc<Services>,
     status: Arc<GatewayStatus>,
     commander: Option<Arc<Commander>>,
@@ -179,17 +184,18 @@ impl StationNodesImpl {
         let (asked, limit) = history::query(details)?;
         let query = match node.continuation_point() {
             None => asked,
-            Some(point) => *point.get::<Query>().ok_or(StatusCode::BadContinuationPointInvalid)?,
+            Some(point) => point.get::<Rest>().ok_or(StatusCode::BadContinuationPointInvalid)?.query,
         };
         let is_first = node.continuation_point().is_none();
-        let Answer { values, rest } = self.read_record(series, query, limit, deadline).await?;
-        let values = match details.return_bounds {
-            true => history::with_bounds(values, query, is_first, rest.is_none()),
-            false => values,
+        let answer = self.read_record(series, query, limit, deadline).await?;
+        let Answer { values, rest } = match details.return_bounds {
+            true => history::with_bounds(answer, query, is_first, limit),
+            false => answer,
         };
         node.set_status(if values.is_empty() { StatusCode::GoodNoData } else { StatusCode::Good });
         node.set_result(HistoryData { data_values: Some(values) });
-        node.set_next_continuation_point(rest.map(|rest| ContinuationPoint::new(Box::new(rest))));
+        let rest = rest.map(|query| Box::new(self.abandoned.rest(query)));
+        node.set_next_continuation_point(rest.map(ContinuationPoint::new));
         Ok(())
     }
 }

@@ -27,7 +27,7 @@ pub struct Unit {
     /// The symbol.
     pub symbol: &'static str,
     /// The common code of UNECE Recommendation 20.
-    pub code: [u8; 3],
+    pub code: &'static str,
     /// The name.
     pub name: &'static str,
 }
@@ -37,8 +37,10 @@ impl Unit {
     #[must_use]
     pub fn of(symbol: &str) -> Option<Self> {
         match symbol {
-            "Pa" => Some(Self { symbol: "Pa", code: *b"PAL", name: "pascal" }),
-            "s" => Some(Self { symbol: "s", code: *b"SEC", name: "second [unit of time]" }),
+            "Pa" => Some(Self { symbol: "Pa", code: "PAL", name: "pascal" }),
+            "%" => Some(Self { symbol: "%", code: "P1", name: "percent or per cent" }),
+            "bit/s" => Some(Self { symbol: "bit/s", code: "B10", name: "bit per second" }),
+            "s" => Some(Self { symbol: "s", code: "SEC", name: "second [unit of time]" }),
             _ => None,
         }
     }
@@ -46,7 +48,7 @@ impl Unit {
     /// The number of the unit in OPC UA: the characters of its code as octets of a number (OPC 10000-8, 5.6.4.3).
     #[must_use]
     pub fn id(self) -> i32 {
-        self.code.iter().fold(0, |id, octet| (id << 8) | i32::from(*octet))
+        self.code.bytes().fold(0, |id, octet| (id << 8) | i32::from(octet))
     }
 }
 
@@ -401,9 +403,9 @@ fn browse_name(signal: Signal) -> String {
 }
 
 fn properties(point: &Point) -> Vec<Property> {
-    let unit = point.signal.unit().and_then(Unit::of).map(Property::EngineeringUnits);
+    let unit = point.unit.and_then(Unit::of).map(Property::EngineeringUnits);
     let ranges = point
-        .range_pa
+        .range
         .into_iter()
         .flat_map(|range| [Property::Range("EURange", range), Property::Range("InstrumentRange", range)]);
     let words = match point.signal.kind() {
@@ -490,10 +492,26 @@ mod tests {
         assert_eq!(node(&nodes, "gauge/chamber/signal").parent, Parent::Node("gauge/chamber/signals".to_owned()));
     }
 
-    /// UNECE Recommendation 20 and OPC 10000-8: pascal is 5259596, second 5457219.
+    /// A percent deadband is a part of EURange (OPC 10000-8, 6.2): of the pressure it is useless over decades, of the logarithm it is not.
+    #[test]
+    fn the_logarithm_of_a_pressure_has_a_range_for_percent_deadbands() {
+        let nodes = plan(PLANT);
+        let logarithm = node(&nodes, "gauge/chamber/pressure-log10");
+        let NodeKind::Variable { properties, .. } = &logarithm.kind else { panic!("{logarithm:?}") };
+        let range = properties.iter().find_map(|property| match property {
+            Property::Range("EURange", range) => Some(*range),
+            _ => None,
+        });
+        // 5e-8 to 1.5e5 Pa.
+        let (low, high) = range.unwrap();
+        assert!((low + 7.301).abs() < 1e-3 && (high - 5.176).abs() < 1e-3, "{low} {high}");
+    }
+
+    /// UNECE Recommendation 20 and OPC 10000-8: pascal is 5259596, second 5457219, percent 20529, bit per second 4337968.
     #[test]
     fn the_number_of_a_unit_is_that_of_its_code() {
-        assert_eq!((Unit::of("Pa").unwrap().id(), Unit::of("s").unwrap().id()), (5_259_596, 5_457_219));
+        let ids = ["Pa", "s", "%", "bit/s"].map(|unit| Unit::of(unit).unwrap().id());
+        assert_eq!(ids, [5_259_596, 5_457_219, 20_529, 4_337_968]);
     }
 
     #[test]

@@ -79,7 +79,9 @@ pub fn limits() -> Limits {
         max_string_length: 1_024,
         max_byte_string_length: 65_535,
         max_browse_continuation_points: 20,
-        max_history_continuation_points: 20,
+        // The library refuses one too many, and OPC 10000-4, 7.9 demands that the oldest is freed. So they are not limited, but count as
+        // memory that is left.
+        max_history_continuation_points: 0,
         max_query_continuation_points: 1,
         subscriptions: SubscriptionLimits {
             max_subscriptions_per_session: 4,
@@ -136,6 +138,7 @@ fn builder(
         status: Arc::clone(&context.status),
         commander,
         conditions: Arc::clone(&conditions),
+        abandoned: Arc::clone(abandoned),
     };
     let built = Built::default();
     let of_station = Guard::of(nodes, Arc::clone(&built), None, Arc::clone(abandoned));

@@ -137,6 +137,8 @@ fn unit(signal: Signal) -> Option<&'static str> {
         (Kind::Time, _) => Some("timestamp_seconds"),
         (_, Some("Pa")) => Some("pascals"),
         (_, Some("s")) => Some("seconds"),
+        // People read and enter it in percent, so no ratio.
+        (_, Some("%")) => Some("percent"),
         (_, Some("A")) => Some("amperes"),
         (_, Some("V")) => Some("volts"),
         (_, Some("W")) => Some("watts"),
@@ -159,8 +161,8 @@ pub const fn prefix(subject: SubjectKind) -> &'static str {
 
 /// The name of a signal without the name of its subject.
 fn stem(signal: Signal) -> String {
-    // The name ends with its unit: `profivac_reading_timestamp_seconds`.
-    if signal == Signal::LastReading {
+    // The name ends with its unit: `profivac_reading_timestamp_seconds`, `profivac_parameter_percent`.
+    if matches!(signal, Signal::LastReading | Signal::ParameterPercentage) {
         return String::new();
     }
     let own = match signal.subject() {
@@ -252,6 +254,7 @@ mod tests {
         assert_eq!(sample(Signal::SegmentRepetitions), "profivac_segment_repetitions_total");
         assert_eq!(sample(Signal::Device), "profivac_device_info");
         assert_eq!(sample(Signal::AlarmActive), "profivac_alarm_active");
+        assert_eq!(sample(Signal::ParameterPercentage), "profivac_parameter_percent");
         let allowed = |name: &str| {
             name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'_')
         };

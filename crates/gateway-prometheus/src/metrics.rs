@@ -214,7 +214,7 @@ impl Fixed {
         let mut fixed = Self::default();
         for point in points.iter().filter(|point| point.signal == Signal::Pressure) {
             let labels = labels(point);
-            if let Some((low, high)) = point.range_pa {
+            if let Some((low, high)) = point.range {
                 let [lows, highs] = &mut fixed.ranges;
                 lows.push((labels.clone(), low));
                 highs.push((labels.clone(), high));

@@ -220,12 +220,29 @@ pub fn is_writable(point: &Point, device: &str) -> bool {
     }
 }
 
-/// The value of a parameter as the station reads it: a pressure has its unit, a code its word.
+/// The value of a parameter as the station reads it: a pressure and a percentage have their unit, a code its word.
 #[must_use]
 pub fn given(signal: Signal, value: &Value) -> String {
     match (signal, value) {
         (Signal::ParameterPressure, Value::Float(pa)) => format!("{pa:e} Pa"),
+        // A client may send a float of 32 bits: 5.1 is 5.099999905 then.
+        (Signal::ParameterPercentage, Value::Float(percent)) => format!("{} %", (percent * 1e4).round() / 1e4),
+        (Signal::ParameterPercentage, Value::Integer(percent)) => format!("{percent} %"),
         (_, Value::Float(number)) => number.to_string(),
         (_, other) => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_a_client_writes_has_the_unit_of_its_point() {
+        assert_eq!(given(Signal::ParameterPressure, &Value::Float(0.5)), "5e-1 Pa");
+        assert_eq!(given(Signal::ParameterPercentage, &Value::Float(5.0)), "5 %");
+        assert_eq!(given(Signal::ParameterPercentage, &Value::Float(120.1_f32.into())), "120.1 %");
+        assert_eq!(given(Signal::ParameterPercentage, &Value::Integer(5)), "5 %");
+        assert_eq!(given(Signal::ParameterNumber, &Value::Float(3.0)), "3");
     }
 }

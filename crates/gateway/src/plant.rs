@@ -198,13 +198,15 @@ pub struct PointOf {
     pub range_pa: Option<(f64, f64)>,
     /// The limits of the alarms on its pressure.
     pub limits: Limits,
+    /// The unit of the values that have the unit of an alarm's limit.
+    pub limit_unit: Option<&'static str>,
     /// It is virtual.
     pub is_simulated: bool,
 }
 
 impl PointOf {
     fn plain(subject: Subject, segment: Option<Arc<str>>, is_simulated: bool) -> Self {
-        Self { subject, segment, range_pa: None, limits: Limits::default(), is_simulated }
+        Self { subject, segment, range_pa: None, limits: Limits::default(), limit_unit: None, is_simulated }
     }
 }
 
@@ -221,16 +223,29 @@ impl Sink for Collector {
     }
 
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
-        let Some(PointOf { subject, segment, range_pa, limits, is_simulated }) = self.present.clone() else { return };
-        let is_pressure = matches!(signal, Signal::Pressure | Signal::CorrectedPressure);
+        let Some(PointOf { subject, segment, range_pa, limits, limit_unit, is_simulated }) = self.present.clone()
+        else {
+            return;
+        };
+        let has_unit_of_limit = matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue);
         self.points.push(Point {
             subject,
             signal,
             segment,
-            range_pa: range_pa.filter(|_| is_pressure),
+            unit: signal.unit().or(limit_unit.filter(|_| has_unit_of_limit)),
+            range: range_pa.and_then(|range| range_of(signal, range)),
             limits: if signal == Signal::Pressure { limits } else { Limits::default() },
             is_simulated,
         });
+    }
+}
+
+/// The range of a signal of a reading with this measuring range in Pa.
+fn range_of(signal: Signal, (low, high): (f64, f64)) -> Option<(f64, f64)> {
+    match signal {
+        Signal::Pressure | Signal::CorrectedPressure => Some((low, high)),
+        Signal::PressureLog10 => (low > 0.0).then(|| (low.log10(), high.log10())),
+        _ => None,
     }
 }
 
@@ -462,6 +477,7 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
             series: Arc::from(reading.series.as_str()),
         },
         segment: Some(Arc::from(gauge.segment.as_str())),
+        limit_unit: None,
         range_pa: range_pa(gauge, reading),
         limits: limits(&inputs.alarms, &reading.series),
         is_simulated: inputs.is_simulated(&gauge.segment),
@@ -501,7 +517,11 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     let at = parameter.read_at.filter(|_| answers);
     let state = if at.is_some() { State::Ok } else { State::Stale };
     let number = Raw::float(parameter.number.filter(|_| at.is_some()));
-    let signal = if parameter.is_pressure { Signal::ParameterPressure } else { Signal::ParameterNumber };
+    let signal = match parameter.unit {
+        Some("Pa") => Signal::ParameterPressure,
+        Some("%") => Signal::ParameterPercentage,
+        _ => Signal::ParameterNumber,
+    };
     sink.point(signal, number, state, at);
     let text = if at.is_some() { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
@@ -555,7 +575,8 @@ fn limits(alarms: &[AlarmView], series: &str) -> Limits {
 fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     sink.subject(|| {
         let segment = alarm.segment.as_deref().map(Arc::from);
-        PointOf::plain(Subject::Alarm(Arc::from(alarm.name.as_str())), segment, false)
+        let subject = Subject::Alarm(Arc::from(alarm.name.as_str()));
+        PointOf { limit_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
     });
     let state = match alarm.state {
         AlarmState::Normal => alarm_state::NORMAL,

@@ -1,6 +1,6 @@
 //! Points and their values.
 
-use crate::signal::{Signal, SubjectKind};
+use crate::signal::{Kind, Signal, SubjectKind};
 use crate::state::State;
 use profivac_recorder::Micros;
 use std::fmt;
@@ -94,12 +94,43 @@ pub struct Point {
     pub signal: Signal,
     /// The segment of its subject.
     pub segment: Option<Arc<str>>,
-    /// The measuring range in Pa, of a pressure; `None` if the manual has none.
-    pub range_pa: Option<(f64, f64)>,
+    /// The unit of its value; of an alarm's values the unit of its limit.
+    pub unit: Option<&'static str>,
+    /// The measuring range of a pressure in Pa, of its logarithm in decades; `None` if the manual has none.
+    pub range: Option<(f64, f64)>,
     /// The limits of its alarms, of a pressure.
     pub limits: Limits,
     /// Its gauge is virtual.
     pub is_simulated: bool,
+}
+
+/// The lowest pressure in Pa of a gauge whose range is not known: that of a cold cathode gauge at a controller. chosen.
+const LOWEST_PA: f64 = 1e-9;
+
+impl Point {
+    /// The decimals with which a client shows its number without an exponent, in the unit of the point.
+    #[must_use]
+    pub fn decimals(&self) -> u8 {
+        self.decimals_in(1.0)
+    }
+
+    /// The same where a pressure is shown in a unit of this many pascals. The lower end of the range has two digits, because many clients
+    /// show no exponent, and a pressure must not be 0.00 there. chosen: microseconds, tenths of a percent.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    pub fn decimals_in(&self, unit_pa: f64) -> u8 {
+        match (self.signal.kind(), self.unit) {
+            (Kind::Float, Some("Pa")) => {
+                let lowest = self.range.map_or(LOWEST_PA, |range| range.0) / unit_pa;
+                (1.0 - lowest.log10().floor()).clamp(2.0, 15.0) as u8
+            }
+            (Kind::Float, Some("s")) => 6,
+            (Kind::Float, Some("%")) => 1,
+            (Kind::Float, Some(_)) => 3,
+            (Kind::Float, None) => 2,
+            _ => 0,
+        }
+    }
 }
 
 /// A value.

@@ -202,6 +202,7 @@ signals! {
     Owner               "owner"                 Gauge   Kind::Integer,               None,        "Address of the master that owns the gauge, if a diagnosis showed it";
     Diagnosis           "diagnosis"             Gauge   Kind::Text,                  None,        "What the last diagnosis on the line reports";
     ParameterPressure   "parameter-pressure"    Parameter Kind::Float,               Some("Pa"),  "Value of a parameter that is a pressure";
+    ParameterPercentage "parameter-percentage"  Parameter Kind::Float,               Some("%"),   "Value of a parameter that is a percentage";
     ParameterNumber     "parameter-number"      Parameter Kind::Float,               None,        "Value of another parameter: a number or a code";
     ParameterText       "parameter-text"        Parameter Kind::Text,                None,        "Value of the parameter in the words of the manual";
     SegmentState        "segment-state"         Segment Kind::Choice(&SEGMENT_STATES), None,      "State of the segment";
@@ -219,7 +220,7 @@ signals! {
     ObservedTime        "observed-time"         Segment Kind::Integer,               Some("s"),   "Seconds of the line that were observed";
     TokenRing           "token-ring"            Segment Kind::Text,                  None,        "Addresses of the masters in the order of the token";
     SegmentListenOnly   "segment-listen-only"   Segment Kind::Boolean,               None,        "The station only listens on the segment";
-    Baud                "baud"                  Segment Kind::Integer,               None,        "Baud rate in bit/s";
+    Baud                "baud"                  Segment Kind::Integer,               Some("bit/s"), "Baud rate";
     Master              "master"                Segment Kind::Integer,               None,        "Address of the master of this station; none if it only listens";
     Heartbeat           "heartbeat"             Station Kind::Integer,               Some("s"),   "Seconds since the station started";
     Version             "version"               Station Kind::Text,                  None,        "Version of the program";

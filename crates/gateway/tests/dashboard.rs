@@ -305,10 +305,14 @@ fn every_value_of_a_gauge_is_a_point() {
             (Signal::LastReading, Value::Time(read_at.unwrap())),
         ];
         expect(&snapshot, &series, expected);
-        for WatchedParameter { target, name: _, is_pressure, number, text: words, read_at } in
+        for WatchedParameter { target, name: _, unit, number, text: words, read_at } in
             parameters.iter().take(1).cloned()
         {
-            let signal = if is_pressure { Signal::ParameterPressure } else { Signal::ParameterNumber };
+            let signal = match unit {
+                Some("Pa") => Signal::ParameterPressure,
+                Some("%") => Signal::ParameterPercentage,
+                _ => Signal::ParameterNumber,
+            };
             assert!(read_at.is_some());
             expect(&snapshot, &target, vec![(signal, float(number)), (Signal::ParameterText, text(words))]);
         }

@@ -73,14 +73,14 @@ fn a_station_that_has_not_started_has_all_its_points_without_values() {
 fn the_pressure_has_the_range_of_the_manual_and_the_limits_of_its_alarms() {
     let snapshot = Modeller::default().next(planned(), Micros(1));
     let point = &snapshot.points[position(&snapshot, "chamber", Signal::Pressure)];
-    let (low, high) = point.range_pa.unwrap();
+    let (low, high) = point.range.unwrap();
     // BCG450: 5e-10 to 1500 mbar.
     assert!((low / 5e-8 - 1.0).abs() < 1e-9 && (high / 1.5e5 - 1.0).abs() < 1e-9, "{low} {high}");
     let close = |limit: Option<f64>, pa: f64| (limit.unwrap() / pa - 1.0).abs() < 1e-9;
     assert!(close(point.limits.high_high, 0.1) && close(point.limits.high, 0.01), "{:?}", point.limits);
     assert_eq!((point.limits.low, point.limits.low_low), (None, None));
     let controller = &snapshot.points[position(&snapshot, "fore line.1", Signal::Pressure)];
-    assert_eq!(controller.range_pa, None, "the controller accepts several gauges");
+    assert_eq!(controller.range, None, "the controller accepts several gauges");
 }
 
 #[test]
@@ -156,6 +156,44 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let snapshot = Modeller::default().next(inputs, Micros(200));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
+}
+
+#[test]
+fn a_number_of_a_parameter_and_of_an_alarm_has_the_unit_in_which_people_read_it() {
+    let snapshot = Modeller::default().next(planned(), Micros(1));
+    let unit = |subject: &str, signal| snapshot.points[position(&snapshot, subject, signal)].unit;
+    assert_eq!(unit("setpoint-a.percentage-of-atmosphere", Signal::ParameterPercentage), Some("%"));
+    assert_eq!(unit("setpoint-a.process-value", Signal::ParameterPressure), Some("Pa"));
+    assert_eq!(unit("setpoint-a.status", Signal::ParameterNumber), None);
+    for signal in [Signal::AlarmValue, Signal::AlarmLimit, Signal::RaisedValue] {
+        assert_eq!(unit("Chamber high", signal), Some("Pa"), "{signal:?}");
+    }
+    assert_eq!(unit("Chamber high", Signal::AlarmState), None);
+    assert_eq!(unit("hall", Signal::Baud), Some("bit/s"));
+}
+
+#[test]
+fn the_logarithm_of_a_pressure_has_the_range_in_decades() {
+    let snapshot = Modeller::default().next(planned(), Micros(1));
+    let range = |subject: &str| snapshot.points[position(&snapshot, subject, Signal::PressureLog10)].range;
+    let (low, high) = range("chamber").unwrap();
+    assert!((low - 5e-8_f64.log10()).abs() < 1e-9 && (high - 1.5e5_f64.log10()).abs() < 1e-9, "{low} {high}");
+    assert_eq!(range("fore line.1"), None);
+}
+
+/// A client that shows no exponent shows two digits at the lower end of the range.
+#[test]
+fn a_number_has_the_decimals_that_the_lower_end_of_its_range_needs() {
+    let snapshot = Modeller::default().next(planned(), Micros(1));
+    let point = |subject: &str, signal| &snapshot.points[position(&snapshot, subject, signal)];
+    let pressure = point("chamber", Signal::Pressure);
+    // 5e-8 Pa is 5e-10 mbar.
+    assert_eq!((pressure.decimals(), pressure.decimals_in(100.0)), (9, 11));
+    assert_eq!(point("fore line.1", Signal::Pressure).decimals(), 10, "a controller has gauges of unknown ranges");
+    assert_eq!(point("chamber", Signal::PressureLog10).decimals(), 2);
+    assert_eq!(point("setpoint-a.percentage-of-atmosphere", Signal::ParameterPercentage).decimals(), 1);
+    assert_eq!(point("hall", Signal::CycleTime).decimals(), 6);
+    assert_eq!(point("chamber", Signal::State).decimals(), 0);
 }
 
 #[test]

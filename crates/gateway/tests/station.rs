@@ -36,6 +36,8 @@ address = 7
 device = "tpg300"
 "#;
 
+const PERCENTAGE: &str = "setpoint-a.percentage-of-atmosphere";
+
 fn started(folder: &TempDir) -> (Station, ReadModel) {
     let segment = folder.path().join("hall.toml");
     std::fs::write(&segment, SEGMENT).unwrap();
@@ -73,6 +75,7 @@ fn a_gateway_sees_pressures_trip_points_and_emission_of_running_gauges() {
             && is_read("fore line", "trip-point.1/high-trip-point", Signal::ParameterPressure)
             && is_read("controller", "relay.1/setpoint-status", Signal::ParameterNumber)
             && is_read("chamber", "chamber", Signal::Pressure)
+            && is_read("chamber", PERCENTAGE, Signal::ParameterPercentage)
     });
     let Value::Float(pa) = value(&snapshot, "chamber", "chamber", Signal::Pressure).value else { panic!("a pressure") };
     assert!((pa / 0.1 - 1.0).abs() < 1e-3, "1e-3 mbar, the default of a segment: {pa} Pa");
@@ -80,6 +83,9 @@ fn a_gateway_sees_pressures_trip_points_and_emission_of_running_gauges() {
         panic!("a text")
     };
     assert_ne!(&**emission, "", "the words of the manual");
+    // The factory setting, which the record of the gauge holds as 50 tenths.
+    let percentage = &value(&snapshot, "chamber", PERCENTAGE, Signal::ParameterPercentage).value;
+    assert_eq!(percentage, &Value::Float(5.0));
     assert!(snapshot.points.iter().all(|point| point.subject.gauge().is_none() || point.is_simulated));
     station.stop();
 }

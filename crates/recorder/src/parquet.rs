@@ -10,7 +10,7 @@
 use super::error::DatabaseError;
 use super::export::{Chunk, Chunks};
 use super::sample::Sample;
-use parquet::basic::{Compression, GzipLevel};
+use parquet::basic::Compression;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
@@ -126,7 +126,8 @@ impl ParquetExport {
     /// [`WriteError`] when the file cannot begin.
     pub fn new(chunks: Chunks) -> Result<Self, WriteError> {
         let schema = Arc::new(parse_message_type(SCHEMA)?);
-        let properties = WriterProperties::builder().set_compression(Compression::GZIP(GzipLevel::default())).build();
+        // Readers of every language decode Snappy, also small ones that know no GZIP.
+        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
         let octets = Octets::default();
         let file = SerializedFileWriter::new(octets.clone(), schema, Arc::new(properties))?;
         Ok(Self { chunks, file: Some(file), octets, rows: Rows::default(), count: 0 })

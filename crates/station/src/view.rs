@@ -168,9 +168,9 @@ pub struct WatchedParameter {
     pub target: String,
     /// The manual's name.
     pub name: String,
-    /// Its number is a pressure in Pa.
-    pub is_pressure: bool,
-    /// The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+    /// The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit.
+    pub unit: Option<&'static str>,
+    /// The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
     pub number: Option<f64>,
     /// The value in the words of the manual.
     pub text: String,

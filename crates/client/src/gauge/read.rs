@@ -21,7 +21,7 @@ pub struct ParameterReading {
     pub value: Value,
     /// The value as text, in the words of the manual.
     pub text: String,
-    /// The unit of a pressure, and `0.1 %` for a whole number of tenths of a percent.
+    /// The unit of the value: of a pressure, or `%`.
     pub unit: Option<&'static str>,
 }
 
@@ -81,7 +81,7 @@ impl<R: Records> Gauge<R> {
         let (octets, value, unit) = self.read_with_unit(named)?;
         let text = ValueFormat { named, model: self.model, unit }.text(&octets, &value);
         let unit = match named.parameter.row.codes {
-            Codes::PerMille(..) => Some("0.1 %"),
+            Codes::PerMille(..) => Some("%"),
             _ => unit.map(|unit| unit.name),
         };
         Ok(ParameterReading { named: named.clone(), octets, value, text, unit })
@@ -206,7 +206,7 @@ impl<R: Records> Gauge<R> {
     }
 
     pub(super) fn decode(&self, named: &NamedParameter, doing: Operation, octets: &[u8]) -> Result<Value, ClientError> {
-        Value::decode(named.parameter.row.data_type, octets).map_err(|error| ClientError::Malformed {
+        Value::of_row(named.parameter.row, octets).map_err(|error| ClientError::Malformed {
             location: self.context(named),
             doing,
             error,

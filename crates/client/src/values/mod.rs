@@ -15,14 +15,14 @@ pub(crate) use pressure::pressure_format;
 pub use text::{format_number, hex};
 
 use super::names::NamedParameter;
-use profivac_devices::model::{DataType, LengthError, Model, RawValue, Row, Unit};
+use profivac_devices::model::{Codes, DataType, LengthError, Model, RawValue, Row, Unit};
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A whole number; also a Boolean or a code.
     Integer(i64),
-    /// A number; a pressure in the present unit of the device.
+    /// A number; a pressure in the present unit of the device, a percentage in percent.
     Number(f64),
     /// Text without the blanks at its end.
     Text(String),
@@ -60,7 +60,7 @@ pub struct ValueFormat<'a> {
 }
 
 impl Value {
-    /// Decodes the octets of a record.
+    /// Decodes the octets of a record, without the unit that its row gives: [`of_row`](Self::of_row).
     ///
     /// ```
     /// use profivac_client::values::Value;
@@ -82,6 +82,30 @@ impl Value {
             RawValue::Float(float) => Self::Number(float.into()),
             RawValue::Text(text) => Self::Text(String::from_utf8_lossy(text).trim_end_matches(['\0', ' ']).to_owned()),
             RawValue::Octets(octets) => Self::Octets(octets.to_vec()),
+        })
+    }
+
+    /// Decodes the octets of a record of this row. A percentage is in percent, although its record counts tenths.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_client::values::Value;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let model = model_named("bcg450").ok_or("no such model")?;
+    /// // Percentage of atmosphere of setpoint A: slot 1, instance 5, index 202.
+    /// let named = ParameterNames::of_catalog(model).and_then(|names| names.at(1, 5, 202)).ok_or("no such parameter")?;
+    /// assert_eq!(Value::of_row(named.parameter.row, &50u16.to_be_bytes())?, Value::Number(5.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`decode`](Self::decode).
+    #[expect(clippy::cast_precision_loss, reason = "a word")]
+    pub fn of_row(row: &Row, octets: &[u8]) -> Result<Self, LengthError> {
+        Ok(match (Self::decode(row.data_type, octets)?, &row.codes) {
+            (Self::Integer(tenths), Codes::PerMille(..)) => Self::Number(tenths as f64 / 10.0),
+            (value, _) => value,
         })
     }
 }

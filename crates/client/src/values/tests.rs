@@ -20,7 +20,7 @@ fn parsed(device: &str, target: &str, text: &str) -> String {
 }
 
 fn shown(device: &str, target: &str, octets: &[u8]) -> String {
-    with(device, target, "mbar", |meaning| meaning.format(&Value::decode(meaning.row().data_type, octets).unwrap()))
+    with(device, target, "mbar", |meaning| meaning.format(&Value::of_row(meaning.row(), octets).unwrap()))
 }
 
 #[test]
@@ -49,6 +49,18 @@ fn values_are_formatted_with_names_and_units() {
         ("tpg300", "device.program-version", &[0x5A, 0x97, 0x80, 0x06], "1519878150"),
     ] {
         assert_eq!(shown(device, target, octets), text, "{device} {target}");
+    }
+}
+
+/// Tenths of a percent are a detail of the record.
+#[test]
+fn a_percentage_is_a_number_of_percent() {
+    for (tenths, percent, text) in [(50_u16, 5.0, "5 %"), (1_400, 140.0, "140 %"), (125, 12.5, "12.5 %")] {
+        with("bcg450", "setpoint-a.percentage-of-atmosphere", "mbar", |format| {
+            let value = Value::of_row(format.row(), &tenths.to_be_bytes()).unwrap();
+            assert_eq!((&value, format.format(&value).as_str()), (&Value::Number(percent), text));
+            assert_eq!(format.parse(text, NumberType::Float).unwrap(), tenths.to_be_bytes());
+        });
     }
 }
 
@@ -230,7 +242,7 @@ fn every_formatted_name_is_parsed() {
             let meaning = ValueFormat { named, model, unit: model.unit_named("mbar") };
             for code in named.parameter.row.codes.codes() {
                 let octets = meaning.parse(code.name, NumberType::Float).unwrap();
-                let value = Value::decode(named.parameter.row.data_type, &octets).unwrap();
+                let value = Value::of_row(named.parameter.row, &octets).unwrap();
                 assert_eq!(meaning.format(&value), code.name, "{named}");
             }
         }
@@ -241,9 +253,7 @@ fn every_formatted_name_is_parsed() {
 #[test]
 fn the_highest_integer_is_shown_as_this_or_more_and_not_taken_as_a_value() {
     let text = |device, target, octets: &[u8]| {
-        with(device, target, "Pascal", |format| {
-            format.text(octets, &Value::decode(format.row().data_type, octets).unwrap())
-        })
+        with(device, target, "Pascal", |format| format.text(octets, &Value::of_row(format.row(), octets).unwrap()))
     };
     assert_eq!(text("bcg450", "pirani.full-scale", &[0x7F, 0xFF]), "32767 Pascal or more");
     assert_eq!(text("bcg450", "pirani.full-scale", &[0x7F, 0xFE]), "32766 Pascal");

@@ -46,8 +46,9 @@ impl ValueFormat<'_> {
     pub fn format(&self, value: &Value) -> String {
         match value {
             Value::Integer(number) => self.format_integer(*number),
-            Value::Number(it) => match (self.row().data_type, self.unit) {
-                (DataType::ByType, Some(unit)) => format!("{} {}", format_number(*it), unit.name),
+            Value::Number(it) => match (&self.row().codes, self.row().data_type, self.unit) {
+                (Codes::PerMille(..), ..) => format!("{} %", format_number(*it)),
+                (_, DataType::ByType, Some(unit)) => format!("{} {}", format_number(*it), unit.name),
                 _ => self.name_of_float(*it).unwrap_or_else(|| format_number(*it)),
             },
             Value::Text(text) => text.clone(),
@@ -81,7 +82,6 @@ impl ValueFormat<'_> {
                 .ok()
                 .and_then(|code| self.model.unit(code))
                 .map_or_else(|| number.to_string(), |unit| unit.name.to_owned()),
-            Codes::PerMille(..) => percent(number),
             Codes::Version => version(number).unwrap_or_else(|| number.to_string()),
             _ => self.name_of(number).unwrap_or_else(|| match self.row().data_type {
                 DataType::Boolean => match number {

@@ -11,10 +11,12 @@
 //! prefix = "profivac/hall"              # default profivac/NAME OF THE STATION
 //! plain = true
 //! home-assistant = false
+//! home-assistant-object-id = false      # true for Home Assistant before 2025.10
 //!
 //! [mqtt.sparkplug]
 //! group = "TargetHall"
 //! edge-node = "station-1"               # default: the name of the station
+//! data = "names"                        # or "aliases": what identifies a metric in data
 //! primary-host = "scada"
 //! backlog = "7 days"
 //! ```
@@ -22,7 +24,7 @@
 use super::super::error::{BrokerUrlProblem, ConfigProblem, Located, MqttProblem};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
-use profivac_station::config::gateways::mqtt::{Broker, Plain, Settings, Sparkplug, Tls};
+use profivac_station::config::gateways::mqtt::{Broker, DataStyle, Discovery, Plain, Settings, Sparkplug, Tls};
 use profivac_web_server::host_name::is_loopback;
 use profivac_web_server::tables::{ca_certificates, credentials_file, private_file};
 use serde::Deserialize;
@@ -74,6 +76,8 @@ pub struct MqttToml {
     plain: Option<Spanned<bool>>,
     /// Sensors are described for Home Assistant. Default: `false`.
     home_assistant: Option<Spanned<bool>>,
+    /// The names of entities for Home Assistant before 2025.10, which does not know `default_entity_id`. Default: `false`.
+    home_assistant_object_id: Option<Spanned<bool>>,
     /// Where Home Assistant expects them. Default: `homeassistant`.
     discovery_prefix: Option<Spanned<String>>,
     /// An edge node of Sparkplug B; without the table there is none.
@@ -88,6 +92,9 @@ struct SparkplugToml {
     group: Spanned<String>,
     /// Its name. Default: the name of the station.
     edge_node: Option<Spanned<String>>,
+    /// What identifies a metric in data: `names` with data types, or the `aliases` of the births. Default: `names`.
+    #[serde(default)]
+    data: DataStyle,
     /// The host for which births wait. Default: none.
     primary_host: Option<Spanned<String>>,
     /// The longest outage whose samples are sent afterwards. Default: `7 days`.
@@ -185,7 +192,9 @@ impl MqttToml {
         }
         let prefix = self.prefix.as_ref().map(prefix).transpose()?;
         let discovery = self.discovery_prefix.as_ref().map(self::prefix).transpose()?;
-        let discovery = finds_sensors.then(|| discovery.unwrap_or_else(|| "homeassistant".to_owned()));
+        let has_object_id = self.home_assistant_object_id.as_ref().is_some_and(|it| *it.get_ref());
+        let discovery = finds_sensors
+            .then(|| Discovery { prefix: discovery.unwrap_or_else(|| "homeassistant".to_owned()), has_object_id });
         Ok(Some(Plain { prefix, discovery }))
     }
 
@@ -218,6 +227,7 @@ impl SparkplugToml {
         Ok(Sparkplug {
             group: element(&self.group)?,
             edge_node: self.edge_node.as_ref().map(element).transpose()?,
+            data: self.data,
             primary_host: self.primary_host.as_ref().map(element).transpose()?,
             backlog,
         })
@@ -297,16 +307,25 @@ mod tests {
     fn all_keys_are_read() {
         let settings = parse(
             "broker = 'mqtts://[::1]:8884'\nclient-id = 'hall'\nprefix = 'a/b'\nhome-assistant = true\n\
-             [mqtt.sparkplug]\ngroup = 'G'\nedge-node = 'E'\nprimary-host = 'H'\nbacklog = '2 days'",
+             home-assistant-object-id = true\n[mqtt.sparkplug]\ngroup = 'G'\ndata = 'aliases'\nedge-node = 'E'\nprimary-host = 'H'\nbacklog = '2 days'",
         );
         let Settings { broker, plain, sparkplug } = settings.unwrap();
         assert_eq!((broker.host.as_str(), broker.port, broker.tls), ("::1", 8884, Some(Tls::default())));
         assert_eq!(broker.client_id.as_deref(), Some("hall"));
-        let discovery = Some("homeassistant".to_owned());
+        let discovery = Some(Discovery { prefix: "homeassistant".to_owned(), has_object_id: true });
         assert_eq!(plain, Some(Plain { prefix: Some("a/b".to_owned()), discovery }));
         let sparkplug = sparkplug.unwrap();
         assert_eq!((sparkplug.group.as_str(), sparkplug.backlog), ("G", Duration::from_secs(172_800)));
+        assert_eq!(sparkplug.data, DataStyle::Aliases);
         assert_eq!((sparkplug.edge_node.as_deref(), sparkplug.primary_host.as_deref()), (Some("E"), Some("H")));
+    }
+
+    #[test]
+    fn hosts_get_names_and_home_assistant_gets_entity_ids_unless_the_file_says_otherwise() {
+        let settings = parse("broker = 'mqtt://[::1]'\nhome-assistant = true\n[mqtt.sparkplug]\ngroup = 'G'").unwrap();
+        let discovery = Discovery { prefix: "homeassistant".to_owned(), has_object_id: false };
+        assert_eq!(settings.plain.unwrap().discovery, Some(discovery));
+        assert_eq!(settings.sparkplug.unwrap().data, DataStyle::Names);
     }
 
     #[test]
@@ -338,6 +357,10 @@ mod tests {
             (
                 "broker = 'mqtt://localhost'\nplain = false\nprefix = 'a'\n[mqtt.sparkplug]\ngroup = 'G'",
                 "7:10: prefix belongs to the plain topics",
+            ),
+            (
+                "broker = 'mqtt://localhost'\n[mqtt.sparkplug]\ngroup = 'a'\ndata = 'both'",
+                "expected `names` or `aliases`",
             ),
             (
                 "broker = 'mqtt://localhost'\n[mqtt.sparkplug]\ngroup = 'a/b'",

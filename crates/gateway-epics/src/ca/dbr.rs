@@ -1,6 +1,6 @@
 //! Values as the types `DBR_*` (db_access.h of EPICS base): big-endian, each with the padding of its C structure.
 
-use crate::record::{Answer, Data, MAX_TEXT, Meta, Sample, cut, exponential};
+use crate::record::{Answer, DECIMALS, Data, MAX_TEXT, Meta, Sample, cut, exponential};
 use profivac_recorder::Micros;
 
 /// The types of values, without meta data.
@@ -244,8 +244,8 @@ fn value(out: &mut Vec<u8>, plain: u16, data: &Data, meta: &Meta) -> Result<(), 
 fn as_text(data: &Data, meta: &Meta) -> String {
     let decimals = usize::try_from(meta.precision).unwrap_or_default();
     match data {
-        Data::Double(number) if meta.unit.is_empty() && number.is_finite() => format!("{number:.decimals$}"),
-        Data::Double(number) => exponential(*number, decimals),
+        Data::Double(number) if !meta.is_exponential && number.is_finite() => format!("{number:.decimals$}"),
+        Data::Double(number) => exponential(*number, DECIMALS.into()),
         Data::Long(number) => number.to_string(),
         Data::Enum(number) => {
             let word = meta.states.get(usize::from(*number));
@@ -266,6 +266,7 @@ mod tests {
         description: String::new(),
         unit: String::new(),
         precision: 2,
+        is_exponential: false,
         display: (1.0, 3.0),
         limits: AlarmLimits { high_high: 2.5, ..AlarmLimits::NONE },
         states: &["No", "Yes"],
@@ -326,7 +327,11 @@ mod tests {
     fn a_value_becomes_what_the_client_asks_for() {
         let text =
             |data| String::from_utf8(encode(0, &answer(data)).unwrap()).unwrap().trim_end_matches('\0').to_owned();
-        assert_eq!(text(Data::Double(5.2e-6)), "5.20e-06");
+        assert_eq!(text(Data::Double(5.2)), "5.20");
+        let Answer { sample, meta } = answer(Data::Double(5.2e-6));
+        let meta = Meta { is_exponential: true, precision: 11, ..meta.into_owned() };
+        let pressure = encode(0, &Answer { sample, meta: Cow::Owned(meta) }).unwrap();
+        assert!(pressure.starts_with(b"5.20e-06\0"), "{pressure:?}");
         assert_eq!(text(Data::Enum(1)), "Yes");
         assert_eq!(text(Data::Text("x".repeat(50).into())), "x".repeat(39));
         assert_eq!(encode(5, &answer(Data::Text("abc".into()))), Err(NoEncoding::Conversion));

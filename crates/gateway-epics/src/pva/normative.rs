@@ -4,7 +4,7 @@
 
 use crate::database::World;
 use crate::pva::wire::Writer;
-use crate::record::{Answer, Data, Meta, RecordType, STATUS_WORDS, Sample};
+use crate::record::{Answer, DECIMALS, Data, Meta, RecordType, STATUS_WORDS, Sample};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Signal, Subject};
 use profivac_recorder::Micros;
 
@@ -215,8 +215,9 @@ fn put_number_meta(out: &mut Writer, meta: &Meta) {
     out.double(high);
     out.text(&meta.description);
     out.text(&meta.unit);
-    out.int(meta.precision.into());
-    out.int(if meta.unit.is_empty() { 0 } else { EXPONENTIAL });
+    // A client that shows an exponent takes the precision for the decimals before it.
+    out.int(if meta.is_exponential { DECIMALS.into() } else { meta.precision.into() });
+    out.int(if meta.is_exponential { EXPONENTIAL } else { 0 });
     texts(out, &FORMS);
     // control: the same range, and no smallest step.
     [low, high, 0.0].into_iter().for_each(|number| out.double(number));

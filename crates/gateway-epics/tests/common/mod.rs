@@ -83,6 +83,14 @@ impl Plant {
         Self { modeller: Modeller::default(), inputs, station: config.name, settings, world: None, now: 1_000_000_000 }
     }
 
+    /// Gives each parameter of a gauge this number.
+    pub fn reads_parameters(&mut self, gauge: &str, number: f64) {
+        let gauge = self.inputs.gauges.iter_mut().find(|it| it.name == gauge).unwrap();
+        for parameter in Arc::make_mut(&mut gauge.parameters) {
+            (parameter.number, parameter.read_at) = (Some(number), Some(Micros(1)));
+        }
+    }
+
     /// Sets the reading of a gauge.
     pub fn reads(&mut self, gauge: &str, quality: Quality, pa: Option<f64>, read_at: i64) {
         let gauge = self.inputs.gauges.iter_mut().find(|it| it.name == gauge).unwrap();

@@ -3,7 +3,8 @@
 use super::layout::{Layout, Topic, retained, status_topic};
 use crate::message::{Delivery, Message};
 use crate::topic::{identifier, slug};
-use profivac_gateway::Subject;
+use profivac_gateway::{Kind, Point, Signal, Subject};
+use profivac_station::config::gateways::mqtt::Discovery;
 use serde_json::{Value as Json, json};
 
 /// The time after which a reading that is not published again is unavailable, in seconds: six times the period in which the time of the
@@ -21,52 +22,67 @@ struct Sensor {
     /// The last part of its identifier and its topic.
     key: &'static str,
     name: &'static str,
+    /// What it shows.
+    signal: Signal,
     /// Unit and device class, if it has them.
     unit: Option<&'static str>,
     class: Option<&'static str>,
-    /// `measurement` makes statistics.
-    state_class: Option<&'static str>,
     template: &'static str,
 }
 
-/// Home Assistant rounds small numbers to 0 in its cards, so the logarithm is a sensor of its own.
+/// Home Assistant rounds small numbers to 0 in its cards, so the logarithm is a sensor of its own. Beyond its range a gauge measures
+/// nothing: its numbers are unknown there, so that no statistics take the end of the range for a value.
 const SENSORS: [Sensor; 3] = [
     Sensor {
         key: "pressure",
         name: "Pressure",
+        signal: Signal::Pressure,
         unit: Some("Pa"),
         class: Some("pressure"),
-        state_class: Some("measurement"),
-        template: "{{ value_json.pressure }}",
+        template: "{{ value_json.pressure if value_json.usable else none }}",
     },
     Sensor {
         key: "pressure_log10",
         name: "Pressure log10",
+        signal: Signal::PressureLog10,
         unit: None,
         class: None,
-        state_class: Some("measurement"),
-        template: "{{ value_json.pressure_log10 }}",
+        template: "{{ value_json.pressure_log10 if value_json.usable else none }}",
     },
     Sensor {
         key: "state",
         name: "State",
+        signal: Signal::StateText,
         unit: None,
         class: None,
-        state_class: None,
         template: "{{ value_json.state_text }}",
     },
 ];
 
+/// The attributes of a sensor: why its number is unknown. They change seldom, because Home Assistant records each change.
+const ATTRIBUTES: &str = "{{ {'quality': value_json.quality, 'cause': value_json.cause, \
+                          'limit_pa': none if value_json.usable else value_json.pressure} | tojson }}";
+
+/// Numbers are unavailable while the gauge is not there; otherwise they have a value, or their quality says why not.
+const AVAILABLE: &str = "{{ 'offline' if value_json.quality in ['missing', 'stale'] else 'online' }}";
+
 /// The descriptions of all readings.
 #[must_use]
-pub fn sensors(discovery: &str, prefix: &str, station: &str, layout: &Layout) -> Vec<Message> {
+pub fn sensors(discovery: &Discovery, prefix: &str, station: &str, layout: &Layout, points: &[Point]) -> Vec<Message> {
     let readings = layout.topics().iter().filter(|topic| matches!(topic.subject, Subject::Reading { .. }));
-    readings
-        .flat_map(|topic| SENSORS.iter().map(|sensor| describe(sensor, topic, discovery, prefix, station)))
-        .collect()
+    let of_reading =
+        |topic| SENSORS.iter().map(move |sensor| describe(sensor, topic, discovery, prefix, station, points));
+    readings.flat_map(of_reading).collect()
 }
 
-fn describe(sensor: &Sensor, topic: &Topic, discovery: &str, prefix: &str, station: &str) -> Message {
+fn describe(
+    sensor: &Sensor,
+    topic: &Topic,
+    discovery: &Discovery,
+    prefix: &str,
+    station: &str,
+    points: &[Point],
+) -> Message {
     let node = format!(
         "{}_{}",
         slug(station).replace(|it: char| !it.is_ascii_alphanumeric(), "_"),
@@ -77,9 +93,10 @@ fn describe(sensor: &Sensor, topic: &Topic, discovery: &str, prefix: &str, stati
     let mut description = json!({
         "name": sensor.name,
         "unique_id": format!("profivac_{node}_{}", sensor.key),
-        "object_id": format!("{node}_{}", sensor.key),
         "state_topic": topic.object,
         "value_template": sensor.template,
+        "json_attributes_topic": topic.object,
+        "json_attributes_template": ATTRIBUTES,
         "expire_after": EXPIRE_AFTER,
         "availability_mode": "all",
         "availability": availability(sensor, topic, prefix),
@@ -89,28 +106,47 @@ fn describe(sensor: &Sensor, topic: &Topic, discovery: &str, prefix: &str, stati
             "model": format!("{model} ({gauge})"),
             "sw_version": env!("CARGO_PKG_VERSION"),
         },
+        "origin": { "name": "profivac", "sw_version": env!("CARGO_PKG_VERSION") },
     });
+    let mut put = |key: &str, value: Json| {
+        if let Some(object) = description.as_object_mut() {
+            object.insert(key.to_owned(), value);
+        }
+    };
+    // Home Assistant warns about `object_id` since 2025.10, and ignores it since 2026.4.
+    let entity = format!("{}_{}", slug(&node).replace('-', "_"), sensor.key);
+    match discovery.has_object_id {
+        true => put("object_id", json!(entity)),
+        false => put("default_entity_id", json!(format!("sensor.{entity}"))),
+    }
+    if sensor.signal.kind() == Kind::Float {
+        put("state_class", json!("measurement"));
+        put("suggested_display_precision", json!(decimals(sensor, topic, points)));
+    }
+    for (key, value) in [("unit_of_measurement", sensor.unit), ("device_class", sensor.class)] {
+        if let Some(value) = value {
+            put(key, json!(value));
+        }
+    }
     // The manufacturer of a real gauge is not this program; the topics of the gauge name the device.
     if let Some(device) = description.get_mut("device").and_then(Json::as_object_mut).filter(|_| topic.is_simulated) {
         device.insert("manufacturer".to_owned(), json!("profivac"));
     }
-    for (key, value) in
-        [("unit_of_measurement", sensor.unit), ("device_class", sensor.class), ("state_class", sensor.state_class)]
-    {
-        if let (Some(value), Some(object)) = (value, description.as_object_mut()) {
-            object.insert(key.to_owned(), json!(value));
-        }
-    }
-    let name = format!("{discovery}/sensor/{node}/{}/config", sensor.key);
+    let name = format!("{}/sensor/{node}/{}/config", discovery.prefix, sensor.key);
     retained(name, description.to_string(), Delivery::AtLeastOnce)
 }
 
-/// All sensors need the station; a number needs a pressure as well.
+/// The decimals of a sensor's number in its unit. With fewer, Home Assistant shows and records a small pressure as 0 in another unit.
+fn decimals(sensor: &Sensor, topic: &Topic, points: &[Point]) -> u8 {
+    let mut own = topic.positions.iter().filter_map(|position| points.get(*position));
+    own.find(|point| point.signal == sensor.signal).map_or(0, Point::decimals)
+}
+
+/// All sensors need the station; a number needs the gauge as well.
 fn availability(sensor: &Sensor, topic: &Topic, prefix: &str) -> Json {
     let station = json!({ "topic": status_topic(prefix) });
-    if sensor.state_class.is_none() {
+    if sensor.signal.kind() != Kind::Float {
         return json!([station]);
     }
-    let template = "{{ 'online' if value_json.pressure is not none else 'offline' }}";
-    json!([station, { "topic": topic.object, "value_template": template }])
+    json!([station, { "topic": topic.object, "value_template": AVAILABLE }])
 }

@@ -156,13 +156,16 @@ fn object(values: &[(&Point, &PointValue)]) -> Json {
     for (point, value) in values {
         if let Subject::Parameter { name, .. } = &point.subject {
             object.insert("name".to_owned(), json!(**name));
+            if point.signal != Signal::ParameterText {
+                object.insert("unit".to_owned(), json!(point.unit));
+            }
             object.insert("time".to_owned(), value.at.map_or(Json::Null, time));
         }
         if point.signal == Signal::Pressure {
-            object.insert("unit".to_owned(), json!(point.signal.unit()));
+            object.insert("unit".to_owned(), json!(point.unit));
             object.insert("time".to_owned(), value.at.map_or(Json::Null, time));
             object.insert("simulated".to_owned(), json!(point.is_simulated));
-            object.insert("range".to_owned(), json!(point.range_pa.map(|(low, high)| [low, high])));
+            object.insert("range".to_owned(), json!(point.range.map(|(low, high)| [low, high])));
             object.insert("limits".to_owned(), limits(point.limits));
         }
         object.insert(key(point.signal), json_of(point.signal, &value.value));

@@ -17,7 +17,7 @@ use layout::Layout;
 use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;
 use profivac_recorder::Micros;
-use profivac_station::config::gateways::mqtt::{Broker, Plain};
+use profivac_station::config::gateways::mqtt::{Broker, Discovery, Plain};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ struct Publisher {
     client_id: String,
     station: String,
     prefix: String,
-    discovery: Option<String>,
+    discovery: Option<Discovery>,
 }
 
 impl Publisher {
@@ -59,7 +59,7 @@ impl Publisher {
     async fn session(&self, context: &mut Context) -> Ended {
         let will = layout::status(&self.prefix, false);
         // Home Assistant says there when it has started and wants all descriptions again.
-        let subscriptions = self.discovery.iter().map(|prefix| discovery::birth_topic(prefix)).collect();
+        let subscriptions = self.discovery.iter().map(|it| discovery::birth_topic(&it.prefix)).collect();
         let connecting = self.connector.connect(self.client_id.clone(), will, subscriptions);
         let connected = tokio::select! {
             connected = connecting => connected,
@@ -95,7 +95,8 @@ impl Publisher {
                         && payload == b"online"
                         && let Some((layout, _)) = &published
                     {
-                        connection.publish_all(self.sensors(layout), &context.status).await?;
+                        let snapshot = Arc::clone(&snapshots.borrow());
+                        connection.publish_all(self.sensors(layout, &snapshot), &context.status).await?;
                     }
                 }
                 changed = snapshots.changed() => {
@@ -130,15 +131,15 @@ impl Publisher {
                 // A gauge that is no longer in the file leaves nothing behind at the broker.
                 let old = published.as_ref().map(|(old, _)| old.obsolete(&layout)).unwrap_or_default();
                 let all = (0..layout.len()).flat_map(|topic| layout.messages(topic, snapshot));
-                let messages = old.into_iter().chain(self.sensors(&layout)).chain(all).collect();
+                let messages = old.into_iter().chain(self.sensors(&layout, snapshot)).chain(all).collect();
                 *published = Some((layout, Tracker::new(Arc::clone(snapshot), now)));
                 messages
             }
         }
     }
 
-    fn sensors(&self, layout: &Layout) -> Vec<Message> {
+    fn sensors(&self, layout: &Layout, snapshot: &Snapshot) -> Vec<Message> {
         let Some(discovery) = &self.discovery else { return Vec::new() };
-        discovery::sensors(discovery, &self.prefix, &self.station, layout)
+        discovery::sensors(discovery, &self.prefix, &self.station, layout, &snapshot.points)
     }
 }

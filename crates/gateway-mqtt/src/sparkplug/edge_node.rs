@@ -13,7 +13,7 @@
 //!
 //! Assertions of Sparkplug 3.0 are cited by their identifiers, which begin with `tck-id-`.
 
-use super::metric;
+use super::metric::{self, Identity};
 use super::payload::{Metric, MetricValue, Payload, datatype};
 use crate::message::{Delivery, Message};
 use crate::topic::level;
@@ -21,6 +21,7 @@ use crate::tracker::Tracker;
 use profivac_gateway::signal::gauge_state;
 use profivac_gateway::{Point, PointValue, Signal, Snapshot, Subject, Value};
 use profivac_recorder::{Micros, Sample};
+use profivac_station::config::gateways::mqtt::DataStyle;
 use prost::Message as _;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -54,6 +55,8 @@ pub struct Names {
     pub edge_node: String,
     /// The primary host, if the edge node waits for one.
     pub primary_host: Option<String>,
+    /// What identifies a metric in data.
+    pub data: DataStyle,
 }
 
 impl Names {
@@ -127,7 +130,7 @@ struct Device {
 #[derive(Clone, Debug)]
 struct Series {
     device: usize,
-    signals: Vec<(Signal, usize)>,
+    signals: Vec<(Signal, Identity)>,
 }
 
 /// The points of the edge node and of its devices.
@@ -141,7 +144,7 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(points: &[Point]) -> Self {
+    fn new(points: &[Point], style: DataStyle) -> Self {
         let mut layout = Self::default();
         let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
         for (position, point) in points.iter().enumerate() {
@@ -164,7 +167,7 @@ impl Layout {
             if let Subject::Reading { series, .. } = &point.subject {
                 let empty = || Series { device: number, signals: Vec::new() };
                 let entry = layout.series.entry(Arc::clone(series)).or_insert_with(empty);
-                entry.signals.push((point.signal, position));
+                entry.signals.push((point.signal, Identity::of(style, position, point)));
             }
         }
         layout
@@ -313,7 +316,7 @@ impl EdgeNode {
     /// record has samples of the outage (tck-id-operational-behavior-data-commands-rebirth-action-2,
     /// tck-id-message-flow-device-birth-publish-nbirth-wait).
     pub fn births(&mut self, snapshot: &Arc<Snapshot>, with_samples: &BTreeSet<Arc<str>>, now: Micros) -> Vec<Message> {
-        let layout = Layout::new(&snapshot.points);
+        let layout = Layout::new(&snapshot.points, self.names.data);
         self.seq = 0;
         self.wants_rebirth = false;
         let mut messages = vec![self.node_birth(&layout, snapshot, now)];
@@ -350,9 +353,9 @@ impl EdgeNode {
                 continue;
             }
             let metrics = of_devices.entry(series.device).or_default();
-            for (signal, position) in &series.signals {
+            for (signal, identity) in &series.signals {
                 if let Some((value, quality)) = metric::of_sample(*signal, sample) {
-                    metrics.push(metric::historical(*position, sample.at, value, quality));
+                    metrics.push(metric::historical(identity.clone(), sample.at, value, quality));
                 }
             }
         }
@@ -404,7 +407,8 @@ impl EdgeNode {
         for position in changes.positions {
             let Some((point, value)) = at(snapshot, position) else { continue };
             let device = born.layout.of_point.get(position).copied().flatten();
-            of_devices.entry(device).or_default().push(metric::data(position, point, value, now));
+            let identity = Identity::of(self.names.data, position, point);
+            of_devices.entry(device).or_default().push(metric::data(identity, point, value, now));
         }
         // tck-id-operational-behavior-data-publish-nbirth-order, -dbirth-order
         of_devices.values_mut().for_each(|metrics| metrics.sort_by_key(|metric| metric.timestamp));
@@ -448,12 +452,12 @@ impl EdgeNode {
             ..Metric::default()
         };
         let control = [self.bd_seq_metric(now), rebirth];
-        let metrics = control.into_iter().chain(births(&layout.node, snapshot, now)).collect();
+        let metrics = control.into_iter().chain(births(self.names.data, &layout.node, snapshot, now)).collect();
         self.publish("NBIRTH", None, metrics, now)
     }
 
     fn device_birth(&mut self, device: &Device, snapshot: &Snapshot, now: Micros) -> Message {
-        let metrics = births(&device.positions, snapshot, now).collect();
+        let metrics = births(self.names.data, &device.positions, snapshot, now).collect();
         self.publish("DBIRTH", Some(&device.id), metrics, now)
     }
 
@@ -482,9 +486,14 @@ impl EdgeNode {
     }
 }
 
-fn births<'a>(positions: &'a [usize], snapshot: &'a Snapshot, now: Micros) -> impl Iterator<Item = Metric> + 'a {
+fn births<'a>(
+    style: DataStyle,
+    positions: &'a [usize],
+    snapshot: &'a Snapshot,
+    now: Micros,
+) -> impl Iterator<Item = Metric> + 'a {
     let known = positions.iter().filter_map(|position| Some((*position, at(snapshot, *position)?)));
-    known.map(move |(position, (point, value))| metric::birth(position, point, value, now))
+    known.map(move |(position, (point, value))| metric::birth(Identity::of(style, position, point), point, value, now))
 }
 
 fn at(snapshot: &Snapshot, position: usize) -> Option<(&Point, &PointValue)> {

@@ -5,6 +5,7 @@ use crate::topic::{level, levels};
 use profivac_gateway::names::capitalized;
 use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
 use profivac_recorder::{Micros, Sample};
+use profivac_station::config::gateways::mqtt::DataStyle;
 
 /// The property that says whether a value can be used.
 const QUALITY: &str = "Quality";
@@ -67,10 +68,31 @@ pub const fn datatype_of(signal: Signal) -> u32 {
     }
 }
 
-/// The metric of a birth: name and alias, data type, present value, unit, range and the rest.
+/// What identifies a metric in data.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Identity {
+    /// Name and data type: Sparkplug 3.0 recommends to leave the data type out (tck-id-payloads-metric-datatype-not-req), but hosts that do
+    /// not keep births read nothing then.
+    Name(String, u32),
+    /// The alias of its birth alone (tck-id-payloads-alias-data-cmd-requirement).
+    Alias(u64),
+}
+
+impl Identity {
+    /// The identity of a point.
+    #[must_use]
+    pub fn of(style: DataStyle, position: usize, point: &Point) -> Self {
+        match style {
+            DataStyle::Names => Self::Name(name(point), datatype_of(point.signal)),
+            DataStyle::Aliases => Self::Alias(alias(position)),
+        }
+    }
+}
+
+/// The metric of a birth: name, alias if data has aliases, data type, present value, unit, range and the rest.
 #[must_use]
-pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) -> Metric {
-    let mut metric = data(position, point, value, now);
+pub fn birth(identity: Identity, point: &Point, value: &PointValue, now: Micros) -> Metric {
+    let mut metric = data(identity, point, value, now);
     metric.name = Some(name(point));
     metric.datatype = Some(datatype_of(point.signal));
     let properties = metric.properties.get_or_insert_default();
@@ -79,7 +101,7 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
         Subject::Parameter { name, .. } => text("documentation", name),
         _ => text("documentation", point.signal.description()),
     }
-    if let Some(unit) = point.signal.unit() {
+    if let Some(unit) = point.unit {
         text("engUnit", unit);
     }
     if let Kind::Choice(words) = point.signal.kind() {
@@ -88,7 +110,7 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
     if point.is_simulated {
         properties.push("simulated", Property::Boolean(true));
     }
-    let range = point.range_pa.map(|(low, high)| [("engLow", low), ("engHigh", high)]).into_iter().flatten();
+    let range = point.range.map(|(low, high)| [("engLow", low), ("engHigh", high)]).into_iter().flatten();
     let limits = [
         ("limitHighHigh", point.limits.high_high),
         ("limitHigh", point.limits.high),
@@ -102,29 +124,33 @@ pub fn birth(position: usize, point: &Point, value: &PointValue, now: Micros) ->
     metric
 }
 
-/// The metric of data: alias, value, time and quality.
+/// The metric of data: identity, value, time and quality.
 #[must_use]
-pub fn data(position: usize, point: &Point, value: &PointValue, now: Micros) -> Metric {
+pub fn data(identity: Identity, point: &Point, value: &PointValue, now: Micros) -> Metric {
     let number = metric_value(&value.value);
     let quality = quality(point.signal, value.state, number.is_some());
-    metric(position, value.at.unwrap_or(now), number, quality)
+    metric(identity, value.at.unwrap_or(now), number, quality)
 }
 
 /// The metric of a value in the past: the same with `is_historical`.
 #[must_use]
-pub fn historical(position: usize, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
-    Metric { is_historical: Some(true), ..metric(position, at, value, quality) }
+pub fn historical(identity: Identity, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
+    Metric { is_historical: Some(true), ..metric(identity, at, value, quality) }
 }
 
 /// A null value has no number (tck-id-operational-behavior-data-publish-dbirth-values).
-fn metric(position: usize, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
+fn metric(identity: Identity, at: Micros, value: Option<MetricValue>, quality: i32) -> Metric {
     let mut properties = PropertySet::default();
     properties.push(QUALITY, Property::Int(quality.cast_unsigned()));
+    let (name, datatype, alias) = match identity {
+        Identity::Name(name, datatype) => (Some(name), Some(datatype), None),
+        Identity::Alias(alias) => (None, None, Some(alias)),
+    };
     Metric {
-        name: None,
-        alias: Some(alias(position)),
+        name,
+        alias,
         timestamp: Some(milliseconds(at)),
-        datatype: None,
+        datatype,
         is_historical: None,
         is_null: value.is_none().then_some(true),
         properties: Some(properties),

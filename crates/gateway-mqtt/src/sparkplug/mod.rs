@@ -46,6 +46,7 @@ pub fn names(settings: &Sparkplug, station: &str) -> Names {
         group: settings.group.clone(),
         edge_node: settings.edge_node.clone().unwrap_or_else(|| level(station)),
         primary_host: settings.primary_host.clone(),
+        data: settings.data,
     }
 }
 

@@ -101,7 +101,10 @@ fn absent(parameter: &NamedParameter) -> WatchedParameter {
     WatchedParameter {
         target: parameter.name.clone(),
         name: row.name.to_owned(),
-        is_pressure: row.data_type == DataType::ByType,
+        unit: match row.codes {
+            Codes::PerMille(..) => Some("%"),
+            _ => (row.data_type == DataType::ByType).then_some("Pa"),
+        },
         number: None,
         text: String::new(),
         read_at: None,

@@ -62,8 +62,28 @@ pub struct Tls {
 pub struct Plain {
     /// What all topics begin with; without it the gateway makes it from the name of the station.
     pub prefix: Option<String>,
-    /// The prefix of Home Assistant's discovery, if the gateway describes its sensors there.
-    pub discovery: Option<String>,
+    /// Where the gateway describes its sensors for Home Assistant, if it does so.
+    pub discovery: Option<Discovery>,
+}
+
+/// The descriptions for Home Assistant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Discovery {
+    /// What their topics begin with.
+    pub prefix: String,
+    /// `object_id` gives the name of an entity, for Home Assistant before 2025.10, in place of `default_entity_id`.
+    pub has_object_id: bool,
+}
+
+/// What identifies a metric of Sparkplug in data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DataStyle {
+    /// Its name and data type; births have no aliases.
+    #[default]
+    Names,
+    /// The alias of its birth alone.
+    Aliases,
 }
 
 /// The edge node of Sparkplug B.
@@ -73,6 +93,8 @@ pub struct Sparkplug {
     pub group: String,
     /// The edge node; without it the name of the station.
     pub edge_node: Option<String>,
+    /// What identifies a metric in data.
+    pub data: DataStyle,
     /// The host that must be online before the edge node publishes.
     pub primary_host: Option<String>,
     /// The longest outage after which the samples of the outage are sent; the samples before are not.

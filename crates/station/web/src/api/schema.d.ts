@@ -3134,13 +3134,11 @@ export interface components {
         ViewState: "problems" | "alarms" | "fault" | "no-data" | "calibration-overdue";
         /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
         WatchedParameter: {
-            /** @description Its number is a pressure in Pa. */
-            is_pressure: boolean;
             /** @description The manual's name. */
             name: string;
             /**
              * Format: double
-             * @description The value: a pressure in Pa, a number, a code; `null` if it was not read, or the gauge did not answer the last time.
+             * @description The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
              */
             number: number | null;
             /**
@@ -3152,6 +3150,8 @@ export interface components {
             target: string;
             /** @description The value in the words of the manual. */
             text: string;
+            /** @description The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit. */
+            unit: string | null;
         };
         /** @description The delivery status of a webhook. */
         WebhookView: {
