@@ -31,8 +31,8 @@ need binutils strip --version
 need help2man help2man --version
 if [ -z "$program" ]; then
     need_to_build
-    cargo build --release --workspace --bin profivac
-    program=target/release/profivac
+    cargo build --profile dist --package profivac-cli
+    program=target/dist/profivac
 fi
 
 version=$("$program" --version | cut -d ' ' -f 2)-$revision

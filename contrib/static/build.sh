@@ -2,7 +2,7 @@
 # Builds the program as one static file, for any Linux of this or of another processor.
 #   contrib/static/build.sh                        x86_64: target/static/profivac-x86_64
 #   contrib/static/build.sh aarch64                64-bit ARM, for instance a Raspberry Pi: target/static/profivac-aarch64
-#   contrib/static/build.sh ... --profile NAME     another profile of Cargo than release
+#   contrib/static/build.sh ... --profile NAME     another profile of Cargo than dist
 #   contrib/static/build.sh ... --features LIST    parts of the program that are not built otherwise, for instance archive,opcua
 #   contrib/static/build.sh ... --tests            only runs the unit tests of the inner crates for it, in an emulator if it is another processor
 #   contrib/static/build.sh ... --check            then proves that the program runs in a root folder with an empty folder tmp and nothing else; as root
@@ -13,7 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . ci/need.sh
 
 processor=x86_64
-profile=release
+profile=dist
 features=
 is_checked=no
 only_tests=no
@@ -68,7 +68,7 @@ aarch64)
 esac
 
 if [ "$only_tests" = yes ]; then
-    exec cargo test --quiet --profile "$profile" --lib --target "$target" --package=profivac-{wire,dp,devices}
+    exec cargo test --quiet --release --lib --target "$target" --package=profivac-{wire,dp,devices}
 fi
 
 cargo build --quiet --profile "$profile" --package profivac-cli --features "$features" --target "$target"
