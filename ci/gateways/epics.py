@@ -437,7 +437,7 @@ def has(name, *arguments, texts, code=0, environment=None):
 
 def programs_of_base():
     pv = "VAC:CHAMBER:P"
-    has("caget", "-d", "DBR_CTRL_DOUBLE", pv, texts=["Units:            mbar", "Precision:        2", "Hi alarm limit:   0.001", "Lo warn limit:    nan"])
+    has("caget", "-d", "DBR_CTRL_DOUBLE", pv, texts=["Units:            mbar", "Precision:        11", "Hi alarm limit:   0.001", "Lo warn limit:    nan"])
     has("caget", "-a", pv, "VAC:CHAMBER:STATE", texts=["SIMM", "OK"])
     has("caget", "-t", f"{pv}.RTYP", f"{pv}.EGU", f"{pv}.ADEL", f"{pv}.AMSG", texts=["ai", "mbar"])
     # A text of more than 39 octets: as characters.
@@ -501,7 +501,7 @@ def written(plant, pva_context):
     rows = audit(plant)
     done = [row for row in rows if row["action"] == "outcome" and row["user"] == "epics" and row["outcome"] == "done"]
     refused = [row for row in rows if row["action"] == "refused" and row["user"] == "epics"]
-    check(len(done), 4, "acts in the audit trail")
+    check(len(done), 5, "acts in the audit trail")
     assert len(refused) == 4 and all(row["peer"] == "127.0.0.1" for row in refused), refused
     plant.station.terminate()
     plant.station.wait(BOUND)
