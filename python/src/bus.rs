@@ -292,7 +292,7 @@ fn owning(
             .ok_or_else(|| Failure::refused(format!("address {address} has no channel")));
     }
     let cyclic = CyclicSlave::find(session, address, master)?;
-    let records = Class1Session::open_unless(session, &cyclic, path, &|| false).map_err(|error| match error {
+    let records = Class1Session::open(session, &cyclic, path).map_err(|error| match error {
         RecordError::Session(error) | RecordError::NotSent(error) => Failure::from(ClientError::from(error)),
         RecordError::Interrupted(reason) => Failure::line(format!("address {address}: {reason}")),
         error => Failure::refused(format!("address {address}: {error}")),

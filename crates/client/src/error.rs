@@ -663,7 +663,7 @@ mod tests {
         let lost = ClientError::from_record(Interruption::NoAnswer.into(), Operation::Read, location(), None);
         for (error, reason) in [
             (lost, "reading was cut short: no answer"),
-            (ClientError::Session(SessionError::Interrupted), "interrupted"),
+            (ClientError::Session(SessionError::Interrupted), "interrupted by a signal"),
         ] {
             let error = ClientError::NotReadBack { location: location(), error: Box::new(error) };
             let expected =
@@ -683,7 +683,7 @@ mod tests {
             |_, _| Unavailable::NoConnection.into(),
             |_, _| Interruption::NoAnswer.into(),
             |_, _| Interruption::NoMaster.into(),
-            |_, _| Interruption::Cancelled.into(),
+            |_, _| RecordError::NotSent(SessionError::Interrupted),
             |length, _| RecordError::Malformed(length),
         ];
         for error in errors {

@@ -65,7 +65,8 @@ pub trait Records {
         None
     }
 
-    /// While this is true, requests do not end by a cancellation: a guard restores what it has changed.
+    /// While this is true, a guard restores what it has changed: see
+    /// [`BusSession::set_restoring`](profivac_host::session::BusSession::set_restoring).
     fn set_restoring(&mut self, _is_restoring: bool) {}
 }
 
@@ -298,9 +299,6 @@ pub enum Interruption {
     /// The segment has no master.
     #[error("there is no master")]
     NoMaster,
-    /// The caller cancelled the request.
-    #[error("interrupted by a signal")]
-    Cancelled,
     /// The slave did not exchange data in time.
     #[error("the gauge does not exchange data: {}", exchange_reason(.0))]
     NoExchange(Option<ExchangeError>),
@@ -327,7 +325,6 @@ impl Interruption {
             | Self::NotSubmitted(_)
             | Self::KeptConnectionEnded
             | Self::NoMaster
-            | Self::Cancelled
             | Self::NoExchange(_)
             | Self::UnknownUnit => WriteEffect::NotSent,
         }

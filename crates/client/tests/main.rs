@@ -9,10 +9,14 @@ mod every_file;
 mod example;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
+#[allow(clippy::unwrap_used, reason = "a test")]
+#[path = "support/late_line.rs"]
+mod late_line;
 #[path = "../../../tests/support/until.rs"]
 mod until;
 
 mod address;
+mod cancelled;
 mod device_pages;
 mod drops;
 mod late;
