@@ -5,7 +5,7 @@
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
-use crate::ms2::{Ms2, Ms2Error, Ms2Line};
+use crate::ms2::{Ms2, Ms2Line};
 use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
@@ -229,8 +229,7 @@ fn read_task(
     (slot, index): (u8, u8),
     parameters: &PkwParameters,
 ) -> Result<Vec<u8>, RecordError> {
-    let master = line.master().ok_or(Ms2Error::NoMaster)?;
-    let task = master.pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
+    let task = line.master().pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
     line.wait_for(task, |value| value)?.map(octets).map_err(task_error)
 }
 
@@ -242,8 +241,7 @@ fn write_task(
     value: pkw::Value,
     parameters: &PkwParameters,
 ) -> Result<(), RecordError> {
-    let master = line.master().ok_or(Ms2Error::NoMaster)?;
-    let task = master.pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
+    let task = line.master().pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
     line.wait_for(task, |value| value)?.map(drop).map_err(task_error)
 }
 

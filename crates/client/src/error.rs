@@ -676,13 +676,12 @@ mod tests {
     fn the_effect_of_a_write_is_the_same_with_the_context_of_a_parameter_and_without() {
         let length = LengthError { data_type: DataType::Float, expected: Length::Exactly(4), found: 3 };
         let refused = RefusalCodes { code_1: None, code: 2 };
-        let errors: [fn(LengthError, RefusalCodes) -> RecordError; 8] = [
+        let errors: [fn(LengthError, RefusalCodes) -> RecordError; 7] = [
             |_, _| RecordError::Session(SessionError::NeverIdle),
             |_, _| RecordError::NotSent(SessionError::NeverIdle),
             |_, refused| RecordError::Refused(refused),
             |_, _| Unavailable::NoConnection.into(),
             |_, _| Interruption::NoAnswer.into(),
-            |_, _| Interruption::NoMaster.into(),
             |_, _| RecordError::NotSent(SessionError::Interrupted),
             |length, _| RecordError::Malformed(length),
         ];

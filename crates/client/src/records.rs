@@ -296,9 +296,6 @@ pub enum Interruption {
     /// The connection that was kept between requests has ended.
     #[error("the connection that was kept has ended, as after a power failure of the gauge; repeat the request")]
     KeptConnectionEnded,
-    /// The segment has no master.
-    #[error("there is no master")]
-    NoMaster,
     /// The slave did not exchange data in time.
     #[error("the gauge does not exchange data: {}", exchange_reason(.0))]
     NoExchange(Option<ExchangeError>),
@@ -324,7 +321,6 @@ impl Interruption {
             Self::NotExecuted(_)
             | Self::NotSubmitted(_)
             | Self::KeptConnectionEnded
-            | Self::NoMaster
             | Self::NoExchange(_)
             | Self::UnknownUnit => WriteEffect::NotSent,
         }
