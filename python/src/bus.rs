@@ -383,7 +383,14 @@ impl Gauge {
 
     /// Restores the selector and ends the gauge.
     fn close(&self, py: Python<'_>) {
-        self.access.close(py);
+        let bus = match self.access.get() {
+            Ok(Access::Shared(gauge)) => Some(gauge.bus().clone()),
+            Ok(Access::Owning { .. }) | Err(_) => None,
+        };
+        // The end of the gauge submits the restoration; a request behind it waits for that.
+        if let (true, Some(bus)) = (self.access.close(py), bus) {
+            py.detach(|| bus.submit(|_| ()).wait().ok());
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use crate::example::block_on;
+use pollster::block_on;
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::records::RecordError;

@@ -4,9 +4,6 @@
 mod changing_port;
 #[path = "../../../tests/support/every_file.rs"]
 mod every_file;
-#[allow(dead_code, reason = "the tests call only block_on")]
-#[path = "../examples/watch.rs"]
-mod example;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
 #[allow(clippy::unwrap_used, reason = "a test")]
