@@ -292,7 +292,7 @@ fn owning(
             .ok_or_else(|| Failure::refused(format!("address {address} has no channel")));
     }
     let cyclic = CyclicSlave::find(session, address, master)?;
-    let records = Class1Session::open_unless(session, &cyclic, path, &|| false).map_err(|error| match error {
+    let records = Class1Session::open(session, &cyclic, path).map_err(|error| match error {
         RecordError::Session(error) | RecordError::NotSent(error) => Failure::from(ClientError::from(error)),
         RecordError::Interrupted(reason) => Failure::line(format!("address {address}: {reason}")),
         error => Failure::refused(format!("address {address}: {error}")),
@@ -383,7 +383,14 @@ impl Gauge {
 
     /// Restores the selector and ends the gauge.
     fn close(&self, py: Python<'_>) {
-        self.access.close(py);
+        let bus = match self.access.get() {
+            Ok(Access::Shared(gauge)) => Some(gauge.bus().clone()),
+            Ok(Access::Owning { .. }) | Err(_) => None,
+        };
+        // The end of the gauge submits the restoration; a request behind it waits for that.
+        if let (true, Some(bus)) = (self.access.close(py), bus) {
+            py.detach(|| bus.submit(|_| ()).wait().ok());
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::values;
 use clap::Args;
 use profivac_client::address::{AddressError, change, check};
 use profivac_client::identify::device_names;
+use profivac_host::session::BusSession;
 use serde::Serialize;
 
 /// Set the station address of a slave.
@@ -63,13 +64,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let risk = format!("address {to} would be locked: only the address switch of the device could change it again");
         confirm(&risk, arguments.yes)?;
     }
-    change(&mut session, from, to, slave.ident, lock)?;
+    set(&mut session, (from, to), slave.ident, lock)?;
     let devices = device_names(slave.ident);
     let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
     let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };
     let locked = if lock { ", locked" } else { "" };
     out(&if arguments.json { json(&row) } else { format!("{} ({name}): address {from} -> {to}{locked}", row.ident) });
     Ok(())
+}
+
+/// Changes the address. When the line fails or a signal comes meanwhile, the slave may have taken it.
+fn set(session: &mut BusSession, (from, to): (u8, u8), ident: u16, lock: bool) -> Result<(), Failure> {
+    change(session, from, to, ident, lock).map_err(|error| match error {
+        AddressError::Session(error) => {
+            let failure = Failure::from(error);
+            let remedy = "`profivac scan` shows where it is";
+            failure.with_sentence(&format!("{failure}; the slave may have address {from} or {to} now: {remedy}"))
+        }
+        error => error.into(),
+    })
 }
 
 impl From<AddressError> for Failure {
@@ -83,5 +96,22 @@ impl From<AddressError> for Failure {
             }
             _ => Self::no_answer(sentence),
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use profivac_client::Bus;
+
+    #[test]
+    fn a_signal_while_the_address_is_changed_names_both_addresses() {
+        let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@126"]).unwrap()).open().unwrap();
+        bus.session().set_cancellation(Some(Box::new(|| true)));
+        let failure = set(bus.session(), (126, 5), 0x08E6, false).unwrap_err();
+        let sentence =
+            "interrupted by a signal; the slave may have address 126 or 5 now: `profivac scan` shows where it is";
+        assert_eq!((failure.to_string().as_str(), failure.is_interrupted()), (sentence, true));
     }
 }

@@ -1,5 +1,6 @@
 //! The options of every command that acts as a master.
 
+use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{notice, notices};
 use crate::values::{self, Rate};
@@ -78,9 +79,12 @@ impl BusOptions {
         open_port_to_listen(&self.port, self.options.baud)
     }
 
-    /// Opens the port and makes a master that has sent nothing yet. A lost port is an error.
+    /// Opens the port and makes a master that has sent nothing yet. A lost port is an error. From here on a signal ends the waits of
+    /// the session and not the program: a connection has to be closed, a value restored, the token passed on.
     pub fn open(&self) -> Result<BusSession, Failure> {
-        self.open_session().map(|(session, _)| session)
+        let (mut session, _) = self.open_session()?;
+        session.set_cancellation(Some(Signals::catch()?.cancellation()?));
+        Ok(session)
     }
 
     /// The same for a command that runs for long: a lost port is opened again until that succeeds.

@@ -72,8 +72,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "conform parameterises the slave and takes ownership of it; without a terminal add --own",
         ));
     }
-    let (subject, slot_time) = subject(arguments)?;
     let signals = Signals::catch()?;
+    let (subject, slot_time) = subject(arguments)?;
     let mut wire = arguments.bus.open_probe(slot_time)?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!(

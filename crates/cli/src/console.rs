@@ -45,6 +45,12 @@ impl Signals {
         wait(&[Readiness::of(self)], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
     }
 
+    /// Returns true once a signal has arrived: for [`BusSession::set_cancellation`](profivac_host::session::BusSession::set_cancellation).
+    pub fn cancellation(&self) -> io::Result<Box<dyn Fn() -> bool + Send>> {
+        let signals = Self(self.0.try_clone()?);
+        Ok(Box::new(move || signals.are_pending()))
+    }
+
     /// Discards the signals that have arrived.
     pub fn clear(&mut self) {
         let mut buffer = [0; 64];

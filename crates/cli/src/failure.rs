@@ -26,9 +26,21 @@ pub struct Failure {
 /// The exit codes that the help lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    Refused = 1,
-    Usage = 2,
-    Port = 3,
+    Refused,
+    Usage,
+    Port,
+    /// A signal ended the command.
+    Interrupted,
+}
+
+impl Kind {
+    const fn exit_code(self) -> u8 {
+        match self {
+            Self::Refused => 1,
+            Self::Usage => 2,
+            Self::Port | Self::Interrupted => 3,
+        }
+    }
 }
 
 impl Failure {
@@ -59,7 +71,17 @@ impl Failure {
 
     /// Whether the port failed, or no station answers.
     pub fn is_port(&self) -> bool {
-        self.kind == Kind::Port
+        matches!(self.kind, Kind::Port | Kind::Interrupted)
+    }
+
+    /// A signal ended the command: exit code 3.
+    pub fn interrupted() -> Self {
+        Self { kind: Kind::Interrupted, sentence: SessionError::Interrupted.to_string() }
+    }
+
+    /// Whether a signal ended the command.
+    pub fn is_interrupted(&self) -> bool {
+        self.kind == Kind::Interrupted
     }
 
     /// The same exit code with another sentence.
@@ -83,6 +105,7 @@ impl From<SessionError> for Failure {
         match error {
             SessionError::Port(error) => error.into(),
             SessionError::Parameters(error) => Self::usage(error.to_string()),
+            SessionError::Interrupted => Self::interrupted(),
             _ => Self::no_answer(error.to_string()),
         }
     }
@@ -198,7 +221,7 @@ impl From<std::io::Error> for Failure {
 
 impl From<Failure> for ExitCode {
     fn from(failure: Failure) -> Self {
-        Self::from(failure.kind as u8)
+        Self::from(failure.kind.exit_code())
     }
 }
 

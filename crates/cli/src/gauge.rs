@@ -11,12 +11,12 @@ use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::ms2::Ms2;
-use profivac_client::records::{Interruption, RecordError, Records};
+use profivac_client::records::{RecordError, Records};
 use profivac_client::{ClientError, ErrorKind, Gauge, identify};
 use profivac_devices::model::{AccessPath, Model, Unit};
 use profivac_host::readiness::{Readiness, wait};
 use profivac_host::scan::SlaveStatus;
-use profivac_host::session::BusSession;
+use profivac_host::session::{BusSession, UnrestoredRecord};
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::Duration;
 
@@ -75,45 +75,6 @@ impl FromArgMatches for OptionalGaugeOptions {
     }
 }
 
-/// Records that a signal interrupts: the next request after the signal fails, once, so that the gauge can still restore
-/// what was changed meanwhile.
-struct Interruptible<R> {
-    records: R,
-    signals: Signals,
-    reported: bool,
-}
-
-impl<R> Interruptible<R> {
-    /// Drops the records.
-    fn into_signals(self) -> Signals {
-        self.signals
-    }
-
-    fn check(&mut self) -> Result<(), RecordError> {
-        if !self.reported && self.signals.are_pending() {
-            self.reported = true;
-            return Err(Interruption::Cancelled.into());
-        }
-        Ok(())
-    }
-}
-
-impl<R: Records> Records for Interruptible<R> {
-    fn via(&self) -> AccessPath {
-        self.records.via()
-    }
-
-    fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        self.check()?;
-        self.records.read(slot, index)
-    }
-
-    fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
-        self.check()?;
-        self.records.write(slot, index, octets)
-    }
-}
-
 /// A gauge on any access path.
 pub type AnyGauge<'a> = Gauge<Box<dyn Records + 'a>>;
 
@@ -127,7 +88,11 @@ impl GaugeOptions {
         let done = work(&mut gauge);
         // The failure of the work is reported, not the failure to restore that follows from it.
         let restored = gauge.restore_selector();
-        if let (true, Some(master)) = (gauge.selector_moved(), slave.owner) {
+        let is_moved = gauge.selector_moved();
+        drop(gauge);
+        if let Some(left) = session.take_unrestored(self.address) {
+            notice(&unrestored(self.address, left));
+        } else if let (true, Some(master)) = (is_moved, slave.owner) {
             notice(&format_args!(
                 "the Channel Instance Selector was changed and restored while master {master} owns the gauge"
             ));
@@ -139,21 +104,14 @@ impl GaugeOptions {
 
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        // From here on a signal ends the program between two requests only: a connection has to be closed, and later a value restored.
-        let signals = Signals::catch()?;
-        let mut identifying = Interruptible { records: Ms2::new(&mut *session, address), signals, reported: false };
-        let model = identify::model(slave.ident, address, &mut identifying)?;
-        let signals = identifying.into_signals();
+        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
         let via = match self.via {
-            Via::Ms2 => {
-                let records = Interruptible { records: Ms2::new(session, address), signals, reported: false };
-                return Ok(Gauge::with_model(Box::new(records), address, model));
-            }
+            Via::Ms2 => return Ok(Gauge::with_model(Box::new(Ms2::new(session, address)), address, model)),
             Via::Ms1 => AccessPath::Class1,
             Via::Pkw => AccessPath::ParameterChannel,
         };
-        let (records, unit) = self.take_ownership(session, slave, model, via, &signals)?;
-        let records: Box<dyn Records> = Box::new(Interruptible { records, signals, reported: false });
+        let (records, unit) = self.take_ownership(session, slave, model, via)?;
+        let records: Box<dyn Records> = Box::new(records);
         Ok(Gauge::with_model(records, address, model).with_unit(unit))
     }
 
@@ -164,7 +122,6 @@ impl GaugeOptions {
         slave: &SlaveStatus,
         model: &'static Model,
         via: AccessPath,
-        signals: &Signals,
     ) -> Result<(Class1Session<'a>, &'static Unit), Failure> {
         if let Some(master) = slave.owner.filter(|owner| *owner != self.bus.master()) {
             return Err(CyclicError::OwnedByOther { address: self.address, master }.into());
@@ -180,24 +137,32 @@ impl GaugeOptions {
         ));
         let cyclic = CyclicSlave::find(session, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
-        let session = Class1Session::open_unless(session, &cyclic, via, &|| signals.are_pending()).map_err(
-            |error| match error {
-                RecordError::Session(error) | RecordError::NotSent(error) => error.into(),
-                RecordError::Interrupted(reason) => {
-                    Failure::no_answer(format!("{device} at address {address}: {reason}"))
-                }
-                error => {
-                    let reason = advice::record_sentence(&error);
-                    Failure::refused(format!("{device} at address {address}: {reason}"))
-                }
-            },
-        )?;
+        let session = Class1Session::open(session, &cyclic, via).map_err(|error| match error {
+            RecordError::Session(error) | RecordError::NotSent(error) => error.into(),
+            RecordError::Interrupted(reason) => Failure::no_answer(format!("{device} at address {address}: {reason}")),
+            error => {
+                let reason = advice::record_sentence(&error);
+                Failure::refused(format!("{device} at address {address}: {reason}"))
+            }
+        })?;
         Ok((session, cyclic.unit))
     }
 }
 
+/// Names a selector that could not be restored, and the way to restore it.
+fn unrestored(address: u8, left: UnrestoredRecord) -> String {
+    let UnrestoredRecord { slot, index, written, original } = left;
+    format!(
+        "the Channel Instance Selector of the gauge at address {address} (slot {slot}, index {index}) may still show instance {written}: \
+         `profivac write ... {slot}/{index} {original}` restores it"
+    )
+}
+
 impl From<ClientError> for Failure {
     fn from(error: ClientError) -> Self {
+        if let ClientError::Session(error) = error {
+            return error.into();
+        }
         let sentence = advice::sentence(&error);
         match error.kind() {
             ErrorKind::Refused => Self::refused(sentence),

@@ -1,7 +1,6 @@
 //! `profivac init`: makes a station's file from a scan.
 
 use crate::bus::BusOptions;
-use crate::console::Signals;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
@@ -75,11 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
-    let signals = Signals::catch()?;
-    let is_interrupted = || signals.are_pending();
-    report_models(&mut session, &mut gauges, &is_interrupted)?;
+    report_models(&mut session, &mut gauges)?;
     let owner = |address| owners.get(&address).copied().unwrap_or_else(|| bus.master());
-    integer_notices(&mut session, &gauges, owner, &is_interrupted)?.iter().for_each(notice);
+    integer_notices(&mut session, &gauges, owner)?.iter().for_each(notice);
     let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges);
     put(arguments, &text)
 }
@@ -87,23 +84,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// The addresses of gauges, each with the devices that it may be.
 type Gauges = Vec<(u8, Vec<&'static str>)>;
 
-/// A signal ends the program between two gauges, when no MS2 connection is open.
-fn check(is_interrupted: &dyn Fn() -> bool) -> Result<(), Failure> {
-    if is_interrupted() { Err(Failure::no_answer("interrupted by a signal")) } else { Ok(()) }
-}
-
 /// Reads the models of a series, whose devices share an ident number. A gauge that does not report its model keeps all of them.
-fn report_models(
-    session: &mut BusSession,
-    gauges: &mut Gauges,
-    is_interrupted: &dyn Fn() -> bool,
-) -> Result<(), Failure> {
+fn report_models(session: &mut BusSession, gauges: &mut Gauges) -> Result<(), Failure> {
     for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
-        check(is_interrupted)?;
         let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
         match ident.and_then(|ident| reported_model(ident, &mut Ms2::new(session, *address))) {
             Some(model) => *devices = vec![model.name],
-            // A lost port is an error; a gauge that cannot be read is none.
+            // A lost port or a signal is an error; a gauge that cannot be read is none.
             None => probe_all(session, [*address], &mut Vec::new())?,
         }
     }
@@ -115,7 +102,6 @@ fn integer_notices(
     session: &mut BusSession,
     gauges: &Gauges,
     owner: impl Fn(u8) -> u8,
-    is_interrupted: &dyn Fn() -> bool,
 ) -> Result<Vec<String>, Failure> {
     let mut notices = Vec::new();
     for (address, devices) in gauges {
@@ -124,7 +110,6 @@ fn integer_notices(
         if !matches!(devices.as_slice(), [device] if is_dpv1(device)) {
             continue;
         }
-        check(is_interrupted)?;
         match CyclicSlave::find(session, *address, owner(*address)) {
             Ok(slave) => notices.extend(integer_notice(&slave)),
             Err(CyclicError::Session(error)) => return Err(error.into()),
@@ -295,23 +280,19 @@ mod tests {
         Bus::on(profivac_virtual::open::devices(specs).unwrap()).open().unwrap()
     }
 
-    fn never() -> bool {
-        false
-    }
-
     /// Another master has chosen the module of the gauge at address 5, and has released the gauge.
     #[test]
     fn a_gauge_whose_module_has_integers_is_named_with_its_limits_and_one_with_floats_is_not() {
         let mut bus = bus(&["bcg450@5:unit=pascal", "bcg450@6:unit=pascal"]);
         let gauges = vec![(5, vec!["bcg450"]), (6, vec!["bcg450"])];
-        let before = integer_notices(bus.session(), &gauges, |_| 0, &never).unwrap();
+        let before = integer_notices(bus.session(), &gauges, |_| 0).unwrap();
         assert_eq!(before, Vec::<String>::new(), "their modules have floats");
         let slave = CyclicSlave::find(bus.session(), 5, 0).unwrap();
         let integers = CyclicSlave { configuration: &slave.model.configurations[4], ..slave };
         // Data Type of a BCG450 is index 21 of slot 1; 3 is Integer16.
         Ms2::new(bus.session(), 5).write(1, 21, &[3]).unwrap();
         drop(Class1Session::open(bus.session(), &integers, AccessPath::Class1).unwrap());
-        let notices = integer_notices(bus.session(), &gauges, |_| 0, &never).unwrap();
+        let notices = integer_notices(bus.session(), &gauges, |_| 0).unwrap();
         let [said] = notices.as_slice() else { panic!("{notices:?}") };
         assert!(
             said.starts_with("the bcg450 at address 5: its integers in Pascal show 0.01 to 327.67 mbar only"),
@@ -320,19 +301,21 @@ mod tests {
     }
 
     /// Both parts that read over MS2, with a gauge for each.
-    fn read(bus: &mut Bus, is_interrupted: &dyn Fn() -> bool) -> [Result<(), Failure>; 2] {
+    fn read(bus: &mut Bus) -> [Result<(), Failure>; 2] {
         let mut gauges = vec![(5, vec!["bcg450"]), (6, vec!["pcg550", "psg552"])];
-        let notices = integer_notices(bus.session(), &gauges, |_| 0, is_interrupted).map(drop);
-        [report_models(bus.session(), &mut gauges, is_interrupted), notices]
+        let notices = integer_notices(bus.session(), &gauges, |_| 0).map(drop);
+        [report_models(bus.session(), &mut gauges), notices]
     }
 
     #[test]
-    fn a_signal_ends_the_reading_before_the_next_gauge() {
-        for result in read(&mut bus(&["bcg450@5", "psg552@6"]), &|| true) {
+    fn a_signal_ends_the_reading() {
+        let mut interrupted = bus(&["bcg450@5", "psg552@6"]);
+        interrupted.session().set_cancellation(Some(Box::new(|| true)));
+        for result in read(&mut interrupted) {
             let failure = format!("{:?}", result.unwrap_err());
             assert!(failure.contains("interrupted by a signal"), "{failure}");
         }
-        for result in read(&mut bus(&["bcg450@5", "psg552@6"]), &never) {
+        for result in read(&mut bus(&["bcg450@5", "psg552@6"])) {
             result.unwrap();
         }
     }
@@ -342,7 +325,7 @@ mod tests {
         let server = TcpServer::listen("127.0.0.1:0").unwrap();
         let mut bus = Bus::builder(format!("tcp://{}", server.name())).open().unwrap();
         drop(server);
-        for result in read(&mut bus, &never) {
+        for result in read(&mut bus) {
             let failure = format!("{:?}", result.unwrap_err());
             assert!(failure.contains("lost tcp://"), "{failure}");
         }
@@ -352,7 +335,7 @@ mod tests {
     fn a_gauge_that_has_vanished_is_no_error() {
         let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@9"]).unwrap());
         bus = bus.timeout(Duration::from_millis(200));
-        for result in read(&mut bus.open().unwrap(), &never) {
+        for result in read(&mut bus.open().unwrap()) {
             result.unwrap();
         }
     }

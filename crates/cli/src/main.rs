@@ -69,7 +69,7 @@ Exit codes:
   0  done
   1  the device refused, breaks a rule of conform, or does not meet an expectation of a scenario; `diff` found differences
   2  wrong usage, unknown device, two devices at one address, or a bad file
-  3  the port is missing, busy or lost, no station answers, or standard output cannot be written";
+  3  the port is missing, busy or lost, no station answers, a signal ended the command, or standard output cannot be written";
 
 #[derive(Debug, Subcommand)]
 enum Command {

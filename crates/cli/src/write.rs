@@ -83,6 +83,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         effect = None;
         Ok(())
     });
+    let done = done.map_err(|failure| match effect {
+        Some(WriteEffect::NotSent) if failure.is_interrupted() => {
+            failure.with_sentence(&format!("{failure}; nothing was written"))
+        }
+        _ => failure,
+    });
     if let (Err(failure), Some(effect), true) = (&done, effect, arguments.json) {
         let target = arguments.target.as_str();
         out(&json(&FailedChange { target, effect: effect.name(), error: failure.to_string() }));

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::common::Program;
-use crate::examples::watch::block_on;
+use pollster::block_on;
 use profivac_client::{AsyncBus, Bus, ErrorKind, ms2};
 use std::task::{Context, Waker};
 use std::thread;

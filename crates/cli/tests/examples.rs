@@ -65,7 +65,7 @@ fn watch_starts_the_gauges_and_reports_their_pressures_in_turn() {
         readings.push((address, reading.pressure().map(|pressure| format!("{:.3e}", pressure.mbar()))));
         if readings.len() == 4 { ControlFlow::Break("enough") } else { ControlFlow::Continue(()) }
     });
-    assert_eq!(watch::block_on(watched).unwrap(), Some("enough"));
+    assert_eq!(pollster::block_on(watched).unwrap(), Some("enough"));
     assert_eq!(readings.iter().map(|(address, _)| *address).collect::<Vec<_>>(), [5, 6, 5, 6]);
     assert!(readings.iter().all(|(_, pressure)| pressure.as_deref() == Some("5.000e-6")), "{readings:?}");
 }

@@ -21,6 +21,19 @@ fn on_tcp(devices: &[&str]) -> (Program, String) {
     (program, address)
 }
 
+/// Each silent address takes 200 ms, twice.
+#[test]
+fn a_signal_ends_a_scan_with_exit_code_3() {
+    let (_simulation, address) = on_tcp(&["bcg450@5"]);
+    let mut listener = End::tcp(&address);
+    let mut scan = Program::start(&["scan", "--port", &format!("tcp://{address}"), PATIENTLY]);
+    while listener.receive_within(Duration::from_secs(5)).is_empty() {
+        assert!(!scan.has_ended(), "it is over: {}", scan.complaint());
+    }
+    scan.terminate();
+    assert_eq!((scan.complaint().as_str(), scan.exit_code()), ("profivac: interrupted by a signal", 3));
+}
+
 #[test]
 fn the_map_shows_the_stations_that_answer() {
     let folder = Folder::new();

@@ -1,5 +1,5 @@
 //! Watches the pressures of several gauges without blocking: the bus runs in a thread of its own, and any async runtime can
-//! await it. This example needs none.
+//! await it. This example has none: pollster waits for the future.
 //!
 //! On a gauge with several instances the Channel Instance Selector, which the manuals list as nonvolatile, is written when another
 //! instance begins to measure, and once at the end; for days of measurement without any write exchange cyclic data instead.
@@ -15,10 +15,6 @@ use profivac_client::{AsyncBus, AsyncGauge, Bus, ClientError, Gauge};
 use profivac_devices::profile::DeviceState;
 use std::error::Error;
 use std::ops::ControlFlow;
-use std::pin::pin;
-use std::sync::Arc;
-use std::task::{Context, Poll, Wake, Waker};
-use std::thread::{self, Thread};
 
 /// Reads the gauges at `addresses` in turn, and gives each reading to `report` until it breaks.
 ///
@@ -28,18 +24,23 @@ pub async fn watch<B>(
     addresses: &[u8],
     mut report: impl FnMut(u8, ChannelValue) -> ControlFlow<B>,
 ) -> Result<Option<B>, ClientError> {
-    // The gauges are kept: dropping one restores its selector.
+    // The gauges are kept, so that their selectors are restored once and not after each reading.
     let gauges: Vec<(u8, AsyncGauge)> = addresses.iter().map(|address| (*address, bus.gauge(*address))).collect();
     for (_, gauge) in &gauges {
         gauge.with(start_if_idle).await?;
     }
+    let mut end = None;
     for (address, gauge) in gauges.iter().cycle() {
         let reading = gauge.pressure().await?;
-        if let ControlFlow::Break(end) = report(*address, reading) {
-            return Ok(Some(end));
+        if let ControlFlow::Break(value) = report(*address, reading) {
+            end = Some(value);
+            break;
         }
     }
-    Ok(None)
+    for (_, gauge) in &gauges {
+        gauge.restore_selector().await?;
+    }
+    Ok(end)
 }
 
 /// Runs in the thread of the bus, as one piece.
@@ -50,31 +51,13 @@ fn start_if_idle(gauge: &mut Gauge<Ms2<'_>>) -> Result<(), ClientError> {
     Ok(())
 }
 
-/// A minimal runtime: polls the future on this thread.
-pub fn block_on<T>(future: impl Future<Output = T>) -> T {
-    struct Unpark(Thread);
-    impl Wake for Unpark {
-        fn wake(self: Arc<Self>) {
-            self.0.unpark();
-        }
-    }
-    let waker = Waker::from(Arc::new(Unpark(thread::current())));
-    let (mut context, mut future) = (Context::from_waker(&waker), pin!(future));
-    loop {
-        match future.as_mut().poll(&mut context) {
-            Poll::Ready(value) => return value,
-            Poll::Pending => thread::park(),
-        }
-    }
-}
-
 #[allow(dead_code, reason = "a test calls only the functions above")]
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let port = arguments.next().ok_or("expected PORT ADDRESS...")?;
     let addresses: Vec<u8> = arguments.map(|address| address.parse()).collect::<Result<_, _>>()?;
     let bus = Bus::builder(port).open_async()?;
-    block_on(watch(&bus, &addresses, |address, reading| {
+    pollster::block_on(watch(&bus, &addresses, |address, reading| {
         match reading.pressure() {
             Some(pressure) => println!("{address}: {:.3e} mbar", pressure.mbar()),
             None => println!("{address}: no valid reading"),

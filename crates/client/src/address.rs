@@ -6,7 +6,6 @@ use profivac_host::scan::{FoundStation, SlaveStatus, probe};
 use profivac_host::session::{BusSession, Reply, SessionError};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
-use std::time::Instant;
 
 /// No_Add_Chg, true.
 const LOCKED: u8 = 0xFF;
@@ -120,7 +119,7 @@ pub fn change(session: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool
         Reply::Answer { status, .. } => return Err(AddressError::ServiceClosed(from, status)),
         Reply::NoAnswer(failure) => return Err(AddressError::Unconfirmed { address: from, failure }),
     }
-    let begun = Instant::now();
+    let begun = session.now();
     loop {
         let station = probe(session, to)?.and_then(|station| station.slave);
         if station.is_some_and(|slave| slave.ident == ident) {
@@ -129,7 +128,7 @@ pub fn change(session: &mut BusSession, from: u8, to: u8, ident: u16, lock: bool
         if probe(session, from)?.is_some() {
             return Err(AddressError::NotChanged(from));
         }
-        if begun.elapsed() >= session.timeout() {
+        if session.has_passed(session.timeout(), begun) {
             return Err(AddressError::NotFound { from, to });
         }
     }

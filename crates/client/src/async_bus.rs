@@ -8,6 +8,7 @@ use crate::error::ClientError;
 use crate::gauge::{Gauge, HeldSelector, ParameterReading, WriteResult};
 use crate::ms2::Ms2;
 use crate::records::RecordError;
+use oneshot::AsyncReceiver;
 use profivac_devices::model::{Location, Model, TypedParameter};
 use profivac_devices::profile::DeviceState;
 use profivac_host::readiness::{self, WakeSource};
@@ -15,9 +16,9 @@ use profivac_host::session::BusSession;
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::task::{Context, Poll, Waker};
-use std::thread::{self, ThreadId};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
+use std::thread;
 use std::time::Duration;
 
 /// The longest wait of the thread without a request.
@@ -31,29 +32,12 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 /// ```
 /// use profivac_client::Bus;
 /// # let port = profivac_virtual::open::devices(&["bcg450@5"])?;
-/// # fn block_on<T>(future: impl Future<Output = T>) -> T {
-/// #     struct Unpark(std::thread::Thread);
-/// #     impl std::task::Wake for Unpark {
-/// #         fn wake(self: std::sync::Arc<Self>) {
-/// #             self.0.unpark();
-/// #         }
-/// #     }
-/// #     let mut future = std::pin::pin!(future);
-/// #     let waker = std::sync::Arc::new(Unpark(std::thread::current())).into();
-/// #     let mut context = std::task::Context::from_waker(&waker);
-/// #     loop {
-/// #         match future.as_mut().poll(&mut context) {
-/// #             std::task::Poll::Ready(value) => return value,
-/// #             std::task::Poll::Pending => std::thread::park(),
-/// #         }
-/// #     }
-/// # }
 ///
 /// # /*
 /// let bus = Bus::builder("/dev/ttyUSB0").open_async()?;
 /// # */
 /// # let bus = Bus::on(port).open_async()?;
-/// # block_on(async {
+/// # pollster::block_on(async {
 /// let state = bus.gauge(5).read("device.device-state").await?;
 /// println!("{}", state.text);
 /// # Ok::<(), profivac_client::ClientError>(())
@@ -64,14 +48,14 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 pub struct AsyncBus {
     jobs: Sender<Job>,
     wake: readiness::Waker,
-    thread: ThreadId,
 }
 
 /// A gauge on an [`AsyncBus`]. Its clones are the same gauge.
 ///
 /// Where several instances share a slot, the Channel Instance Selector stays at the instance that was read last, so watching a
-/// gauge does not write this nonvolatile parameter for each reading. Dropping the last clone restores it, and waits for that, at
-/// most for the timeout of the bus; [`restore_selector`](Self::restore_selector) does the same earlier and reports errors.
+/// gauge does not write this nonvolatile parameter for each reading. Await [`restore_selector`](Self::restore_selector) at the end.
+/// Dropping the last clone only submits the restoration and does not wait: a program that ends at once leaves the selector moved. To wait
+/// for all that was submitted, wait for a request of your own: `bus.submit(|_| ())`.
 ///
 /// ```
 /// # use profivac_client::Bus;
@@ -91,21 +75,7 @@ pub struct AsyncBus {
 /// gauge.restore_selector().await?;
 /// # Ok::<(), profivac_client::ClientError>(())
 /// # };
-/// # struct Unpark(std::thread::Thread);
-/// # impl std::task::Wake for Unpark {
-/// #     fn wake(self: std::sync::Arc<Self>) {
-/// #         self.0.unpark();
-/// #     }
-/// # }
-/// # let mut example = std::pin::pin!(example);
-/// # let waker = std::sync::Arc::new(Unpark(std::thread::current())).into();
-/// # let mut context = std::task::Context::from_waker(&waker);
-/// # loop {
-/// #     match example.as_mut().poll(&mut context) {
-/// #         std::task::Poll::Ready(done) => break done?,
-/// #         std::task::Poll::Pending => std::thread::park(),
-/// #     }
-/// # }
+/// # pollster::block_on(example)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
@@ -155,16 +125,11 @@ impl Watcher {
 }
 
 impl Drop for Watcher {
-    /// A program may end right after this, so it waits, except in the thread of the bus itself.
+    /// Submits what is to be done and does not wait for it: a task that waits here would stop the other tasks of its thread.
     fn drop(&mut self) {
-        let is_outside = thread::current().id() != self.bus.thread;
-        if let Some(restored) = self.restore().filter(|_| is_outside) {
-            restored.wait().ok();
-        }
+        drop(self.restore());
         let keeps = !matches!(*self.kept(), KeptModel::No);
-        if let Some(closed) = keeps.then(|| self.keep_connection(None)).filter(|_| is_outside) {
-            closed.wait().ok();
-        }
+        drop(keeps.then(|| self.keep_connection(None)));
     }
 }
 
@@ -193,27 +158,28 @@ impl AsyncBus {
     pub fn open(open: impl FnOnce() -> Result<BusSession, ClientError> + Send + 'static) -> Result<Self, ClientError> {
         let (jobs, work) = channel();
         let (wake, source) = readiness::waker()?;
-        let (promise, opened) = promise();
+        let (result, opened) = oneshot::channel();
         let thread = move || match open() {
             Ok(session) => {
-                promise.resolve(Ok(()));
+                result.send(Ok(())).ok();
                 serve(session, &work, source);
             }
-            Err(error) => promise.resolve(Err(error)),
+            Err(error) => drop(result.send(Err(error))),
         };
-        let thread = thread::Builder::new().name("bus".to_owned()).spawn(thread)?.thread().id();
-        opened.wait()??;
-        Ok(Self { jobs, wake, thread })
+        thread::Builder::new().name("bus".to_owned()).spawn(thread)?;
+        opened.recv().map_err(|_| ClientError::Closed)??;
+        Ok(Self { jobs, wake })
     }
 
     /// Runs `work` in the thread of the bus, for requests that [`AsyncGauge`] does not offer. An example is at
     /// [`open`](Self::open).
     pub fn submit<T: Send + 'static>(&self, work: impl FnOnce(&mut BusSession) -> T + Send + 'static) -> Pending<T> {
-        let (promise, pending) = promise();
-        // If the thread has ended, the job is dropped with its promise, and the result is `ClientError::Closed`.
-        self.jobs.send(Box::new(move |session| promise.resolve(work(session)))).ok();
+        let (sender, result) = oneshot::channel();
+        // If the thread has ended, the job is dropped with its sender, and the result is `ClientError::Closed`. A result that nothing
+        // waits for is dropped.
+        self.jobs.send(Box::new(move |session| drop(sender.send(work(session))))).ok();
         self.wake.wake();
-        pending
+        Pending(result.into_future())
     }
 
     /// The gauge at `address`. Sends nothing yet. To watch a gauge, keep the [`AsyncGauge`].
@@ -261,7 +227,13 @@ impl AsyncGauge {
         self.0.bus.submit(move |session| request(session, &watcher, work)).await?
     }
 
-    /// Moves the Channel Instance Selector back, if a request has moved it. Dropping the last clone does the same.
+    /// The bus of the gauge.
+    #[must_use]
+    pub fn bus(&self) -> &AsyncBus {
+        &self.0.bus
+    }
+
+    /// Moves the Channel Instance Selector back, if a request has moved it.
     ///
     /// # Errors
     /// The selector cannot be written. If the line is the reason, the next gauge at this address restores it.
@@ -271,7 +243,7 @@ impl AsyncGauge {
 
     /// Keeps the MS2 connection open between requests, until no request has come for `idle`, and does not ask for the identity of the
     /// gauge again while it is open: several times as many requests per second. `None` closes it after each request again, and now.
-    /// Dropping the last clone does the same.
+    /// Dropping the last clone submits the same.
     ///
     /// A slave has few connections, and other class 2 masters need one: a kept connection takes one of them all the time. It carries an
     /// Idle telegram every 5 s. If the gauge was switched off meanwhile, the first request fails, and the next one opens another connection
@@ -327,21 +299,7 @@ impl AsyncGauge {
     /// assert_eq!(gauge.get(&PIRANI, analog_input::SafeValue).await?, Pascal(12.5));
     /// # Ok::<(), profivac_client::ClientError>(())
     /// # };
-    /// # struct Unpark(std::thread::Thread);
-    /// # impl std::task::Wake for Unpark {
-    /// #     fn wake(self: std::sync::Arc<Self>) {
-    /// #         self.0.unpark();
-    /// #     }
-    /// # }
-    /// # let mut example = std::pin::pin!(example);
-    /// # let waker = std::sync::Arc::new(Unpark(std::thread::current())).into();
-    /// # let mut context = std::task::Context::from_waker(&waker);
-    /// # loop {
-    /// #     match example.as_mut().poll(&mut context) {
-    /// #         std::task::Poll::Ready(done) => break done?,
-    /// #         std::task::Poll::Pending => std::thread::park(),
-    /// #     }
-    /// # }
+    /// # pollster::block_on(example)?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -439,73 +397,7 @@ fn request<T>(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use = "the error of the request is in it"]
-pub struct Pending<T>(Arc<Shared<T>>);
-
-/// The side of a [`Pending`] that provides the result.
-struct Promise<T>(Arc<Shared<T>>);
-
-struct Shared<T> {
-    state: Mutex<State<T>>,
-    changed: Condvar,
-}
-
-enum State<T> {
-    /// No result yet; the waker of the future that waits, if one does.
-    Open(Option<Waker>),
-    Ready(T),
-    /// The promise was dropped, or the result was taken.
-    Closed,
-}
-
-fn promise<T>() -> (Promise<T>, Pending<T>) {
-    let shared = Arc::new(Shared { state: Mutex::new(State::Open(None)), changed: Condvar::new() });
-    (Promise(Arc::clone(&shared)), Pending(shared))
-}
-
-impl<T> Shared<T> {
-    /// The state. A panic cannot leave it half changed, so a poisoned lock is usable.
-    fn lock(&self) -> MutexGuard<'_, State<T>> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn settle(&self, state: State<T>) {
-        let before = std::mem::replace(&mut *self.lock(), state);
-        self.changed.notify_all();
-        if let State::Open(Some(waker)) = before {
-            waker.wake();
-        }
-    }
-}
-
-impl<T> State<T> {
-    /// Takes the result. `None` while it is open.
-    fn take(&mut self) -> Option<Result<T, ClientError>> {
-        match std::mem::replace(self, Self::Closed) {
-            Self::Ready(value) => Some(Ok(value)),
-            Self::Closed => Some(Err(ClientError::Closed)),
-            open => {
-                *self = open;
-                None
-            }
-        }
-    }
-}
-
-impl<T> Promise<T> {
-    fn resolve(self, value: T) {
-        self.0.settle(State::Ready(value));
-    }
-}
-
-impl<T> Drop for Promise<T> {
-    /// Closes a promise that was not resolved.
-    fn drop(&mut self) {
-        let is_open = matches!(*self.0.lock(), State::Open(_));
-        if is_open {
-            self.0.settle(State::Closed);
-        }
-    }
-}
+pub struct Pending<T>(AsyncReceiver<T>);
 
 impl<T> Pending<T> {
     /// Blocks until the result is there.
@@ -513,28 +405,15 @@ impl<T> Pending<T> {
     /// # Errors
     /// [`ClientError::Closed`] when the thread has ended.
     pub fn wait(self) -> Result<T, ClientError> {
-        let mut state = self.0.lock();
-        loop {
-            if let Some(value) = state.take() {
-                return value;
-            }
-            state = self.0.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
+        pollster::block_on(self)
     }
 }
 
 impl<T> Future for Pending<T> {
     type Output = Result<T, ClientError>;
 
-    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        let mut state = self.0.lock();
-        match state.take() {
-            Some(value) => Poll::Ready(value),
-            None => {
-                *state = State::Open(Some(context.waker().clone()));
-                Poll::Pending
-            }
-        }
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.0).poll(context).map_err(|_| ClientError::Closed)
     }
 }
 
@@ -542,34 +421,6 @@ impl<T> Future for Pending<T> {
 mod tests {
     use super::*;
     use profivac_host::session::SessionError;
-
-    #[test]
-    fn a_pending_result_ends_when_its_promise_is_resolved_or_dropped() {
-        let (kept, pending) = promise();
-        thread::spawn(move || kept.resolve(4711));
-        assert_eq!(pending.wait().unwrap(), 4711);
-        let (broken, pending) = promise::<u8>();
-        drop(broken);
-        assert_eq!(pending.wait().unwrap_err().to_string(), "the bus is closed");
-    }
-
-    #[test]
-    fn a_resolved_promise_wakes_the_task_that_awaits_it() {
-        struct Bell(Sender<()>);
-        impl std::task::Wake for Bell {
-            fn wake(self: Arc<Self>) {
-                self.0.send(()).unwrap();
-            }
-        }
-        let (sender, woken) = channel();
-        let waker = Waker::from(Arc::new(Bell(sender)));
-        let mut context = Context::from_waker(&waker);
-        let (kept, mut pending) = promise();
-        assert!(Pin::new(&mut pending).poll(&mut context).is_pending());
-        kept.resolve("done");
-        woken.try_recv().unwrap();
-        assert!(matches!(Pin::new(&mut pending).poll(&mut context), Poll::Ready(Ok("done"))));
-    }
 
     #[test]
     fn opening_reports_the_error_of_the_session() {

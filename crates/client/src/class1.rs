@@ -5,14 +5,14 @@
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
 use crate::cyclic::CyclicSlave;
-use crate::ms2::{Ms2, Ms2Error, Ms2Line};
+use crate::ms2::{Ms2, Ms2Line};
 use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode, Ms1Parameters, PkwParameters, SlaveParameters, ms1, pkw};
 use profivac_host::session::{BusSession, SessionError, add_or_restart};
 use profivac_wire::acyclic::record::MAX_RECORD_LENGTH;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// DPV1_Enable: without it a slave answers no MS1 request. profibus-wire 2.4.
 const DPV1_ENABLE: u8 = 0x80;
@@ -66,35 +66,8 @@ impl<'a> Class1Session<'a> {
     ///
     /// # Errors
     /// [`RecordError::Unavailable`] when the device does not have the service or refuses its parameters,
-    /// [`RecordError::Interrupted`] when it does not exchange data in time.
+    /// [`RecordError::Interrupted`] when it does not exchange data in time, [`RecordError::NotSent`] at a cancellation of the session.
     pub fn open(session: &'a mut BusSession, slave: &CyclicSlave, via: AccessPath) -> Result<Self, RecordError> {
-        Self::open_unless(session, slave, via, &|| false)
-    }
-
-    /// The same; when `is_cancelled` returns true, the slave is released at once.
-    ///
-    /// ```
-    /// # use profivac_client::Bus;
-    /// use profivac_client::class1::Class1Session;
-    /// use profivac_client::cyclic::CyclicSlave;
-    /// use profivac_client::records::{Interruption, RecordError};
-    /// use profivac_devices::model::AccessPath;
-    ///
-    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["tpg300@7"])?).open()?;
-    /// let slave = CyclicSlave::find(bus.session(), 7, 0)?;
-    /// let opened = Class1Session::open_unless(bus.session(), &slave, AccessPath::ParameterChannel, &|| true);
-    /// assert!(matches!(opened.err(), Some(RecordError::Interrupted(Interruption::Cancelled))));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub fn open_unless(
-        session: &'a mut BusSession,
-        slave: &CyclicSlave,
-        via: AccessPath,
-        is_cancelled: &dyn Fn() -> bool,
-    ) -> Result<Self, RecordError> {
         let model = slave.model;
         let number = present_number(session, slave)?;
         let (configuration, service) = service_of(model, slave.configuration, number, via, session.baud())?;
@@ -107,18 +80,18 @@ impl<'a> Class1Session<'a> {
         let mut opened = Self { session, address: slave.address, service };
         add_or_restart(opened.session.master(), &parameters).map_err(Unavailable::Parameters)?;
         opened.session.master().set_mode(Mode::Operate);
-        opened.wait_for_data(is_cancelled)?;
+        opened.wait_for_data()?;
         Ok(opened)
     }
 
-    fn wait_for_data(&mut self, is_cancelled: &dyn Fn() -> bool) -> Result<(), RecordError> {
-        let begun = Instant::now();
+    fn wait_for_data(&mut self) -> Result<(), RecordError> {
+        let begun = self.session.now();
         while !self.exchanges() {
             self.serve()?;
-            if is_cancelled() {
-                return Err(Interruption::Cancelled.into());
+            if self.session.is_cancelled() {
+                return Err(RecordError::NotSent(SessionError::Interrupted));
             }
-            if begun.elapsed() >= self.session.timeout() {
+            if self.session.has_passed(self.session.timeout(), begun) {
                 return Err(match self.session.master().exchange_error(self.address) {
                     error @ (None | Some(ExchangeError::NoAnswer(_))) => Interruption::NoExchange(error).into(),
                     Some(error) => Unavailable::NoExchange(error).into(),
@@ -174,15 +147,15 @@ impl<'a> Class1Session<'a> {
 
     /// Waits until the slave exchanges data, if it does not.
     fn ensure_exchange(&mut self) -> Result<(), RecordError> {
-        if self.exchanges() { Ok(()) } else { self.wait_for_data(&|| false) }
+        if self.exchanges() { Ok(()) } else { self.wait_for_data() }
     }
 
     /// Releases the slave.
     fn release(&mut self) -> Result<(), RecordError> {
-        let begun = Instant::now();
+        let begun = self.session.now();
         self.session.master().release(self.address);
         while self.session.master().state(self.address) != Some(HandlerState::Inactive)
-            && begun.elapsed() < RELEASE_TIMEOUT
+            && !self.session.has_passed(RELEASE_TIMEOUT, begun)
         {
             self.serve()?;
         }
@@ -256,8 +229,7 @@ fn read_task(
     (slot, index): (u8, u8),
     parameters: &PkwParameters,
 ) -> Result<Vec<u8>, RecordError> {
-    let master = line.master().ok_or(Ms2Error::NoMaster)?;
-    let task = master.pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
+    let task = line.master().pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
     line.wait_for(task, |value| value)?.map(octets).map_err(task_error)
 }
 
@@ -269,8 +241,7 @@ fn write_task(
     value: pkw::Value,
     parameters: &PkwParameters,
 ) -> Result<(), RecordError> {
-    let master = line.master().ok_or(Ms2Error::NoMaster)?;
-    let task = master.pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
+    let task = line.master().pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
     line.wait_for(task, |value| value)?.map(drop).map_err(task_error)
 }
 

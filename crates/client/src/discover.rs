@@ -220,7 +220,10 @@ fn has_validity(configuration: &Configuration) -> bool {
 /// owns the slave for a moment.
 fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'static Unit, CyclicError> {
     let CyclicSlave { address, model, .. } = *slave;
-    let unreadable = |error: RecordError| CyclicError::UnreadableUnit { address, error };
+    let unreadable = |error: RecordError| match error {
+        RecordError::Session(error) | RecordError::NotSent(error) => CyclicError::Session(error),
+        error => CyclicError::UnreadableUnit { address, error },
+    };
     let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
     let (location, data_type) = unit_address(model).ok_or_else(unknown)?;
     let code = if model.features.dpv1 {

@@ -663,7 +663,7 @@ mod tests {
         let lost = ClientError::from_record(Interruption::NoAnswer.into(), Operation::Read, location(), None);
         for (error, reason) in [
             (lost, "reading was cut short: no answer"),
-            (ClientError::Session(SessionError::Interrupted), "interrupted"),
+            (ClientError::Session(SessionError::Interrupted), "interrupted by a signal"),
         ] {
             let error = ClientError::NotReadBack { location: location(), error: Box::new(error) };
             let expected =
@@ -676,14 +676,13 @@ mod tests {
     fn the_effect_of_a_write_is_the_same_with_the_context_of_a_parameter_and_without() {
         let length = LengthError { data_type: DataType::Float, expected: Length::Exactly(4), found: 3 };
         let refused = RefusalCodes { code_1: None, code: 2 };
-        let errors: [fn(LengthError, RefusalCodes) -> RecordError; 8] = [
+        let errors: [fn(LengthError, RefusalCodes) -> RecordError; 7] = [
             |_, _| RecordError::Session(SessionError::NeverIdle),
             |_, _| RecordError::NotSent(SessionError::NeverIdle),
             |_, refused| RecordError::Refused(refused),
             |_, _| Unavailable::NoConnection.into(),
             |_, _| Interruption::NoAnswer.into(),
-            |_, _| Interruption::NoMaster.into(),
-            |_, _| Interruption::Cancelled.into(),
+            |_, _| RecordError::NotSent(SessionError::Interrupted),
             |length, _| RecordError::Malformed(length),
         ];
         for error in errors {

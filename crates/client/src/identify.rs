@@ -10,7 +10,6 @@ use profivac_devices::pxg55x::table::VARIANTS;
 use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
-use std::time::Instant;
 
 /// Waits for the slave at `address`, at most for the timeout of the session.
 ///
@@ -25,7 +24,7 @@ use std::time::Instant;
 /// # Errors
 /// [`ClientError::NoAnswer`] or [`ClientError::Master`].
 pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, ClientError> {
-    let begun = Instant::now();
+    let begun = session.now();
     loop {
         match probe(session, address)? {
             Some(station) if station.station_type != StationType::Slave => return Err(ClientError::Master(address)),
@@ -35,7 +34,7 @@ pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStat
                 }
             }
         }
-        if begun.elapsed() >= session.timeout() {
+        if session.has_passed(session.timeout(), begun) {
             return Err(ClientError::NoAnswer(address));
         }
     }

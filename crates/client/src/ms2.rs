@@ -49,9 +49,6 @@ pub enum Ms2Error {
     /// A kept connection has ended, and its client does not open another one.
     #[error("the kept connection has ended")]
     KeptConnectionEnded,
-    /// The segment has no master.
-    #[error("there is no master")]
-    NoMaster,
 }
 
 /// A line with a master that carries MS2 requests: a bus session, or a segment in memory.
@@ -74,8 +71,8 @@ pub enum Ms2Error {
 ///         self.session.baud()
 ///     }
 ///
-///     fn master(&mut self) -> Option<&mut BusMaster> {
-///         Some(self.session.master())
+///     fn master(&mut self) -> &mut BusMaster {
+///         self.session.master()
 ///     }
 ///
 ///     fn wait_for<O: Operation, T>(
@@ -99,7 +96,7 @@ pub trait Ms2Line {
     fn baud(&self) -> Baud;
 
     /// The master.
-    fn master(&mut self) -> Option<&mut BusMaster>;
+    fn master(&mut self) -> &mut BusMaster;
 
     /// Serves the line until the request of `handle` has an outcome.
     ///
@@ -155,8 +152,8 @@ impl Ms2Line for BusSession {
         Self::baud(self)
     }
 
-    fn master(&mut self) -> Option<&mut BusMaster> {
-        Some(Self::master(self))
+    fn master(&mut self) -> &mut BusMaster {
+        Self::master(self)
     }
 
     fn wait_for<O: Operation, T>(
@@ -378,15 +375,14 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
     }
 
     fn submit<T>(&mut self, request: impl FnOnce(&mut BusMaster) -> Result<T, SubmitError>) -> Result<T, Ms2Error> {
-        let master = self.line.master().ok_or(Ms2Error::NoMaster)?;
-        Ok(request(master)?)
+        Ok(request(self.line.master())?)
     }
 
     /// Waits for the end of a request that was given up, and drops its outcome: the connection takes the next one afterwards.
     fn finish_abandoned(&mut self) -> Result<(), Ms2Error> {
         let begun = Instant::now();
         while let Some(take) = &self.abandoned {
-            if take(self.line.master().ok_or(Ms2Error::NoMaster)?) {
+            if take(self.line.master()) {
                 self.abandoned = None;
             } else if !self.line.wait_while_busy(begun)? {
                 return Err(SubmitError::Busy.into());
@@ -430,7 +426,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
 
     /// Forgets a connection that has ended since the last request, whatever its end.
     fn forget_ended_connection(&mut self) {
-        let Some((master, connection)) = self.line.master().zip(self.connection) else { return };
+        let (master, Some(connection)) = (self.line.master(), self.connection) else { return };
         // A request that was given up may have taken the end of the connection with it.
         if matches!(master.outcome(connection), Some(Err(_))) || master.is_over(connection) {
             self.connection = None;
@@ -515,7 +511,6 @@ impl From<Ms2Error> for RecordError {
             Ms2Error::NotSubmitted(error) => Interruption::NotSubmitted(error).into(),
             Ms2Error::NoAnswer => Interruption::NoAnswer.into(),
             Ms2Error::KeptConnectionEnded => Interruption::KeptConnectionEnded.into(),
-            Ms2Error::NoMaster => Interruption::NoMaster.into(),
         }
     }
 }

@@ -65,7 +65,8 @@ pub trait Records {
         None
     }
 
-    /// While this is true, requests do not end by a cancellation: a guard restores what it has changed.
+    /// While this is true, a guard restores what it has changed: see
+    /// [`BusSession::set_restoring`](profivac_host::session::BusSession::set_restoring).
     fn set_restoring(&mut self, _is_restoring: bool) {}
 }
 
@@ -295,12 +296,6 @@ pub enum Interruption {
     /// The connection that was kept between requests has ended.
     #[error("the connection that was kept has ended, as after a power failure of the gauge; repeat the request")]
     KeptConnectionEnded,
-    /// The segment has no master.
-    #[error("there is no master")]
-    NoMaster,
-    /// The caller cancelled the request.
-    #[error("interrupted by a signal")]
-    Cancelled,
     /// The slave did not exchange data in time.
     #[error("the gauge does not exchange data: {}", exchange_reason(.0))]
     NoExchange(Option<ExchangeError>),
@@ -326,8 +321,6 @@ impl Interruption {
             Self::NotExecuted(_)
             | Self::NotSubmitted(_)
             | Self::KeptConnectionEnded
-            | Self::NoMaster
-            | Self::Cancelled
             | Self::NoExchange(_)
             | Self::UnknownUnit => WriteEffect::NotSent,
         }

@@ -2,14 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use crate::example::block_on;
+use pollster::block_on;
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
-use profivac_client::records::{Interruption, RecordError};
+use profivac_client::records::RecordError;
 use profivac_client::{Bus, ms2};
 use profivac_devices::model::AccessPath;
 use profivac_dp::master::services;
-use profivac_host::session::Reply;
+use profivac_host::session::{Reply, SessionError};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -62,15 +62,30 @@ fn bus_async() -> profivac_client::AsyncBus {
     Bus::on(profivac_virtual::open::devices(&["bcg450@5"]).unwrap()).open_async().unwrap()
 }
 
-/// Octet 4 of Slave_Diag is the owner, 255 for none: profibus-wire 2.4.
+/// An owner of 255 is none: profibus-wire 2.4.
 #[test]
-fn a_class_1_session_that_ends_with_an_error_releases_the_slave() {
+fn a_class_1_session_that_is_cancelled_at_any_moment_releases_the_slave() {
     let mut bus = bus();
     let slave = CyclicSlave::find(bus.session(), 5, 0).unwrap();
-    let opened = Class1Session::open_unless(bus.session(), &slave, AccessPath::Class1, &|| true);
-    assert!(matches!(opened.err(), Some(RecordError::Interrupted(Interruption::Cancelled))));
+    for allowed in 0.. {
+        let waits = AtomicUsize::new(0);
+        let cancel = move || waits.fetch_add(1, Ordering::SeqCst) >= allowed;
+        bus.session().set_cancellation(Some(Box::new(cancel)));
+        let opened = Class1Session::open(bus.session(), &slave, AccessPath::Class1).map(drop);
+        bus.session().set_cancellation(None);
+        let owner = owner(&mut bus);
+        assert_eq!(owner, Some(255), "cancelled after {allowed} waits: {opened:?}");
+        match opened {
+            Err(RecordError::Session(SessionError::Interrupted) | RecordError::NotSent(SessionError::Interrupted)) => {}
+            opened => return opened.unwrap(),
+        }
+    }
+}
+
+/// Octet 4 of Slave_Diag.
+fn owner(bus: &mut Bus) -> Option<u8> {
     let Reply::Answer { du, .. } = bus.session().request(&services::slave_diag(5)).unwrap() else {
         panic!("no answer")
     };
-    assert_eq!(du.get(3), Some(&255), "{du:02X?}");
+    du.get(3).copied()
 }

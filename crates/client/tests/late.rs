@@ -4,10 +4,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-#[path = "support/late_line.rs"]
-mod late_line;
-
-use late_line::{ADDRESS, Fault, LateLine, RR, RS, SC, UE};
+use crate::late_line::{ADDRESS, Fault, LateLine, RR, RS, SC, UE};
 use profivac_client::class1::Class1Session;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2;

@@ -4,15 +4,16 @@
 mod changing_port;
 #[path = "../../../tests/support/every_file.rs"]
 mod every_file;
-#[allow(dead_code, reason = "the tests call only block_on")]
-#[path = "../examples/watch.rs"]
-mod example;
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
+#[allow(clippy::unwrap_used, reason = "a test")]
+#[path = "support/late_line.rs"]
+mod late_line;
 #[path = "../../../tests/support/until.rs"]
 mod until;
 
 mod address;
+mod cancelled;
 mod device_pages;
 mod drops;
 mod late;

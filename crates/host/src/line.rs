@@ -86,39 +86,39 @@ impl Noise {
     }
 }
 
-/// A collection of stations: a `Vec` or an array.
+/// A collection of stations: a `Vec`, an array, or stations of several types.
 pub trait Stations {
     /// The type of a station.
-    type Station: Station;
+    type Station: Station + ?Sized;
 
-    /// All stations.
-    fn all(&self) -> &[Self::Station];
+    /// All stations, always in the same order.
+    fn all(&self) -> impl Iterator<Item = &Self::Station>;
 
-    /// All stations, mutable.
-    fn all_mut(&mut self) -> &mut [Self::Station];
+    /// All stations, mutable, in the same order.
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut Self::Station>;
 }
 
 impl<S: Station> Stations for Vec<S> {
     type Station = S;
 
-    fn all(&self) -> &[S] {
-        self
+    fn all(&self) -> impl Iterator<Item = &S> {
+        self.iter()
     }
 
-    fn all_mut(&mut self) -> &mut [S] {
-        self
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut S> {
+        self.iter_mut()
     }
 }
 
 impl<S: Station, const N: usize> Stations for [S; N] {
     type Station = S;
 
-    fn all(&self) -> &[S] {
-        self
+    fn all(&self) -> impl Iterator<Item = &S> {
+        self.iter()
     }
 
-    fn all_mut(&mut self) -> &mut [S] {
-        self
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut S> {
+        self.iter_mut()
     }
 }
 
@@ -210,7 +210,7 @@ impl<C: Stations> Line<C> {
             }
         };
         match received {
-            Received::Telegram(telegram) => deliver(self.stations.all_mut(), &mut self.queue, None, end, &telegram),
+            Received::Telegram(telegram) => deliver(&mut self.stations, &mut self.queue, None, end, &telegram),
             Received::Nothing | Received::Damaged(_) => self.report_activity(None, end),
         }
     }
@@ -218,7 +218,7 @@ impl<C: Stations> Line<C> {
     /// Advances to `now`: runs the stations and sends what is due. Appends the octets that go outside to `out`.
     pub fn advance(&mut self, now: BitTime, out: &mut Vec<u8>) {
         self.transmit_due(now, out);
-        for (sender, station) in self.stations.all_mut().iter_mut().enumerate() {
+        for (sender, station) in self.stations.all_mut().enumerate() {
             if wake_at(sender, station, &self.queue).is_some_and(|wake_at| wake_at <= now) {
                 let transmit = station.poll(now);
                 self.queue.extend(transmit.map(|transmit| outgoing(sender, transmit)));
@@ -229,7 +229,7 @@ impl<C: Stations> Line<C> {
 
     /// When to call [`advance`](Self::advance) next if no character arrives before.
     pub fn wake_at(&self) -> Option<BitTime> {
-        let wakes = self.stations.all().iter().enumerate();
+        let wakes = self.stations.all().enumerate();
         let wakes = wakes.filter_map(|(number, station)| wake_at(number, station, &self.queue));
         let leaves = self.queue.waiting.front().map(|first| self.next_octet(first));
         wakes.chain(leaves).min()
@@ -278,7 +278,7 @@ impl<C: Stations> Line<C> {
         let is_slave = self
             .stations
             .all()
-            .get(first.sender)
+            .nth(first.sender)
             .is_some_and(|station| matches!(station.listening(), Listening::Own(_)));
         let limit = self.lateness_limit_tbit.filter(|_| is_slave && first.started.is_none());
         limit.is_some_and(|limit| now > first.not_before + limit)
@@ -313,7 +313,7 @@ impl<C: Stations> Line<C> {
 
     /// Tells the stations that listen to all traffic that another station is sending.
     fn report_activity(&mut self, sender: Option<usize>, end: BitTime) {
-        for (number, station) in self.stations.all_mut().iter_mut().enumerate() {
+        for (number, station) in self.stations.all_mut().enumerate() {
             if Some(number) != sender && station.listening() == Listening::Everything {
                 station.activity(end);
             }
@@ -322,33 +322,33 @@ impl<C: Stations> Line<C> {
 
     /// Completes a telegram: the sender gets its notification, the others receive it.
     fn finish_telegram(&mut self, first: &Outgoing, end: BitTime) {
-        if let Some(sender) = self.stations.all_mut().get_mut(first.sender) {
+        if let Some(sender) = self.stations.all_mut().nth(first.sender) {
             sender.sent(end);
         }
         if !first.hits.is_empty() {
             self.report_activity(Some(first.sender), end);
         } else if let Ok(telegram) = Telegram::parse(&first.octets) {
-            deliver(self.stations.all_mut(), &mut self.queue, Some(first.sender), end, &telegram);
+            deliver(&mut self.stations, &mut self.queue, Some(first.sender), end, &telegram);
         }
     }
 }
 
 /// When a station wants to be called. A master whose telegram has not left yet waits for its end: a disturbance that looks like the answer
 /// may have come during the transmission, and the next telegram needs an idle line behind this one.
-fn wake_at<S: Station>(number: usize, station: &S, queue: &Queue) -> Option<BitTime> {
+fn wake_at<S: Station + ?Sized>(number: usize, station: &S, queue: &Queue) -> Option<BitTime> {
     let is_sending = || queue.waiting.iter().any(|outgoing| outgoing.sender == number);
     let may_wake = station.listening() != Listening::Everything || !is_sending();
     may_wake.then(|| station.wake_at()).flatten()
 }
 
-fn deliver<S: Station>(
-    stations: &mut [S],
+fn deliver(
+    stations: &mut impl Stations,
     queue: &mut Queue,
     sender: Option<usize>,
     end: BitTime,
     telegram: &Telegram<'_>,
 ) {
-    for (number, station) in stations.iter_mut().enumerate() {
+    for (number, station) in stations.all_mut().enumerate() {
         if Some(number) != sender && is_delivered_to(telegram, station.listening()) {
             queue.extend(station.telegram(end, telegram).map(|transmit| outgoing(number, transmit)));
         }

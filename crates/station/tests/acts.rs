@@ -383,7 +383,7 @@ fn data_exchange_continues_while_commands_are_executed() {
         let (_, armed) = station.arm(ENGINEER, &write(SAFE_VALUE, value));
         assert_eq!(station.execute(ENGINEER, &armed).0, 200);
     }
-    let lost = station.ask_outside(|segment| segment.master().unwrap().counters(5).unwrap().lost);
+    let lost = station.ask_outside(|segment| segment.master().counters(5).unwrap().lost);
     assert_eq!(lost, 0);
     until("data exchange", || (station.gauge().state == BusStationState::DataExchange).then_some(()));
 }

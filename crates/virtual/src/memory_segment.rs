@@ -6,12 +6,12 @@ use crate::device::VirtualDevice;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_client::ms2::{Ms2Error, Ms2Line};
 use profivac_dp::link::active::{Active, CheckedBus};
-use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Listening, Received, Receiver, Station, T_SYN_TBIT, Transmit};
+use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Received, Receiver, Station, T_SYN_TBIT};
 use profivac_dp::master::{Handle, Mode, Operation, Settings, SlaveListError};
-use profivac_host::line::{Line, Pace};
+use profivac_host::line::{Line, Pace, Stations};
 use profivac_host::session::BusMaster;
 use profivac_vacuum::sensor::Environment;
-use profivac_wire::{MAX_TELEGRAM, Telegram};
+use profivac_wire::MAX_TELEGRAM;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -33,57 +33,29 @@ pub struct Traffic {
     pub errors: Vec<usize>,
 }
 
-/// A station of the segment.
-enum SegmentStation {
-    Device(VirtualDevice),
-    Master(Box<Active<BusMaster>>),
+/// The stations of the segment.
+struct MemoryStations {
+    devices: Vec<VirtualDevice>,
+    master: Box<Active<BusMaster>>,
 }
 
-impl SegmentStation {
-    fn station(&self) -> &dyn Station {
-        match self {
-            Self::Device(device) => device,
-            Self::Master(master) => &**master,
-        }
+impl Stations for MemoryStations {
+    type Station = dyn Station;
+
+    fn all(&self) -> impl Iterator<Item = &Self::Station> {
+        let devices = self.devices.iter().map(|device| device as &dyn Station);
+        devices.chain([&*self.master as &dyn Station])
     }
 
-    fn station_mut(&mut self) -> &mut dyn Station {
-        match self {
-            Self::Device(device) => device,
-            Self::Master(master) => &mut **master,
-        }
-    }
-}
-
-impl Station for SegmentStation {
-    fn telegram(&mut self, end: BitTime, telegram: &Telegram<'_>) -> Option<Transmit<'_>> {
-        self.station_mut().telegram(end, telegram)
-    }
-
-    fn activity(&mut self, end: BitTime) {
-        self.station_mut().activity(end);
-    }
-
-    fn sent(&mut self, end: BitTime) {
-        self.station_mut().sent(end);
-    }
-
-    fn poll(&mut self, now: BitTime) -> Option<Transmit<'_>> {
-        self.station_mut().poll(now)
-    }
-
-    fn wake_at(&self) -> Option<BitTime> {
-        self.station().wake_at()
-    }
-
-    fn listening(&self) -> Listening {
-        self.station().listening()
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut Self::Station> {
+        let devices = self.devices.iter_mut().map(|device| device as &mut dyn Station);
+        devices.chain([&mut *self.master as &mut dyn Station])
     }
 }
 
 /// A segment in memory with a history of its telegrams.
 pub struct MemorySegment {
-    line: Line<Vec<SegmentStation>>,
+    line: Line<MemoryStations>,
     slaves: Vec<CyclicSlave>,
     baud: Baud,
     now: BitTime,
@@ -109,11 +81,9 @@ impl MemorySegment {
             master.user.add(&slave.parameters(baud))?;
         }
         master.user.set_mode(Mode::Operate);
-        let stations =
-            devices.into_iter().map(SegmentStation::Device).chain([SegmentStation::Master(master)]).collect();
         let receiver = Receiver::with_idle(BitTime(0), T_SYN_TBIT);
         Ok(Self {
-            line: Line::new(stations, receiver.clone(), Pace::ByLine),
+            line: Line::new(MemoryStations { devices, master }, receiver.clone(), Pace::ByLine),
             slaves: watched,
             baud,
             now: BitTime(0),
@@ -214,18 +184,12 @@ impl MemorySegment {
 
     /// The devices.
     pub fn devices(&self) -> impl Iterator<Item = &VirtualDevice> {
-        self.line.stations().iter().filter_map(|entry| match entry {
-            SegmentStation::Device(device) => Some(device),
-            SegmentStation::Master(_) => None,
-        })
+        self.line.stations().devices.iter()
     }
 
     /// The devices, mutable.
     pub fn devices_mut(&mut self) -> impl Iterator<Item = &mut VirtualDevice> {
-        self.line.stations_mut().iter_mut().filter_map(|entry| match entry {
-            SegmentStation::Device(device) => Some(device),
-            SegmentStation::Master(_) => None,
-        })
+        self.line.stations_mut().devices.iter_mut()
     }
 
     /// The slaves of the master.
@@ -235,26 +199,20 @@ impl MemorySegment {
     }
 
     /// The master.
-    pub fn master(&self) -> Option<&BusMaster> {
-        self.line.stations().iter().find_map(|entry| match entry {
-            SegmentStation::Master(master) => Some(&master.user),
-            SegmentStation::Device(_) => None,
-        })
+    #[must_use]
+    pub fn master(&self) -> &BusMaster {
+        &self.line.stations().master.user
     }
 
     /// The master, mutable.
-    pub fn master_mut(&mut self) -> Option<&mut BusMaster> {
-        self.line.stations_mut().iter_mut().find_map(|entry| match entry {
-            SegmentStation::Master(master) => Some(&mut master.user),
-            SegmentStation::Device(_) => None,
-        })
+    pub fn master_mut(&mut self) -> &mut BusMaster {
+        &mut self.line.stations_mut().master.user
     }
 
     /// The values in the last inputs of a slave.
     #[must_use]
     pub fn values(&self, watched: &CyclicSlave) -> CyclicValues {
-        let inputs = self.master().and_then(|master| master.inputs(watched.address));
-        inputs.map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default()
+        self.master().inputs(watched.address).map(|inputs| watched.decode_inputs(inputs)).unwrap_or_default()
     }
 
     /// The last telegrams on the line, the oldest first.
@@ -280,7 +238,7 @@ impl Ms2Line for MemorySegment {
         self.baud
     }
 
-    fn master(&mut self) -> Option<&mut BusMaster> {
+    fn master(&mut self) -> &mut BusMaster {
         self.master_mut()
     }
 
@@ -291,7 +249,7 @@ impl Ms2Line for MemorySegment {
     ) -> Result<T, Ms2Error> {
         let end = self.seconds() + MS2_TIMEOUT_S;
         while self.seconds() < end {
-            if let Some(outcome) = self.master_mut().and_then(|master| master.outcome(handle)) {
+            if let Some(outcome) = self.master_mut().outcome(handle) {
                 return Ok(take(outcome));
             }
             self.run_until(self.seconds() + MS2_STEP_S);
@@ -367,7 +325,7 @@ mod tests {
                     assert!((read / mbar - 1.0).abs() < 1e-6, "{read} instead of {mbar} mbar at {baud}");
                 }
             }
-            let counters = *segment.master().unwrap().counters(6).unwrap();
+            let counters = *segment.master().counters(6).unwrap();
             assert!(counters.exchanges > 20, "{counters:?} at {baud}");
             assert_eq!((counters.lost, counters.repetitions, counters.starts), (0, 0, 1), "at {baud}");
             assert!((segment.seconds() - 4.0).abs() < 1e-3);
@@ -400,11 +358,11 @@ mod tests {
                 assert!((read / 1e-3 - 1.0).abs() < 1e-6, "{read}");
             }
         }
-        let disturbed = *segment.master().unwrap().counters(5).unwrap();
+        let disturbed = *segment.master().counters(5).unwrap();
         assert!(disturbed.repetitions > 10, "{disturbed:?}");
         segment.set_noise(0.0);
         segment.run(5.0);
-        let quiet = *segment.master().unwrap().counters(5).unwrap();
+        let quiet = *segment.master().counters(5).unwrap();
         assert!(quiet.exchanges > disturbed.exchanges + 100 && quiet.repetitions == disturbed.repetitions, "{quiet:?}");
     }
 
@@ -414,7 +372,7 @@ mod tests {
         segment.run(1.0);
         segment.devices_mut().take(1).for_each(|device| device.set_power(false));
         segment.run(1.0);
-        let counters = |segment: &MemorySegment, address| *segment.master().unwrap().counters(address).unwrap();
+        let counters = |segment: &MemorySegment, address| *segment.master().counters(address).unwrap();
         assert!(counters(&segment, 5).lost > 0);
         assert_eq!(counters(&segment, 6).lost, 0);
         segment.devices_mut().for_each(|device| device.set_power(true));

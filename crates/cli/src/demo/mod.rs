@@ -229,7 +229,7 @@ impl Demo {
 
     fn counters(&self) -> Counters {
         let watched = self.segment.slaves().first();
-        let counters = watched.and_then(|watched| self.segment.master()?.counters(watched.address));
+        let counters = watched.and_then(|watched| self.segment.master().counters(watched.address));
         counters.copied().unwrap_or_default()
     }
 

@@ -199,8 +199,7 @@ fn gauge(segment: &MemorySegment, watched: &CyclicSlave, device: &VirtualDevice,
     let part = device.device().parts().iter().find(|part| Some(part.instance) == value.map(|value| value.instance));
     let (from, colour) = part.map_or(("-", Color::DarkGray), |part| principle(part.principle));
     let colour = if mbar.is_some() { colour } else { Color::DarkGray };
-    let state =
-        segment.master().and_then(|master| master.state(watched.address)).map_or_else(String::new, |s| s.to_string());
+    let state = segment.master().state(watched.address).map_or_else(String::new, |s| s.to_string());
     let bus = if device.is_exchanging() { Color::Green } else { Color::Red };
     let device_state = match report.device_state {
         ReportedState::None => "-",
@@ -264,7 +263,7 @@ fn lamps<'a>(states: impl Iterator<Item = &'a bool>) -> String {
 
 /// The counters of the master, and the last telegrams if there is room.
 fn bus(frame: &mut Frame<'_>, area: Rect, segment: &MemorySegment, roomy: bool) {
-    let Some(master) = segment.master() else { return };
+    let master = segment.master();
     let counters = |watched: &CyclicSlave| master.counters(watched.address).copied().unwrap_or_default();
     let sum = |number: fn(Counters) -> u32| -> u32 {
         segment.slaves().iter().map(|watched| number(counters(watched))).fold(0, u32::saturating_add)

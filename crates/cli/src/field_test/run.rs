@@ -22,7 +22,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::link::active::Request;
 use profivac_dp::master::services;
 use profivac_host::clock::tbit_of;
-use profivac_host::port::Direction;
+use profivac_host::port::{Direction, Port};
 use profivac_host::scan::{FoundStation, probe};
 use profivac_host::session::{BusSession, Reply};
 use profivac_wire::Sap;
@@ -191,9 +191,16 @@ impl<'a> Run<'a> {
         done
     }
 
+    /// A session whose waits a signal ends.
+    fn session_on(&self, port: Box<dyn Port>, baud: Baud) -> Result<BusSession, Failure> {
+        let mut session = self.bus.session_on(port, baud)?;
+        session.set_cancellation(self.signals.map(Signals::cancellation).transpose()?);
+        Ok(session)
+    }
+
     fn interrupted(&self) -> Result<(), Failure> {
         match self.signals {
-            Some(signals) if signals.are_pending() => Err(Failure::no_answer("interrupted by a signal")),
+            Some(signals) if signals.are_pending() => Err(Failure::interrupted()),
             _ if self.line.recording().is_full() => Err(Failure::no_answer(
                 "the recording is full, and everything after this moment is missing; test fewer slaves at once, or use fewer --cycles",
             )),
@@ -230,7 +237,7 @@ impl<'a> Run<'a> {
 
     fn scan(&mut self) -> Result<(), Failure> {
         let (port, baud) = self.line.open()?;
-        let mut session = self.bus.session_on(port, baud)?;
+        let mut session = self.session_on(port, baud)?;
         progress(&format!("asking addresses 0 to {}", self.bus.hsa()));
         // One lost telegram must not hide a slave: silent addresses are asked again.
         for _ in 0..2 {
@@ -315,7 +322,7 @@ impl<'a> Run<'a> {
     /// The user parameters that keep the unit of a gauge. `None` if they are unknown.
     fn user_prm(&mut self, address: u8) -> Result<Option<Vec<u8>>, Failure> {
         let (port, baud) = self.line.open()?;
-        let mut session = self.bus.session_on(port, baud)?;
+        let mut session = self.session_on(port, baud)?;
         match conform::known_prm(&mut session, address, self.bus.master()) {
             Ok(user_prm) => Ok(Some(user_prm)),
             Err(failure) if failure.is_port() => Err(failure),

@@ -189,6 +189,11 @@ impl Program {
         self.stdout.recv_timeout(DEADLINE).unwrap_or_else(|_| panic!("no line: {}", self.complaint()))
     }
 
+    /// All that is left on standard output until the program ends.
+    pub fn rest(&self) -> String {
+        std::iter::from_fn(|| self.next_line()).collect()
+    }
+
     /// The next line on standard output, `None` if it has ended.
     pub fn next_line(&self) -> Option<String> {
         match self.stdout.recv_timeout(DEADLINE) {
@@ -235,6 +240,12 @@ impl Program {
     pub fn interrupt(&self) {
         let id = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
+    }
+
+    /// Stops the program in the middle of its work: it answers nothing, and its port stays open.
+    pub fn stop(&self) {
+        let id = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(id, rustix::process::Signal::STOP).unwrap();
     }
 
     pub fn kill(&mut self) {

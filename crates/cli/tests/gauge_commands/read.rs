@@ -182,6 +182,30 @@ fn an_interrupted_command_restores_the_selector() {
     assert_eq!(shown, "one-of-n.channel-instance-selector = 1\n");
 }
 
+/// The gauge falls silent while the command has moved the selector: its restoration fails after the timeout.
+#[test]
+fn a_signal_while_the_gauge_is_silent_ends_the_command_and_names_the_selector() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let mut listener = End::tcp(&address);
+    let port = format!("tcp://{address}");
+    let mut reader = Program::start(&[&["read", "--port", &port, "--address", "5"][..], &["1:2/24"; 5000]].concat());
+    let moved = octets("5F 01 2E 01 02");
+    let mut received = Vec::new();
+    while !received.windows(moved.len()).any(|octets| octets == moved) {
+        received.extend(listener.receive_within(Duration::from_secs(5)));
+        assert!(!reader.has_ended(), "it is over: {}", reader.complaint());
+    }
+    simulation.stop();
+    reader.interrupt();
+    reader.wait_for_complaint(
+        "the Channel Instance Selector of the gauge at address 5 (slot 1, index 46) may still show instance 2: \
+         `profivac write ... 1/46 1` restores it",
+    );
+    reader.wait_for_complaint("profivac: interrupted by a signal");
+    assert_eq!(reader.exit_code(), 3);
+}
+
 /// A refused target does not hide the others; the JSON is complete.
 #[test]
 fn a_refused_target_does_not_hide_the_others() {

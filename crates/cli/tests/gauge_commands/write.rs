@@ -1,8 +1,38 @@
 //! `write`: values and commands, the checks before anything is sent, and refusals of the gauge.
 
-use crate::common::{interrupted_on_terminal, run_on_terminal};
+use crate::common::{End, Program, interrupted_on_terminal, run_on_terminal};
 use crate::gauge_commands::Line;
 use serde_json::{Value, json};
+use std::time::Duration;
+
+/// No gauge answers, and the command would ask for ten minutes.
+#[test]
+fn a_write_that_a_signal_ends_before_it_was_sent_says_so() {
+    let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
+    let address = simulation.ready();
+    let mut listener = End::tcp(&address);
+    let port = format!("tcp://{address}");
+    let mut writer = Program::start(&[
+        "write",
+        "--port",
+        &port,
+        "--address",
+        "9",
+        "--timeout",
+        "600",
+        "--json",
+        "pirani.safe-value",
+        "1 mbar",
+    ]);
+    // The first octets of the master: from now on it catches signals.
+    while listener.receive_within(Duration::from_secs(5)).is_empty() {
+        assert!(!writer.has_ended(), "it is over: {}", writer.complaint());
+    }
+    writer.terminate();
+    assert_eq!(writer.complaint(), "profivac: interrupted by a signal; nothing was written");
+    let printed: Value = serde_json::from_str(&writer.rest()).unwrap();
+    assert_eq!((&printed["effect"], writer.exit_code()), (&json!("not-sent"), 3));
+}
 
 #[test]
 fn a_value_is_written_and_the_old_value_shown() {

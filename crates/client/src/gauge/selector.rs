@@ -257,7 +257,6 @@ mod tests {
             (Interruption::Ended(end), ATTEMPTS),
             (Interruption::NoAnswer, ATTEMPTS),
             (Interruption::NotExecuted(end), 1),
-            (Interruption::Cancelled, 1),
         ] {
             let mut records = Failing(reason, 0);
             write_instance(&mut records, (1, 46), 2).unwrap_err();

@@ -220,13 +220,18 @@ impl LateLine {
 
     /// The same with another station address.
     pub fn session_of(&self, master: u8) -> BusSession {
+        // Bounds a hang only: simulated time passes at any speed.
+        self.session_with(master, Duration::from_secs(600))
+    }
+
+    /// The same with another timeout.
+    pub fn session_with(&self, master: u8, timeout: Duration) -> BusSession {
         let mut plant = self.0.lock().unwrap();
         plant.arriving.clear();
         let (baud, delivery) = (plant.baud, plant.delivery);
         drop(plant);
         let port = LatePort { line: self.clone(), begun: self.now() };
-        // Bounds a hang only: simulated time passes at any speed.
-        BusSession::new(Box::new(port), baud, bus_parameters(master, baud, delivery), Duration::from_secs(600)).unwrap()
+        BusSession::new(Box::new(port), baud, bus_parameters(master, baud, delivery), timeout).unwrap()
     }
 
     /// From now on the answers, counted from 0, have this fault.

@@ -24,10 +24,10 @@ use crate::port::{Notice, Opener, Port, PortError};
 use crate::readiness::Readiness;
 use crate::segment::Segment;
 use kept::KeptConnection;
-use profivac_dp::link::Baud;
 use profivac_dp::link::active::{
     Active, Answer, BusParameters, Confirmation, Failure, Request, RingCounters, RingState,
 };
+use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::{Busy, Handle, Operation};
 use profivac_wire::control::StationType;
 use readers::OtherReaders;
@@ -51,6 +51,8 @@ pub struct BusSession {
     entry: Duration,
     background: Option<BackgroundTask>,
     cancellation: Option<Cancellation>,
+    /// When a wait has first seen the cancellation.
+    cancelled_at: Option<BitTime>,
     /// A guard restores what the program has changed.
     is_restoring: bool,
     unrestored: BTreeMap<u8, UnrestoredRecord>,
@@ -110,6 +112,7 @@ impl BusSession {
             entry,
             background: None,
             cancellation: None,
+            cancelled_at: None,
             is_restoring: false,
             unrestored: BTreeMap::new(),
             kept: BTreeMap::new(),
@@ -162,13 +165,26 @@ impl BusSession {
         self.background = Some(Box::new(work));
     }
 
-    /// Ends each wait with [`SessionError::Interrupted`] as soon as `is_cancelled` returns true. `None` waits as before.
+    /// Ends each wait with [`SessionError::Interrupted`] within 20 ms after `is_cancelled` returns true. `None` waits as before.
     pub fn set_cancellation(&mut self, is_cancelled: Option<Box<dyn Fn() -> bool + Send>>) {
         self.cancellation = is_cancelled;
+        self.cancelled_at = None;
     }
 
-    /// While this is true, waits do not end by cancellation: the guards of a client restore what they have changed although the
-    /// program ends. The timeout limits each wait.
+    /// Whether the program ends. While a guard restores, only after the timeout of the session.
+    pub fn is_cancelled(&mut self) -> bool {
+        if !self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+            self.cancelled_at = None;
+            return false;
+        }
+        let now = self.segment.now();
+        let since = *self.cancelled_at.get_or_insert(now);
+        !self.is_restoring || self.has_passed(self.timeout, since)
+    }
+
+    /// While this is true, the guards of a client restore what they have changed although the program ends. Waits end by cancellation
+    /// only when the [`timeout`](Self::timeout) has passed since the cancellation was seen, for all guards together: so a program on a
+    /// dead line ends too.
     pub const fn set_restoring(&mut self, is_restoring: bool) {
         self.is_restoring = is_restoring;
     }
@@ -258,6 +274,16 @@ impl BusSession {
             }
             self.serve_once(duration_of(self.baud, end - now).clamp(MIN_WAIT, MAX_WAIT))?;
         }
+    }
+
+    /// The time of the line, for limits of a wait.
+    pub fn now(&self) -> BitTime {
+        self.segment.now()
+    }
+
+    /// Whether this time of the line has passed since `begun`.
+    pub fn has_passed(&self, time: Duration, begun: BitTime) -> bool {
+        self.segment.now() - begun >= tbit_of(self.baud, time)
     }
 
     /// The name of the port.
@@ -354,7 +380,7 @@ impl BusSession {
     /// Serves the line once while something waits.
     fn serve_once(&mut self, at_most: Duration) -> Result<(), SessionError> {
         self.serve(&[], at_most)?;
-        if !self.is_restoring && self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
+        if self.is_cancelled() {
             return Err(SessionError::Interrupted);
         }
         let [BoxedStation(station)] = self.segment.stations_mut();
@@ -374,7 +400,6 @@ impl BusSession {
 mod tests {
     use super::*;
     use crate::port::{Character, Delivery, ReaderSearch};
-    use profivac_dp::link::BitTime;
     use profivac_dp::master::{Settings, services};
     use profivac_sim::Segment;
     use std::os::unix::net::UnixStream;

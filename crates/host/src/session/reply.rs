@@ -24,7 +24,7 @@ pub enum SessionError {
     #[error("the line is never idle")]
     NeverIdle,
     /// The program ends: see [`BusSession::set_cancellation`](super::BusSession::set_cancellation).
-    #[error("interrupted")]
+    #[error("interrupted by a signal")]
     Interrupted,
 }
 

@@ -79,7 +79,7 @@ impl DemoSegment {
 
     fn sample(&mut self, segment: &mut MemorySegment) {
         let (slaves, baud) = (segment.slaves().to_vec(), segment.baud());
-        let Some(master) = segment.master_mut() else { return };
+        let master = segment.master_mut();
         let now = Instant::now();
         for (gauge, slave) in self.gauges.iter_mut().zip(slaves) {
             if gauge.takes_search_turn(now) {
@@ -143,7 +143,7 @@ fn view(name: &str, master: u8, segment: &MemorySegment, gauges: &[GaugeSession]
         listen_only: false,
         state: SegmentState::Running,
         problem: None,
-        cycle_ms: segment.master().and_then(|master| milliseconds(master.cycle_tbit(), baud)),
+        cycle_ms: milliseconds(segment.master().cycle_tbit(), baud),
         damaged_telegrams: 0,
         stations,
     }
@@ -159,7 +159,7 @@ pub fn simulated_inputs(
     names: impl Fn(u8) -> (String, String),
 ) -> Inputs {
     let silence = |slave: &CyclicSlave| {
-        let exchanged_at = segment.master()?.exchanged_at(slave.address)?;
+        let exchanged_at = segment.master().exchanged_at(slave.address)?;
         let bits = f64::from(segment.baud().bits_per_second());
         Some(Duration::from_secs_f64((segment.seconds() - exchanged_at.0 as f64 / bits).max(0.0)))
     };
