@@ -15,7 +15,7 @@ from types import TracebackType
 
 from . import _profivac
 from ._errors import ProfivacError, Usage
-from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
+from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value, unit_of
 
 Words = str | bool | int | float
 """What a parameter is written with: a word, a pressure with its unit, a number, a Boolean."""
@@ -80,8 +80,8 @@ class Bus:
                 known = ", ".join(self._names) or "none; open(..., names={'chamber': 5}) gives names"
                 raise Usage(f"no gauge has the name {which!r}; known: {known}")
             which = self._names[which]
-        if not 0 <= which <= 126:
-            raise Usage(f"expected an address from 0 to 126, got {which}")
+        if not isinstance(which, int) or isinstance(which, bool) or not 0 <= which <= 126:
+            raise Usage(f"expected an address from 0 to 126 or a name, got {which!r}")
         return which
 
     def scan(self, first: int = 0, last: int = 126) -> list[Station]:
@@ -97,7 +97,7 @@ class Bus:
         rows = self._core.scan(self._address(first), self._address(last))
         return [Station(address, kind, ident, tuple(devices), state, owner) for address, kind, ident, devices, state, owner in rows]
 
-    def stream(self, *gauges: int | str, interval: float = 1.0, unit: Unit = Unit.PA) -> Iterator[tuple[Gauge, Reading]]:
+    def stream(self, *gauges: int | str, interval: float = 1.0, unit: Unit | str = Unit.PA) -> Iterator[tuple[Gauge, Reading]]:
         """Readings of these gauges in turn, every ``interval`` seconds, without an end. Takes no ownership.
 
         >>> import profivac as pv
@@ -117,7 +117,7 @@ class Bus:
             time.sleep(max(0.0, due - time.monotonic()))
 
     async def stream_async(
-        self, *gauges: int | str, interval: float = 1.0, unit: Unit = Unit.PA
+        self, *gauges: int | str, interval: float = 1.0, unit: Unit | str = Unit.PA
     ) -> AsyncIterator[tuple[Gauge, Reading]]:
         """:meth:`stream` for asyncio.
 
@@ -216,7 +216,7 @@ class Gauge:
         """The Ident_Number of the slave."""
         return self._identity()[3]
 
-    def read(self, unit: Unit = Unit.PA, *, part: str | None = None) -> Reading:
+    def read(self, unit: Unit | str = Unit.PA, *, part: str | None = None) -> Reading:
         """Reads the pressure: of the part that measures, or of ``part``, such as ``pirani`` or ``channel.2``.
 
         A gauge in IDLE gives ``State.OFF``; ``gauge.command("execute")`` starts it.
@@ -228,11 +228,11 @@ class Gauge:
         ...     before, str(bus[5].read(pv.Unit.MBAR))
         (<State.OFF: 'off'>, '1.000e-03 mbar')
         """
-        _check(unit)
+        wanted = unit_of(unit)
         name = None if part is None else f"{part}{'/' if '.' in part else '.'}process-value"
-        return _reading(self._core.pressure(name), unit)
+        return _reading(self._core.pressure(name), wanted)
 
-    def pressure(self, unit: Unit = Unit.PA) -> float:
+    def pressure(self, unit: Unit | str = Unit.PA) -> float:
         """The pressure as a number in ``unit``; not a number (``nan``) unless the reading is valid.
 
         >>> import profivac as pv
@@ -245,7 +245,7 @@ class Gauge:
         value = self.read(unit).value
         return float("nan") if value is None else value
 
-    async def read_async(self, unit: Unit = Unit.PA, *, part: str | None = None) -> Reading:
+    async def read_async(self, unit: Unit | str = Unit.PA, *, part: str | None = None) -> Reading:
         """:meth:`read` for asyncio. A cancelled request still runs to its end in the thread of the bus.
 
         >>> import asyncio
@@ -381,7 +381,7 @@ class Gauge:
         """
         return [Restored(*row) for row in self._core.restore(_settings(settings), force)]
 
-    def exchange(self, unit: Unit = Unit.PA) -> Exchange:
+    def exchange(self, unit: Unit | str = Unit.PA) -> Exchange:
         """Takes ownership of the gauge and returns its cyclic data: for each exchange one reading of each channel.
 
         This sends Set_Prm: a gauge that measures on ownership enters EXECUTING. The unit stays as it is. Refused while another master
@@ -392,8 +392,8 @@ class Gauge:
         ...     [reading.instance for reading in next(exchange)]
         [1, 2, 3, 4]
         """
-        _check(unit)
-        exchange = Exchange(self._bus._core.exchange(self.address), self, unit)
+        wanted = unit_of(unit)
+        exchange = Exchange(self._bus._core.exchange(self.address), self, wanted)
         self._exchanges.add(exchange)
         return exchange
 
@@ -475,12 +475,6 @@ class Exchange:
         self.close()
 
 
-def _check(unit: object) -> None:
-    """A unit as text would be an error only once there is a pressure."""
-    if not isinstance(unit, Unit):
-        raise Usage(f"expected a unit out of {', '.join(map(str, Unit))}, got {unit!r}")
-
-
 def _reading(row: _profivac._PressureRow, unit: Unit) -> Reading:
     pascal, word, cause, limit, instance = row
     state = State(word)
@@ -502,6 +496,8 @@ def _change(row: _profivac._WriteRow) -> Change:
 def _words(value: Words) -> str:
     # A number of numpy prints itself with the name of its type.
     plain: Words = value.item() if hasattr(value, "item") else value
+    if not isinstance(plain, (bool, int, float, str)):
+        raise Usage(f"expected a word, a number or a pressure with its unit like '2e-3 mbar', got {value!r}")
     if isinstance(plain, bool):
         return "true" if plain else "false"
     return plain if isinstance(plain, str) else repr(plain)

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 from . import _profivac
 from ._bus import Bus, Exchange, Gauge, Words, tables
 from ._errors import Connection, ProfivacError, Usage
-from ._types import Change, Command, Difference, Parameter, Reading, Restored, Station, Unit, Value
+from ._types import Change, Command, Difference, Parameter, Reading, Restored, Station, Unit, Value, unit_of
 from .station import RemoteStation, never_read, reading_of
 
 
@@ -111,8 +111,9 @@ class StationGauge(Gauge):
             self._tables = tables(_profivac.parameters_of(self._device))
         return self._tables
 
-    def read(self, unit: Unit = Unit.PA, *, part: str | None = None) -> Reading:
+    def read(self, unit: Unit | str = Unit.PA, *, part: str | None = None) -> Reading:
         """The latest reading that the station has, with the time at which the gauge gave it."""
+        wanted = unit_of(unit)
         self._bus._check_open()
         gauge = self._bus.station.row(self.name)
         rows: list[dict[str, Any]] = gauge["readings"]
@@ -125,9 +126,9 @@ class StationGauge(Gauge):
             if gauge["readings"] and not rows:
                 raise Usage(f"the cyclic data of the station do not have {part!r} of {self.name!r}")
         if not gauge["readings"]:
-            return never_read(gauge, unit)
+            return never_read(gauge, wanted)
         row = next((row for row in rows if row["quality"] == "valid"), rows[0])
-        return reading_of(row, gauge["read_ms"], unit)
+        return reading_of(row, gauge["read_ms"], wanted)
 
     def get(self, name: str) -> Value:
         """A parameter, which the station reads from the gauge now, together with all others: this takes seconds.
@@ -165,7 +166,7 @@ class StationGauge(Gauge):
         """Raises ``Usage``: a station is only read."""
         _only_read("write settings")
 
-    def exchange(self, unit: Unit = Unit.PA) -> Exchange:
+    def exchange(self, unit: Unit | str = Unit.PA) -> Exchange:
         """Raises ``Usage``: the station owns its gauges. ``Bus.stream`` gives its readings."""
         _only_read("give its gauges away")
 

@@ -6,6 +6,8 @@ import enum
 from dataclasses import dataclass
 from datetime import datetime
 
+from ._errors import Usage
+
 
 class Unit(enum.Enum):
     """A unit of pressure.
@@ -34,6 +36,20 @@ class Unit(enum.Enum):
         """A pressure in this unit, in Pa."""
         numerator, denominator = _PA[self]
         return value * numerator / denominator
+
+
+def unit_of(unit: Unit | str) -> Unit:
+    """A unit, or the unit with this name in any case: ``mbar``, ``torr``.
+
+    >>> unit_of("torr") is unit_of(Unit.TORR) is Unit.TORR
+    True
+    """
+    if isinstance(unit, Unit):
+        return unit
+    found = [known for known in Unit if isinstance(unit, str) and known.value.lower() == unit.strip().lower()]
+    if not found:
+        raise Usage(f"expected a unit, one of {', '.join(known.value for known in Unit)}, got {unit!r}")
+    return found[0]
 
 
 # Pa per unit as a fraction: 760 Torr are exactly 101325 Pa.
@@ -104,16 +120,17 @@ class Reading:
         """Whether there is a pressure."""
         return self.state is State.VALID
 
-    def to(self, unit: Unit) -> Reading:
+    def to(self, unit: Unit | str) -> Reading:
         """The same reading in another unit."""
+        target = unit_of(unit)
 
         def converted(value: float | None) -> float | None:
-            return None if value is None else unit.from_pa(self.unit.to_pa(value))
+            return None if value is None else target.from_pa(self.unit.to_pa(value))
 
         low, high = self.bounds
         return Reading(
             converted(self.value),
-            unit,
+            target,
             self.state,
             self.time,
             (converted(low), converted(high)),

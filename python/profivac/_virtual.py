@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from . import _profivac
 from ._bus import Bus
+from ._errors import Usage
+from ._types import Unit, unit_of
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -57,6 +59,15 @@ class PlantSegment(_Segment):
     """
 
 
+def _pressure(value: str | float, unit: Unit | str | None) -> str:
+    """The text of a pressure, which always has a unit."""
+    if isinstance(value, str) and unit is None:
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and unit is not None:
+        return f"{float(value)!r} {unit_of(unit).value}"
+    raise Usage(f"expected a pressure like '5e-6 mbar', or a number with a unit, got {value!r} with the unit {unit!r}")
+
+
 class VirtualSegment(_Segment):
     """Virtual gauges around one chamber, and a bus to them.
 
@@ -76,7 +87,8 @@ class VirtualSegment(_Segment):
     def __init__(
         self,
         *devices: str,
-        pressure: str = "1e-3 mbar",
+        pressure: str | float = "1e-3 mbar",
+        unit: Unit | str | None = None,
         atmosphere: str = "1013.25 mbar",
         gas: str = "n2",
         seed: int | None = None,
@@ -85,6 +97,7 @@ class VirtualSegment(_Segment):
         master: int = 0,
         timeout: float = 5.0,
     ) -> None:
+        pressure = _pressure(pressure, unit)
         core = _profivac.Segment(list(devices), pressure, atmosphere, gas, seed)
         self._values = {"pressure": pressure, "atmosphere": atmosphere, "gas": gas}
         super().__init__(core, names or {}, via, master, timeout)
@@ -100,7 +113,18 @@ class VirtualSegment(_Segment):
 
     @pressure.setter
     def pressure(self, value: str) -> None:
-        self._set("pressure", value)
+        self.set_pressure(value)
+
+    def set_pressure(self, value: str | float, unit: Unit | str | None = None) -> None:
+        """Sets the true pressure: a text with its unit, or a number in ``unit``.
+
+        >>> import profivac as pv
+        >>> with pv.VirtualSegment("psg550@5", pressure=0.02, unit="mbar") as chamber:
+        ...     chamber.set_pressure(5.0, pv.Unit.PA)
+        ...     chamber.pressure
+        '5.0 Pa'
+        """
+        self._set("pressure", _pressure(value, unit))
 
     @property
     def atmosphere(self) -> str:

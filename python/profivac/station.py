@@ -15,7 +15,7 @@ from datetime import datetime, timedelta, timezone
 from typing import TYPE_CHECKING, Any
 
 from ._errors import Connection, Refused, Usage
-from ._types import Reading, State, Unit
+from ._types import Reading, State, Unit, unit_of
 
 if TYPE_CHECKING:
     import numpy
@@ -160,17 +160,18 @@ class RemoteStation:
         """The names of the recorded series: a gauge, or ``gauge.N`` for channel N of a controller."""
         return [reading["series"] for gauge in self.rows() for reading in gauge["readings"]]
 
-    def read(self, series: str, unit: Unit = Unit.PA) -> Reading:
+    def read(self, series: str, unit: Unit | str = Unit.PA) -> Reading:
         """The latest reading of a series, with the time at which the gauge gave it.
 
         Of a gauge that never gave one, the state is ``State.STALE`` and the time ``None``.
         """
+        wanted = unit_of(unit)
         for gauge in self.rows():
             if not gauge["readings"] and gauge["name"] in (series, series.rpartition(".")[0]):
-                return never_read(gauge, unit)
+                return never_read(gauge, wanted)
             for row in gauge["readings"]:
                 if row["series"] == series:
-                    return reading_of(row, gauge["read_ms"], unit)
+                    return reading_of(row, gauge["read_ms"], wanted)
         raise Usage(f"{self._url} has no series {series!r}; known: {', '.join(self.series())}")
 
     def history(

@@ -52,7 +52,7 @@ impl Line {
     pub fn new(baud: u32, master: u8, timeout_s: f64) -> Result<Self, Failure> {
         let rates = || Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
         let baud = Baud::from_bits_per_second(baud)
-            .ok_or_else(|| Failure::usage(format!("expected a PROFIBUS rate out of {}, got {baud}", rates())))?;
+            .ok_or_else(|| Failure::usage(format!("expected a PROFIBUS rate, one of {}, got {baud}", rates())))?;
         let timeout = Duration::try_from_secs_f64(timeout_s)
             .ok()
             .filter(|timeout| !timeout.is_zero() && *timeout <= Duration::from_secs(3600))
@@ -207,7 +207,7 @@ impl Request {
                 Answer::Reading(reading, pa)
             }
             Self::Write { name, value, force, confirmed } => {
-                let named = gauge.find(&name)?;
+                let named = gauge.find_whole(&name)?;
                 let write = if force { gauge.prepare_forced(&named, &value) } else { gauge.prepare(&named, &value) }?;
                 execute_confirmed(gauge, write, confirmed)?
             }

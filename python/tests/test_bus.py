@@ -394,3 +394,24 @@ def test_a_closed_bus_has_released_its_port(simulate: Simulate, tmp_path: Path) 
     for _ in range(20):
         with pv.open(place, timeout=PATIENT) as bus:
             bus[5].get("device.device-state")
+
+
+def test_a_unit_may_be_its_name_and_an_unknown_value_gets_words() -> None:
+    with pv.VirtualSegment("psg550@5", pressure=2e-2, unit="mbar") as chamber:
+        gauge = chamber.bus[5]
+        gauge.command("execute")
+        assert gauge.read("mbar").unit is pv.Unit.MBAR
+        assert gauge.pressure("MBAR") == gauge.pressure(pv.Unit.MBAR) == pytest.approx(2e-2, rel=0.1)
+        chamber.set_pressure(5.0, "mbar")
+        assert chamber.pressure == "5.0 mbar"
+        for wrong in ("psi", None, 5):
+            with pytest.raises(pv.Usage, match="expected a unit, one of Pa, hPa"):
+                gauge.read(wrong)  # type: ignore[arg-type]
+        for value in (5.0, True, None):
+            with pytest.raises(pv.Usage, match="or a number with a unit"):
+                chamber.set_pressure(value)  # type: ignore[arg-type]
+        with pytest.raises(pv.Usage, match="expected a word, a number or a pressure"):
+            gauge.set("pirani.safe-state", None)  # type: ignore[arg-type]
+        for address in (5.0, None, True):
+            with pytest.raises(pv.Usage, match="expected an address from 0 to 126 or a name"):
+                chamber.bus[address]  # type: ignore[index]

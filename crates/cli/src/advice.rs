@@ -24,6 +24,9 @@ pub fn record_sentence(error: &RecordError) -> String {
 fn advice(error: &ClientError) -> String {
     match error {
         ClientError::NoAnswer(_) => "; `profivac scan` shows the stations of the bus".to_owned(),
+        ClientError::UnknownDevice { .. } => {
+            "; `profivac read --octets SLOT/INDEX` reads the records of any slave with DP-V1".to_owned()
+        }
         ClientError::Target(error) => unknown_name(error).to_owned(),
         ClientError::BeyondRange { .. } => "; to write it all the same add --force".to_owned(),
         ClientError::Access { reason: AccessReason::OtherPath { path, .. }, .. } => {

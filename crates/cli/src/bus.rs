@@ -13,10 +13,14 @@ use profivac_dp::master::services;
 use profivac_host::clock::{duration_of, tbit_of};
 use profivac_host::port::{self, Delivery, Port};
 use profivac_host::rate;
+use profivac_host::scan::{FoundStation, probe_all};
 use profivac_host::session::{BusSession, MAX_SLOT_TBIT, Reply, bus_parameters};
 use profivac_station::config::Segment;
 use profivac_virtual::open;
 use std::time::Duration;
+
+/// The highest address of a master (EN 50170-4: 126 and 127 are no addresses of masters).
+const MAX_MASTER: u8 = 125;
 
 /// The timeout unless `--timeout` sets another.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -72,6 +76,23 @@ impl BusOptions {
     pub fn of_segment(segment: &Segment, line: &MasterOptions) -> Self {
         let line = MasterOptions { baud: Rate::Known(segment.baud), master: segment.master, ..line.clone() };
         Self { port: segment.port.clone(), options: line }
+    }
+
+    /// The same bus, for a master with another address.
+    fn with_master(&self, master: u8) -> Self {
+        Self { port: self.port.clone(), options: MasterOptions { master, ..self.options.clone() } }
+    }
+
+    /// The station that has the address of this master too: while the master uses the address, that station cannot be asked. So it is
+    /// asked from the lowest address that is free; `seen` are the others that answered.
+    pub fn station_at_own_address(&self, seen: &[FoundStation]) -> Result<Option<FoundStation>, Failure> {
+        let own = self.master();
+        let is_free = |address: &u8| *address != own && !seen.iter().any(|station| station.address == *address);
+        let Some(free) = (0..=self.hsa().min(MAX_MASTER)).find(is_free) else { return Ok(None) };
+        let mut session = self.with_master(free).open()?;
+        let mut found = Vec::new();
+        probe_all(&mut session, [own], &mut found)?;
+        Ok(found.pop())
     }
 
     /// Opens the port to listen, and finds its rate if that is `auto`.

@@ -3,6 +3,7 @@
 use crate::database::{Database, time};
 use crate::failure::Failure;
 use crate::output::{check, notice, out};
+use crate::time_argument::checked;
 use crate::whole_file::{self, check_absent, not_written};
 use clap::Args;
 use jiff::Zoned;
@@ -23,11 +24,11 @@ pub struct Arguments {
     /// A gauge; may be repeated; the name of a controller selects all its channels. Default: all gauges
     #[arg(long, value_name = "NAME")]
     gauge: Vec<String>,
-    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339. Default: the first sample
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339. Default: the first sample
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     from: Option<String>,
     /// The end, in the same form. Default: the last sample
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     to: Option<String>,
     /// Write to this file, or - for standard output
     #[arg(long, value_name = "FILE")]

@@ -4,6 +4,7 @@ use crate::advice;
 use crate::values::ValueError;
 use profivac_client::ErrorKind;
 use profivac_client::discover::CyclicError;
+use profivac_client::records::RecordError;
 use profivac_config::ConfigError;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
@@ -97,6 +98,16 @@ impl Failure {
     /// No station answers, the port failed, or another master uses the line: exit code 3.
     pub fn no_answer(sentence: impl Into<String>) -> Self {
         Self { kind: Kind::Port, sentence: sentence.into() }
+    }
+}
+
+impl Failure {
+    /// The failure of a record of the slave that `place` names.
+    pub fn of_record(place: &str, error: RecordError) -> Self {
+        match error {
+            RecordError::Session(error) | RecordError::NotSent(error) => error.into(),
+            error => Self { kind: error.kind().into(), sentence: format!("{place}: {error}") },
+        }
     }
 }
 

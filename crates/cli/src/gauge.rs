@@ -102,6 +102,18 @@ impl GaugeOptions {
         Ok(done)
     }
 
+    /// Runs `work` with the records of the slave over MS2, whatever device it is.
+    pub fn with_records<T>(&self, work: impl FnOnce(&mut dyn Records) -> Result<T, Failure>) -> Result<T, Failure> {
+        if self.via != Via::Ms2 {
+            return Err(Failure::usage("--octets works over MS2 only: remove --via"));
+        }
+        self.bus.check_not_own_address(self.address, "--address")?;
+        let mut session = self.bus.open()?;
+        identify::wait_for_slave(&mut session, self.address)?;
+        let signals = Signals::catch()?;
+        work(&mut Interruptible { records: Ms2::new(&mut session, self.address), signals, reported: false })
+    }
+
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
         let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;

@@ -1,6 +1,7 @@
 //! `profivac init`: makes a station's file from a scan.
 
 use crate::bus::BusOptions;
+use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
@@ -9,11 +10,13 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::identify::{device_names, reported_model};
 use profivac_client::ms2::Ms2;
-use profivac_devices::catalog::{model_named, model_with_ident};
+use profivac_devices::catalog::{MODELS, model_named, model_with_ident};
+use profivac_devices::model::Model;
 use profivac_host::scan::probe_all;
 use profivac_host::session::BusSession;
 use profivac_listen::gauge::Origin;
 use profivac_listen::{Divider, Observer, Tap, TapEvent, TimeSource};
+use profivac_wire::cfg;
 use profivac_wire::control::StationType;
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -59,6 +62,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut owners = BTreeMap::new();
     let mut found = Vec::new();
     probe_all(&mut session, (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()), &mut found)?;
+    drop(session);
+    if bus.station_at_own_address(&found)?.is_some() {
+        return Err(Failure::usage(format!(
+            "another station has address {}, which this master used: choose another with --master N",
+            bus.master()
+        )));
+    }
+    let mut session = bus.open()?;
     for station in found {
         let address = station.address;
         owners.extend(station.slave.and_then(|slave| Some((address, slave.owner?))));
@@ -77,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     report_models(&mut session, &mut gauges)?;
     let owner = |address| owners.get(&address).copied().unwrap_or_else(|| bus.master());
     integer_notices(&mut session, &gauges, owner)?.iter().for_each(notice);
-    let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges);
+    let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges, &[]);
     put(arguments, &text)
 }
 
@@ -127,7 +138,16 @@ fn integer_notice(slave: &CyclicSlave) -> Option<String> {
 fn put(arguments: &Arguments, text: &str) -> Result<(), Failure> {
     match &arguments.out {
         None => out(text.trim_end()),
-        Some(path) => write(path, text)?,
+        Some(path) => {
+            write(path, text)?;
+            let (file, gauges) = (path.display(), text.matches("[[segment.gauge]]").count());
+            let choose =
+                if text.contains("# device = ") { "choose the device of each gauge marked # in it, then " } else { "" };
+            notice(&format_args!(
+                "{file} is written with {}; next: {choose}`profivac run {file} --check`, then `profivac run {file}`",
+                counted(gauges as u64, "gauge")
+            ));
+        }
     }
     Ok(())
 }
@@ -155,10 +175,19 @@ fn listen(arguments: &Arguments) -> Result<(), Failure> {
             station.knowledge.exchanged_at()?;
             let facts = station.knowledge.facts(address).filter(|facts| facts.origin() == Origin::Heard);
             facts.and_then(|facts| integer_notice(&facts.slave)).iter().for_each(notice);
-            let devices = station.knowledge.ident().map(device_names).unwrap_or_default();
+            let devices = match station.knowledge.ident() {
+                Some(ident) => device_names(ident),
+                // The master runs: only the lengths of the data tell which devices fit.
+                None => fitting(station.knowledge.outputs(), station.knowledge.inputs().len()),
+            };
             if devices.is_empty() {
                 notice(&format_args!(
-                    "the slave at address {address} exchanges data; its device is not known: add it to the file by hand"
+                    "the slave at address {address} exchanges data and fits no known device: it is not in the file"
+                ));
+            } else if station.knowledge.ident().is_none() {
+                notice(&format_args!(
+                    "the slave at address {address} was heard without its ident number; by the lengths of its data it fits {}",
+                    devices.join(", ")
                 ));
             }
             Some((address, devices)).filter(|(_, devices)| !devices.is_empty())
@@ -171,7 +200,11 @@ fn listen(arguments: &Arguments) -> Result<(), Failure> {
             arguments.time.as_secs()
         )));
     }
-    put(arguments, &station_file(arguments.bus.port(), baud.bits_per_second(), Segment::ListenOnly, &gauges))
+    let is_guessed =
+        |address: &u8| observer.stations().any(|(it, station)| it == *address && station.knowledge.ident().is_none());
+    let guessed: Vec<u8> = gauges.iter().map(|(address, _)| *address).filter(is_guessed).collect();
+    let rate = baud.bits_per_second();
+    put(arguments, &station_file(arguments.bus.port(), rate, Segment::ListenOnly, &gauges, &guessed))
 }
 
 /// The kind of a segment in the file.
@@ -208,7 +241,19 @@ fn has_common_model(device: &str) -> bool {
     common.is_some_and(|common| common.name != device)
 }
 
-fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'static str>)]) -> String {
+/// The devices that have a configuration with this many octets of outputs and inputs.
+fn fitting(outputs: usize, inputs: usize) -> Vec<&'static str> {
+    let fits = |model: &Model| {
+        model.configurations.iter().any(|it| {
+            cfg::lengths(it.octets)
+                .is_ok_and(|lengths| (usize::from(lengths.outputs), usize::from(lengths.inputs)) == (outputs, inputs))
+        })
+    };
+    MODELS.into_iter().filter(|model| fits(model)).map(|model| model.name).collect()
+}
+
+/// The file. A gauge at one of the addresses in `guessed` was not identified: its devices are those that fit its data.
+fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'static str>)], guessed: &[u8]) -> String {
     let kind = match segment {
         Segment::Master(master) => format!("master = {master}"),
         Segment::ListenOnly => "listen-only = true    # the station sends nothing".to_owned(),
@@ -218,7 +263,12 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
     );
     gauges.iter().fold(head, |text, (address, devices)| {
         let device = devices.first().copied().unwrap_or_default();
-        let line = match devices.get(1..).unwrap_or_default() {
+        let others = devices.get(1..).unwrap_or_default();
+        let line = match others {
+            _ if guessed.contains(address) => format!(
+                "# device = {device:?}    # fits{}: the lengths of its data are known only. Check it and remove the first #",
+                others.iter().map(|other| format!(", as {other}")).collect::<String>()
+            ),
             [] => format!("device = {device:?}"),
             // TPG300 and TPG500 have the same tables.
             others if has_common_model(device) => {
@@ -230,7 +280,8 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
                 others.join(", ")
             ),
         };
-        text + &format!("\n[[segment.gauge]]\nname = \"{device} {address}\"\naddress = {address}\n{line}\n")
+        let name = if guessed.contains(address) { "gauge" } else { device };
+        text + &format!("\n[[segment.gauge]]\nname = \"{name} {address}\"\naddress = {address}\n{line}\n")
     })
 }
 
@@ -246,7 +297,7 @@ mod tests {
 
     #[test]
     fn a_device_that_is_not_certain_is_left_to_the_user() {
-        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &[(6, vec!["pcg550", "psg550"])]);
+        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &[(6, vec!["pcg550", "psg550"])], &[]);
         let line =
             "\n# device = \"pcg550\"    # or psg550: they share an ident number. Choose one and remove the first #\n";
         assert!(text.contains(line), "{text}");
@@ -255,8 +306,26 @@ mod tests {
     }
 
     #[test]
+    fn a_gauge_that_was_heard_without_its_ident_number_has_every_device_that_fits() {
+        let model = model_named("bcg450").unwrap();
+        let lengths = cfg::lengths(model.configurations.first().unwrap().octets).unwrap();
+        let devices = fitting(lengths.outputs.into(), lengths.inputs.into());
+        assert!(devices.contains(&"bcg450"), "{devices:?}");
+        assert!(fitting(240, 240).is_empty());
+        let text =
+            station_file("/dev/ttyUSB0", 19200, Segment::ListenOnly, &[(5, devices), (6, vec!["bcg450"])], &[5, 6]);
+        assert!(text.contains("address = 5\n# device = "), "{text}");
+        assert!(text.contains("name = \"gauge 6\"\naddress = 6\n# device = \"bcg450\"    # fits: "), "{text}");
+        assert!(
+            profivac_config::parse(&text, Path::new("plant.toml")).is_err(),
+            "a device that only fits needs a look"
+        );
+        assert!(profivac_config::parse(&text.replace("# device", "device"), Path::new("plant.toml")).is_ok());
+    }
+
+    #[test]
     fn the_station_accepts_the_file_of_a_listen_only_segment() {
-        let text = station_file("/dev/ttyUSB0", 93_750, Segment::ListenOnly, &[(5, vec!["bcg450"])]);
+        let text = station_file("/dev/ttyUSB0", 93_750, Segment::ListenOnly, &[(5, vec!["bcg450"])], &[]);
         let config = profivac_config::parse(&text, Path::new("plant.toml")).unwrap();
         assert!(config.segments[0].listen_only && !config.segments[0].detects_baud);
         assert_eq!(config.segments[0].baud.bits_per_second(), 93_750);
@@ -343,7 +412,7 @@ mod tests {
     #[test]
     fn the_station_accepts_the_file() {
         let found = [(5, vec!["bcg450"]), (6, vec!["psg552"]), (8, vec!["tpg300", "tpg500"])];
-        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &found);
+        let text = station_file("/dev/ttyUSB0", 19200, Segment::Master(1), &found, &[]);
         let config = profivac_config::parse(&text, Path::new("plant.toml")).unwrap();
         let gauges = &config.segments[0].gauges;
         assert_eq!(

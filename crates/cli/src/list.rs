@@ -4,14 +4,15 @@ use crate::failure::Failure;
 use crate::gauge::OptionalGaugeOptions;
 use crate::output::{json, out};
 use clap::Args;
-use profivac_client::names::{NamedParameter, ParameterNames, slug};
+use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_devices::model::{Codes, Model};
 use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 
 /// List the parameters of a gauge: its block tree with names, numbers, types, access, sections of the manual and codes.
 ///
-/// With --port and --address the command asks a gauge for its model; with --device it needs no bus. TARGET selects names that contain it.
+/// With --port and --address the command asks a gauge for its model; with --device it needs no bus. TARGET selects the names and commands that contain
+/// it, an index like 19, or numbers like 1/19.
 /// Access is as printed in the manual: 1_R read by a class 1 master, 2_W written by class 2, 0_XI in the cyclic data. Store classes:
 /// N survives power loss, V is lost, R is stored on request, D follows from others. BY_TYPE is a pressure: an integer or a float,
 /// depending on the data type of the gauge.
@@ -26,7 +27,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Show only names that contain this text
+    /// Show only names and commands that contain this text, or these numbers
     #[arg(value_name = "TARGET")]
     target: Option<String>,
 }
@@ -36,6 +37,7 @@ Examples:
   profivac list --port /dev/ttyUSB0 --address 5
   profivac list --port /tmp/line --address 5 trip-point
   profivac list --device bcg450 command         # the commands it has
+  profivac list --device BCG450-SP 1/19         # every instance of these numbers
   profivac list --device bcg450 --json";
 
 /// A parameter in the JSON output.
@@ -94,14 +96,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the name contains `target`, or the numbers are `target`.
+/// Whether the search for `target` shows the parameter; without a target all are shown.
 pub fn matches_target(named: &NamedParameter, target: Option<&str>) -> bool {
-    target.is_none_or(|target| {
-        let wanted = slug(target);
-        slug(&named.name).contains(&wanted)
-            || slug(named.parameter.row.name).contains(&wanted)
-            || named.parameter.numbers() == target
-    })
+    target.is_none_or(|target| named.is_found_by(target))
 }
 
 /// A heading, a line for each location and block, and one for each parameter with the text of `facts`.

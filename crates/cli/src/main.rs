@@ -28,6 +28,7 @@ mod init;
 mod list;
 mod monitor;
 mod names;
+mod octets;
 mod output;
 mod read;
 mod report;
@@ -160,7 +161,10 @@ fn run(command: Command) -> Result<(), Failure> {
 #[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
+    use clap::error::ErrorKind;
     use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::{Path, PathBuf};
 
     /// The command lines of a help text, split into words as a shell does, up to a redirection or a comment.
     fn examples(help: &str) -> Vec<Vec<String>> {
@@ -176,7 +180,10 @@ mod tests {
                 _ => words.extend(part.split_whitespace().map(str::to_owned)),
             }
         }
-        words.into_iter().take_while(|word| !["|", ">", "#"].contains(&word.as_str())).collect()
+        words
+            .into_iter()
+            .take_while(|word| !["|", "||", "&&", ";", "&", ">", "<", "#"].contains(&word.as_str()))
+            .collect()
     }
 
     #[test]
@@ -206,6 +213,46 @@ mod tests {
         for example in examples(&help) {
             assert!(Profivac::try_parse_from(&example).is_ok(), "{example:?}");
         }
+    }
+
+    /// The pages of the documentation in Markdown, with their paths.
+    fn pages() -> Vec<(PathBuf, String)> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let folders =
+            ["docs", "docs/paths", "docs/devices", "firmware", "contrib/archive", "."].map(|it| root.join(it));
+        let files = folders.iter().flat_map(|folder| fs::read_dir(folder).into_iter().flatten());
+        let files = files.filter_map(|file| Some(file.ok()?.path()));
+        let pages = files.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
+        pages.map(|path| (path.clone(), fs::read_to_string(&path).unwrap())).collect()
+    }
+
+    /// The command lines in the code blocks of a page: the line begins with the program, behind a prompt or sudo.
+    fn commands(page: &str) -> Vec<Vec<String>> {
+        let blocks = page.split("\n```").skip(1).step_by(2);
+        let text = blocks.collect::<Vec<_>>().join("\n").replace("\\\n", " ");
+        let lines = text.lines().map(|line| line.split_once("$ ").map_or(line, |(_, line)| line).trim());
+        let lines = lines.map(|line| line.strip_prefix("sudo -u profivac ").unwrap_or(line));
+        let lines = lines.filter(|line| line.starts_with("profivac ") && !line.contains("..."));
+        lines.map(|line| words(&line.replace('"', "'").replace("$baud", "19200"))).collect()
+    }
+
+    #[test]
+    fn the_parser_accepts_every_command_line_of_the_documentation_that_is_not_shown_as_refused() {
+        let mut count = 0;
+        for (path, page) in pages() {
+            // Lists of faults and of changes show what was wrong.
+            if ["corrections.md", "CHANGELOG.md"].iter().any(|name| path.ends_with(name)) {
+                continue;
+            }
+            for line in commands(&page) {
+                count += 1;
+                if let Err(error) = Profivac::try_parse_from(&line) {
+                    let is_help = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+                    assert!(is_help, "{}: {line:?}: {error}", path.display());
+                }
+            }
+        }
+        assert!(count > 80, "{count} command lines");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::advice;
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
+use crate::octets;
 use crate::output::{json, notice, out};
 use clap::Args;
 use profivac_client::cyclic::ChannelValue;
@@ -17,7 +18,7 @@ use serde::Serialize;
 /// Read parameters of a gauge by name or number.
 ///
 /// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
-/// shows all. Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector and restores
+/// shows all. The beginning of a word is enough: `serial`, `pressure`. Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector and restores
 /// it: meanwhile a PLC that reads this slot acyclically gets the values of another instance, without an error. The manuals list the
 /// selector as nonvolatile, so a gauge may write its EEPROM each time: use `profivac monitor`, not a loop of `read`, to watch a
 /// pressure.
@@ -29,6 +30,10 @@ pub struct Arguments {
     /// Print JSON: a list
     #[arg(long)]
     json: bool,
+    /// Read records as octets from any slave with DP-V1, also from an unknown device: TARGET is SLOT/INDEX, or im0 for the
+    /// identification (I&M0), which needs a Call: one write to slot 0, index 255
+    #[arg(long)]
+    octets: bool,
     /// The parameters
     #[arg(value_name = "TARGET", required = true)]
     targets: Vec<String>,
@@ -38,7 +43,8 @@ const EXAMPLES: &str = "\
 Examples:
   profivac read --port /dev/ttyUSB0 --address 5 pirani.process-value
   profivac read --port /tmp/line --address 5 device.device-state trip-point.1/high-trip-point
-  profivac read --port /tmp/line --address 5 --json 1:2/19";
+  profivac read --port /tmp/line --address 5 --json 1:2/19
+  profivac read --port /tmp/line --address 9 --octets 1/19 im0     # any slave with DP-V1";
 
 /// A parameter in the JSON output.
 #[derive(Debug, Serialize)]
@@ -107,6 +113,9 @@ enum JsonRow<'a> {
 
 /// Reads all targets; a refused one does not end the command.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.octets {
+        return octets::read(&arguments.options, &arguments.targets, arguments.json);
+    }
     let (mut answers, mut refused) = (Vec::new(), None);
     let done = arguments.options.with_gauge(|gauge| {
         for target in &arguments.targets {
@@ -175,7 +184,7 @@ fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
 }
 
 /// The row of a record without a name.
-fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
+pub fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
     let octets = hex(octets);
     let (value, text) = (octets.clone().into(), octets.clone());
     Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None, reason: None }

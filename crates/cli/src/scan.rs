@@ -2,7 +2,7 @@
 
 use crate::bus::BusOptions;
 use crate::failure::Failure;
-use crate::output::{json, notices, out};
+use crate::output::{json, notice, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
@@ -39,6 +39,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
     let looked = probe_all(&mut session, others, &mut seen);
     notices(|| session.next_notice());
+    if looked.is_ok() {
+        drop(session);
+        if let Some(station) = bus.station_at_own_address(&seen)? {
+            notice(&format_args!(
+                "{} answers at address {}, which this master used: give the master another address with --master N",
+                if station.station_type == StationType::Slave { "a slave" } else { "another master" },
+                station.address
+            ));
+            seen.push(station);
+            seen.sort_by_key(|station| station.address);
+        }
+    }
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         out(&json(&rows));
@@ -95,9 +107,9 @@ const fn kind(station: StationType) -> &'static str {
 /// A map with ten addresses per line: `S` slave, `M` master, `*` this master, `.` no station.
 fn map(seen: &[FoundStation], own: u8, hsa: u8) -> String {
     let mark = |address: u8| match seen.iter().find(|seen| seen.address == address) {
-        _ if address == own => '*',
         Some(FoundStation { station_type: StationType::Slave, .. }) => 'S',
         Some(_) => 'M',
+        None if address == own => '*',
         None => '.',
     };
     let mut text = "      0 1 2 3 4 5 6 7 8 9\n".to_owned();

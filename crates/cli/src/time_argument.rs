@@ -3,15 +3,21 @@
 use crate::values::{Expected, ValueError};
 use jiff::civil::{Date, DateTime, Time};
 use jiff::tz::TimeZone;
-use jiff::{SignedDuration, Timestamp, ToSpan, Zoned};
+use jiff::{Span, Timestamp, ToSpan, Zoned};
+
+/// Checks a time of the command line where clap reads it. The command parses it again with the time of its beginning.
+pub fn checked(text: &str) -> Result<String, ValueError> {
+    parse_time(text, &Zoned::now()).map(|_| text.to_owned())
+}
 
 /// Parses a time, in the zone of `now` unless it has its own.
 pub fn parse_time(text: &str, now: &Zoned) -> Result<Timestamp, ValueError> {
     let text = text.trim();
     let wrong = || Expected::Time.but_found(text);
     if let Some(ago) = text.strip_prefix('-') {
-        let ago: SignedDuration = ago.trim().parse().map_err(|_| wrong())?;
-        return now.timestamp().checked_sub(ago).map_err(|_| wrong());
+        // A day before a change of the clocks has 23 or 25 hours: the same time of that day is meant.
+        let ago = ago.trim().parse::<Span>().ok().filter(|ago| !ago.is_negative()).ok_or_else(wrong)?;
+        return now.checked_sub(ago).map(|time| time.timestamp()).map_err(|_| wrong());
     }
     let today = now.date();
     let civil = match text.to_lowercase().as_str() {
@@ -63,6 +69,9 @@ mod tests {
             ("-2h", "2026-11-21T23:30:00Z"),
             ("-90 min", "2026-11-22T00:00:00Z"),
             ("-1h30m", "2026-11-22T00:00:00Z"),
+            ("-7d", "2026-11-15T01:30:00Z"),
+            ("-2 weeks", "2026-11-08T01:30:00Z"),
+            ("-1d 12h", "2026-11-20T13:30:00Z"),
         ] {
             assert_eq!(read(text).as_deref(), Ok(expected), "{text}");
         }
@@ -70,7 +79,7 @@ mod tests {
 
     #[test]
     fn the_error_for_a_wrong_time_shows_examples() {
-        for text in ["", "soon", "-", "-2", "2026-13-01", "25:00", "2026-11-21 14"] {
+        for text in ["", "soon", "-", "-2", "--2h", "-2h ago", "-7 dys", "2026-13-01", "25:00", "2026-11-21 14"] {
             let read = read(text);
             if text == "2026-11-21 14" {
                 // An hour without minutes is also a time.

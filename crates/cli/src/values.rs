@@ -1,5 +1,6 @@
 //! Values on the command line that several commands accept.
 
+use profivac_config::time_span::TimeSpan;
 use profivac_dp::link::Baud;
 use profivac_virtual::scenario::INCLUDED;
 use profivac_web_server::auth::Role;
@@ -69,19 +70,19 @@ impl fmt::Display for Expected {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rates = || Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
         match self {
-            Self::Rate => write!(f, "a PROFIBUS rate out of {}", rates()),
-            Self::RateOrAuto => write!(f, "auto or a PROFIBUS rate out of {}", rates()),
+            Self::Rate => write!(f, "a PROFIBUS rate, one of {}", rates()),
+            Self::RateOrAuto => write!(f, "auto or a PROFIBUS rate, one of {}", rates()),
             Self::Probability => f.write_str("a probability from 0 to 1"),
             Self::Volume => f.write_str("a volume like '50 l' or '1.2 m3'"),
-            Self::Seconds => f.write_str("a number of seconds"),
+            Self::Seconds => f.write_str("a number of seconds, or a time like '10 min' or 2d"),
             Self::SlaveAddress(last) => write!(f, "the address of a slave from 0 to {last}"),
             Self::Speed => f.write_str("a speed from 0.01 to 10000"),
             Self::Role => f.write_str("viewer, operator or engineer"),
             Self::LinkType => f.write_str("user0 or profibus-dl"),
             Self::Octets => f.write_str("octets in hex like '11 21'"),
-            Self::Time => {
-                f.write_str("a time like '2026-11-21 14:00', 2026-11-21, 14:00, yesterday, -2h or 2026-11-21T13:00:00Z")
-            }
+            Self::Time => f.write_str(
+                "a time like '2026-11-21 14:00', 2026-11-21, 14:00, yesterday, -2h, -7d or 2026-11-21T13:00:00Z",
+            ),
             Self::Number { min, max } => write!(f, "a number from {min} to {max}"),
         }
     }
@@ -145,6 +146,7 @@ pub fn volume(text: &str) -> Result<f64, ValueError> {
 /// Parses a time in seconds.
 pub fn seconds(text: &str) -> Result<Duration, ValueError> {
     let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    let duration = duration.or_else(|| text.parse::<TimeSpan>().ok().map(Duration::from));
     duration.ok_or_else(|| Expected::Seconds.but_found(text))
 }
 

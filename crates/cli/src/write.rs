@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions, confirm};
+use crate::octets;
 use crate::output::{json, out};
 use crate::read::Row;
 use clap::Args;
@@ -11,7 +12,7 @@ use serde::Serialize;
 
 /// Write a parameter of a gauge, or send a command by name.
 ///
-/// TARGET VALUE is a parameter and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
+/// TARGET VALUE is a parameter with its whole name, or its numbers, and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
 /// that `profivac list` shows, or a pressure with its unit, which may be any unit of the gauge: `1e-3 mbar`.
 /// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
@@ -27,6 +28,10 @@ pub struct Arguments {
     /// Do not ask for confirmation
     #[arg(long)]
     yes: bool,
+    /// Write octets to a record of any slave with DP-V1, also of an unknown device: TARGET is SLOT/INDEX, VALUE is hex like '11 21'.
+    /// Nothing is checked, so this asks for confirmation
+    #[arg(long, conflicts_with = "force")]
+    octets: bool,
     /// Write a pressure outside the measuring range of the gauge
     #[arg(long)]
     force: bool,
@@ -46,7 +51,8 @@ Examples:
   profivac write --port /dev/ttyUSB0 --address 5 pirani.safe-state use-safe-value
   profivac write --port /dev/ttyUSB0 --address 5 trip-point.1/low-trip-point '2e-3 mbar'
   profivac write --port /dev/ttyUSB0 --address 5 execute
-  profivac write --port /dev/ttyUSB0 --address 5 --yes degas on";
+  profivac write --port /dev/ttyUSB0 --address 5 --yes degas on
+  profivac write --port /dev/ttyUSB0 --address 9 --octets 1/24 '00 3F'     # any slave with DP-V1";
 
 /// A write in the JSON output.
 #[derive(Debug, Serialize)]
@@ -71,6 +77,10 @@ struct FailedChange<'a> {
 
 /// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.octets {
+        let Arguments { options, target, value, yes, json, .. } = arguments;
+        return octets::write(options, target, value.as_deref(), *yes, *json);
+    }
     // The effect of a write that has no output yet.
     let mut effect = Some(WriteEffect::NotSent);
     let done = arguments.options.with_gauge(|gauge| {
@@ -103,7 +113,7 @@ fn prepare(gauge: &mut AnyGauge<'_>, arguments: &Arguments) -> Result<PreparedWr
     if let Some((named, code)) = names.command(&words).map_err(ClientError::from)? {
         return Ok(gauge.prepare(named, code.name)?);
     }
-    let named = gauge.find(target)?;
+    let named = gauge.find_whole(target)?;
     let value = value.ok_or_else(|| {
         Failure::usage(format!("expected a VALUE for {named}, got none; `profivac list` shows the values it accepts"))
     })?;

@@ -33,10 +33,10 @@ fn devices_are_checked_before_anything_is_opened() {
 
 #[test]
 fn options_are_checked_before_anything_is_opened() {
-    simulate(&["--baud", "115200", "bcg450@5"], "expected a PROFIBUS rate out of 9600, 19200, ");
-    simulate(&["--pressure", "1e-3", "bcg450@5"], "expected a unit out of mbar, Pa, ");
+    simulate(&["--baud", "115200", "bcg450@5"], "expected a PROFIBUS rate, one of 9600, 19200, ");
+    simulate(&["--pressure", "1e-3", "bcg450@5"], "expected a unit, one of mbar, Pa, ");
     simulate(&["--pressure", "-1 mbar", "bcg450@5"], "expected a pressure like '1e-3 mbar', got \"-1 mbar\"");
-    simulate(&["--gas", "steam", "bcg450@5"], "expected a gas out of n2, air, ");
+    simulate(&["--gas", "steam", "bcg450@5"], "expected a gas, one of n2, air, ");
     simulate(&["--scenario", "pump-down.toml", "bcg450@5"], "cannot be used with");
     fails(&["simulate", "bcg450@5"], 2, "--pty <PATH>|--serial <DEV>|--tcp <HOST:PORT>");
     fails(&["simulate", "--pty", "/a", "--serial", "/b", "bcg450@5"], 2, "cannot be used with");

@@ -29,7 +29,7 @@ fn every_command_gets_its_answer() {
     for (line, answer) in [
         ("", "error: expected one of pressure, atmosphere, "),
         ("pressure", "error: expected pressure PRESSURE"),
-        ("pressure 1 psi", "error: expected a unit out of mbar, "),
+        ("pressure 1 psi", "error: expected a unit, one of mbar, "),
         ("fault 5 tiredness", "error: bcg450 has no fault \"tiredness\"; it has eeprom, "),
         ("state 7", "error: no device at address 7; known: 5, 126"),
         ("button 5 200", "error: bcg450 has no button 200"),

@@ -177,7 +177,7 @@ fn every_error_is_one_sentence() {
         ),
         (vec![&record, "--to", "2020-01-01"], "found no pump-down in "),
         (vec![&record, "--volume", "50"], "expected a volume like '50 l' or '1.2 m3', got \"50\""),
-        (vec![&record, "--unit", "psi"], "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"psi\""),
+        (vec![&record, "--unit", "psi"], "expected a unit, one of mbar, Pa, hPa, Torr, micron, got \"psi\""),
         (
             vec![&file, "--out", "/no/such/folder/page.html"],
             "/no/such/folder/page.html cannot be written: No such file or directory",

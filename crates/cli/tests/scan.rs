@@ -53,6 +53,25 @@ ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
 }
 
 #[test]
+fn a_slave_at_the_address_of_the_master_is_found() {
+    let folder = Folder::new();
+    let path = folder.name("line");
+    let program = Program::start(&["simulate", "--pty", &path, "bcg450@3", "bcg450@5"]);
+    program.ready();
+    let scanned = run(&["scan", "--port", &path, PATIENTLY, "--master", "3", "--hsa", "6"]);
+    let (shown, said) = (String::from_utf8(scanned.stdout).unwrap(), String::from_utf8(scanned.stderr).unwrap());
+    assert!(shown.contains("\n   0  . . . S . S .\n"), "{shown}");
+    assert!(shown.contains("\n   3  slave   0x08E6") && shown.contains("\n   5  slave   0x08E6"), "{shown}");
+    assert!(said.contains("a slave answers at address 3, which this master used"), "{said}");
+    let file = folder.name("plant.toml");
+    let made = run(&["init", "--port", &path, PATIENTLY, "--master", "3", "--hsa", "6", "--out", &file]);
+    let said = String::from_utf8(made.stderr).unwrap();
+    assert_eq!(made.status.code(), Some(2), "{said}");
+    assert!(said.contains("another station has address 3"), "{said}");
+    assert!(!std::path::Path::new(&file).exists(), "no file with an address that is used twice");
+}
+
+#[test]
 fn every_address_is_asked() {
     let (_program, address) = on_tcp(&["bcg450@126"]);
     let port = format!("tcp://{address}");
@@ -172,8 +191,8 @@ fn impossible_bus_parameters_are_refused() {
     for (option, value, sentence) in [
         ("--master", "126", "the master's address must be 0 to 125, not 126"),
         ("--slot-time", "10", "the slot time must be at least 75, not 10"),
-        ("--baud", "fast", "expected auto or a PROFIBUS rate out of 9600, "),
-        ("--timeout", "-1", "expected a number of seconds, got \"-1\""),
+        ("--baud", "fast", "expected auto or a PROFIBUS rate, one of 9600, "),
+        ("--timeout", "-1", "expected a number of seconds, or a time like '10 min' or 2d, got \"-1\""),
     ] {
         let failed = run(&["scan", "--port", "/nowhere", option, value]);
         let message = String::from_utf8(failed.stderr).unwrap();

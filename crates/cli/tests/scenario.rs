@@ -34,6 +34,27 @@ fn true_mbar(program: &mut Program) -> f64 {
 }
 
 #[test]
+fn a_scenario_is_shown_and_takes_more_devices() {
+    let folder = Folder::new();
+    let shown = run(&["simulate", "--scenario", "pump-down", "--show"]);
+    assert_eq!(shown.status.code(), Some(0));
+    let text = String::from_utf8(shown.stdout).unwrap();
+    assert_eq!(text.trim_end(), include_str!("../../../scenarios/pump-down.toml").trim_end());
+    let file = scenario(&folder, TEXT);
+    let shown = run(&["simulate", "--scenario", &file, "--show"]);
+    assert_eq!(String::from_utf8(shown.stdout).unwrap().trim_end(), TEXT.trim_end());
+    let line = folder.name("line");
+    let mut program = Program::start(&["simulate", "--pty", &line, "--scenario", &file, "psg550@9"]);
+    program.ready();
+    for address in [5, 9] {
+        assert!(program.tell(&format!("state {address}")).starts_with("ok {"), "{address}");
+    }
+    let twice = run(&["simulate", "--pty", &folder.name("other"), "--scenario", &file, "psg550@5"]);
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(String::from_utf8(twice.stderr).unwrap().contains("two devices at address 5"));
+}
+
+#[test]
 fn the_scenario_controls_the_chamber() {
     let folder = Folder::new();
     let file = scenario(&folder, TEXT);

@@ -64,7 +64,7 @@ fn errors_of_a_file_are_reported_before_anything_starts() {
     let ended = run(&["run", &file]);
     assert_eq!(ended.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert!(complaint.starts_with(&format!("profivac: {file}:4:8: expected a PROFIBUS rate out of ")), "{complaint}");
+    assert!(complaint.starts_with(&format!("profivac: {file}:4:8: expected a PROFIBUS rate, one of ")), "{complaint}");
     let missing = run(&["run", &folder.name("missing.toml")]);
     assert_eq!(missing.status.code(), Some(2));
 }

@@ -4,7 +4,7 @@
 
 use crate::common::{End, run, sd2};
 use profivac_dp::link::Baud;
-use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault, Slave};
+use profivac_dp::slave::{CfgFault, Device, Dpv1Error, Features, Outputs, PrmFault, Relation, Slave};
 use profivac_host::port::{Port, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_wire::cfg;
@@ -20,6 +20,8 @@ const ADDRESS: u8 = 9;
 /// Two octets of inputs and two of outputs, an ident number that no gauge has, and three octets of user parameters or none.
 struct UnknownDevice {
     prm_length: usize,
+    /// The record at slot 1, index 24.
+    record: [u8; 2],
 }
 
 impl Device for UnknownDevice {
@@ -28,7 +30,23 @@ impl Device for UnknownDevice {
     }
 
     fn features(&self) -> Features {
-        Features::default()
+        Features { dpv1: true, ..Features::default() }
+    }
+
+    fn read(&mut self, _via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        if (slot, index) != (1, 24) {
+            return Err(Dpv1Error::INVALID_INDEX);
+        }
+        record[..2].copy_from_slice(&self.record);
+        Ok(2)
+    }
+
+    fn write(&mut self, _via: Relation, slot: u8, index: u8, record: &[u8]) -> Result<(), Dpv1Error> {
+        if (slot, index) != (1, 24) {
+            return Err(Dpv1Error::INVALID_INDEX);
+        }
+        self.record = record.try_into().map_err(|_| Dpv1Error::INVALID_RANGE)?;
+        Ok(())
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {
@@ -66,7 +84,7 @@ impl Line {
         let end = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&end);
         let thread = thread::spawn(move || {
-            let slave: Slave<_> = Slave::new(UnknownDevice { prm_length }, ADDRESS, Baud::B19200);
+            let slave: Slave<_> = Slave::new(UnknownDevice { prm_length, record: [0x12, 0x34] }, ADDRESS, Baud::B19200);
             let mut segment = Segment::new(Box::new(server), Baud::B19200, false, [slave]);
             while !ends.load(Ordering::Relaxed) {
                 segment.serve(&[], Duration::from_millis(20)).unwrap();
@@ -160,4 +178,33 @@ fn an_unknown_slave_gets_the_user_parameters_of_the_command_line() {
     let accepted = line.monitor(&["--json", "--prm", "00 00 00"]);
     assert_eq!(accepted.status.code(), Some(0), "{}", text(&accepted.stderr));
     assert!(text(&accepted.stdout).contains("\"inputs\":\"AA 05\""));
+}
+
+#[test]
+fn records_of_an_unknown_slave_are_read_and_written_as_octets_after_a_confirmation() {
+    let line = Line::start(3);
+    let port = format!("tcp://{}", line.address);
+    let at =
+        |command: &'static str, rest: &[&str]| run(&[&[command, "--port", &port, "--address", "9"], rest].concat());
+    let named = at("read", &["1/24"]);
+    assert!(text(&named.stderr).contains("`profivac read --octets SLOT/INDEX` reads"), "{}", text(&named.stderr));
+    assert_eq!(text(&at("read", &["--octets", "1/24"]).stdout), "1/24 = 12 34\n");
+    let refused = at("read", &["--octets", "1/25"]);
+    assert_eq!(refused.status.code(), Some(1), "{}", text(&refused.stderr));
+    let unconfirmed = at("write", &["--octets", "1/24", "56 78"]);
+    assert_eq!(unconfirmed.status.code(), Some(2));
+    assert!(text(&unconfirmed.stderr).contains("nothing was sent; without a terminal add --yes"));
+    assert_eq!(text(&at("read", &["--octets", "1/24"]).stdout), "1/24 = 12 34\n");
+    let written = at("write", &["--octets", "--yes", "1/24", "56 78"]);
+    assert_eq!((text(&written.stdout).as_str(), written.status.code()), ("1/24: 56 78 written\n", Some(0)));
+    let rows: Value = serde_json::from_slice(&at("read", &["--octets", "--json", "1/24"]).stdout).unwrap();
+    assert_eq!((&rows[0]["octets"], &rows[0]["name"]), (&"56 78".into(), &Value::Null));
+    for wrong in [
+        &["--octets", "1/24"][..],
+        &["--octets", "1/24", "5"],
+        &["--octets", "im0", "11"],
+        &["--octets", "serial", "11"],
+    ] {
+        assert_eq!(at("write", wrong).status.code(), Some(2), "{wrong:?}");
+    }
 }

@@ -45,7 +45,7 @@ pub enum PressureError {
     #[error("expected a pressure like '1e-3 mbar', got {0:?}")]
     Number(String),
     /// The text has no unit, or an unknown one.
-    #[error("expected a unit out of {expected}, got {}", got(received), expected = units())]
+    #[error("expected a unit, one of {expected}, got {}", got(received), expected = units())]
     Unit {
         /// The text after the number.
         received: String,
@@ -172,7 +172,7 @@ mod tests {
             assert_eq!(text.parse::<Pressure>(), Err(PressureError::Unit { received: unit.to_owned() }), "{text}");
         }
         let sentence = "1 psi".parse::<Pressure>().unwrap_err().to_string();
-        assert_eq!(sentence, "expected a unit out of mbar, Pa, hPa, kPa, bar, Torr, mTorr, micron, got \"psi\"");
+        assert_eq!(sentence, "expected a unit, one of mbar, Pa, hPa, kPa, bar, Torr, mTorr, micron, got \"psi\"");
     }
 
     #[test]

@@ -30,6 +30,7 @@ use super::names::unique;
 use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, number, priority};
+use crate::time_span::TimeSpan;
 use profivac_client::cyclic::open_instances;
 use profivac_client::pressure::Pressure;
 use profivac_client::suggestion::closest;
@@ -94,11 +95,11 @@ pub struct AlarmToml {
     /// How far back the pressure must go: decades, 0 to 10, default 0.1; for `rise` decades per minute, default half of the limit.
     hysteresis: Option<Spanned<f64>>,
     /// The time over which a rise is fitted, 5 s to 10 min. Default: `30 s`.
-    window: Option<Spanned<Parsed<humantime::Duration>>>,
+    window: Option<Spanned<Parsed<TimeSpan>>>,
     /// The condition must hold for this time, up to 1 h. Default: `1 s`.
-    delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    delay: Option<Spanned<Parsed<TimeSpan>>>,
     /// The condition must be over for this time, up to 1 h. Default: `5 s`.
-    off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    off_delay: Option<Spanned<Parsed<TimeSpan>>>,
     /// `high`, `medium` or `low`. Default: `medium`.
     priority: Option<Spanned<String>>,
     /// What an operator shall do, shown with the alarm.
@@ -309,7 +310,7 @@ fn rising(
     limit: &Spanned<f64>,
     reset: Option<&Spanned<Parsed<Pressure>>>,
     hysteresis: Option<&Spanned<f64>>,
-    window: Option<&Spanned<Parsed<humantime::Duration>>>,
+    window: Option<&Spanned<Parsed<TimeSpan>>>,
 ) -> Result<Condition, Located> {
     if let Some(reset) = reset {
         return Err(Located::new(reset.span(), ConfigProblem::ResetWithRise));

@@ -4,8 +4,6 @@ use super::error::{AddressUser, ConfigProblem, Located, NamedItem};
 use super::file::ConfigToml;
 use super::names::{self, unique};
 use super::segments::{GaugeToml, SegmentToml};
-use profivac_client::suggestion::closest;
-use profivac_devices::catalog::MODELS;
 use profivac_listen::Hex;
 use profivac_virtual::device_spec::entry;
 use profivac_web_server::host_name::host;
@@ -73,10 +71,8 @@ fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
     if address > MAX_ADDRESS {
         return Err(Located::new(gauge.address.span(), ConfigProblem::SlaveAddress(address)));
     }
-    entry(gauge.device.get_ref()).map_err(|error| {
-        let suggestion = similar_model(gauge.device.get_ref());
-        Located::new(gauge.device.span(), ConfigProblem::UnknownDevice { error, suggestion })
-    })?;
+    entry(gauge.device.get_ref())
+        .map_err(|error| Located::new(gauge.device.span(), ConfigProblem::UnknownDevice(error)))?;
     gauge.levels.keys().try_for_each(|level| names::check(NamedItem::Level, level))?;
     match &gauge.poll {
         Some(poll) if !POLL_RANGE.contains(&*poll.get_ref().0) => {
@@ -111,8 +107,4 @@ fn check_declared(gauge: &GaugeToml, listen_only: bool) -> Result<(), Located> {
         return Err(Located::new(found.span(), ConfigProblem::UnknownUnit { device, found: found_text, known }));
     }
     Ok(())
-}
-
-fn similar_model(name: &str) -> Option<&'static str> {
-    closest(&name.replace([' ', '-', '_'], ""), MODELS.iter().map(|model| model.name))
 }

@@ -11,6 +11,7 @@ use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
 use super::values::{delay, number, priority_or_off};
+use crate::time_span::TimeSpan;
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_station::alarm::{Condition, Priority, Rule, Series};
@@ -55,9 +56,9 @@ pub struct DefaultAlarmToml {
     /// `high`, `medium`, `low`, or `off`: then there is no such alarm.
     priority: Option<Spanned<String>>,
     /// The condition must hold for this time, up to 1 h.
-    delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    delay: Option<Spanned<Parsed<TimeSpan>>>,
     /// The condition must be over for this time, up to 1 h.
-    off_delay: Option<Spanned<Parsed<humantime::Duration>>>,
+    off_delay: Option<Spanned<Parsed<TimeSpan>>>,
     /// For `damage` only: the damaged telegrams in a minute. Default: 30.
     limit: Option<Spanned<f64>>,
     /// Gauges, or for `segment` and `damage` segments, that have no such alarm.

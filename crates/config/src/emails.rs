@@ -17,6 +17,7 @@
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
+use crate::time_span::TimeSpan;
 use hyper::Uri;
 use hyper::http::uri::Authority;
 use profivac_host::text_file::Parsed;
@@ -58,7 +59,7 @@ pub struct EmailToml {
     /// Hours such as `22:00-06:00`, in the time zone of the computer, in which only alarms of high priority are sent.
     quiet: Option<Spanned<String>>,
     /// Only alarms that no user has acknowledged for this time are sent, 1 s to 1 day.
-    unacknowledged_after: Option<Spanned<Parsed<humantime::Duration>>>,
+    unacknowledged_after: Option<Spanned<Parsed<TimeSpan>>>,
 }
 
 /// All e-mails of the configuration file at `path`. `taken` are the names of the webhooks, whose notifications wait in the same table.

@@ -1,6 +1,7 @@
 //! Errors in the configuration file.
 
 use super::number_range::NumberRange;
+use crate::time_span::TimeSpan;
 use profivac_station::alarm::Priority;
 use profivac_station::directory::ViewState;
 use profivac_station::drawing::DrawingProblem;
@@ -269,16 +270,11 @@ pub enum ConfigProblem {
         user: AddressUser,
     },
     /// The device model does not exist.
-    #[error("{error}{}", hint(*.suggestion))]
-    UnknownDevice {
-        /// The models that exist.
-        error: SpecError,
-        /// The model with the most similar name.
-        suggestion: Option<&'static str>,
-    },
+    #[error(transparent)]
+    UnknownDevice(SpecError),
     /// A sampling interval is out of range.
     #[error("expected a sampling interval from 20ms to 1h, found {0}")]
-    PollInterval(humantime::Duration),
+    PollInterval(TimeSpan),
     /// No gauge has this name.
     #[error("there is no gauge {name:?}{}", hint(.suggestion.as_deref()))]
     UnknownGauge {
@@ -323,7 +319,7 @@ pub enum ConfigProblem {
     )]
     ViewContent(String),
     /// The state of a view does not exist.
-    #[error("expected a state out of {}, found {found:?}", view_states())]
+    #[error("expected a state, one of {}, found {found:?}", view_states())]
     UnknownViewState {
         /// The word.
         found: String,
@@ -375,7 +371,7 @@ pub enum ConfigProblem {
         state: String,
     },
     /// The kind of alarms does not exist, or is never suppressed.
-    #[error("expected a kind of alarms out of {known}, found {found:?}")]
+    #[error("expected a kind of alarms, one of {known}, found {found:?}")]
     UnknownAlarmKind {
         /// The word.
         found: String,
@@ -404,8 +400,8 @@ pub enum ConfigProblem {
     #[error("no plant state suppresses the alarm {0:?}: a station must record in every state; delete the entry")]
     NeverSuppressed(String),
     /// `longest` is out of range.
-    #[error("expected a time from 1m to 31days, found {0}")]
-    LongestDeclared(humantime::Duration),
+    #[error("expected a time from 1m to 31 days, found {0}")]
+    LongestDeclared(TimeSpan),
     /// The role that declares a plant state does not exist, or only reads.
     #[error("expected operator or engineer, found {0:?}")]
     DeclaringRole(String),
@@ -465,8 +461,8 @@ pub enum ConfigProblem {
     #[error("{0:?} is twice in the list of gauges")]
     RepeatedGauge(String),
     /// `unacknowledged-after` is too short or too long.
-    #[error("expected a time from 1s to 1day, found {0}")]
-    UnacknowledgedAfter(humantime::Duration),
+    #[error("expected a time from 1s to 1 day, found {0}")]
+    UnacknowledgedAfter(TimeSpan),
     /// `quiet` is not two times.
     #[error("expected the beginning and the end of the quiet hours such as 22:00-06:00, found {0:?}")]
     QuietHours(String),
@@ -519,12 +515,12 @@ pub enum ConfigProblem {
     },
     /// The window of a rise is out of range.
     #[error("expected a window from 5s to 10m, found {0}")]
-    Window(humantime::Duration),
+    Window(TimeSpan),
     /// A delay is too long.
     #[error("expected a delay of at most 1h, found {0}")]
-    Delay(humantime::Duration),
+    Delay(TimeSpan),
     /// A priority does not exist.
-    #[error("expected a priority out of {}, found {found:?}", priorities(*.may_be_off))]
+    #[error("expected a priority, one of {}, found {found:?}", priorities(*.may_be_off))]
     UnknownPriority {
         /// The word.
         found: String,
@@ -546,7 +542,7 @@ pub enum ConfigProblem {
     #[error("expected a mail server like smtp.example.org or smtp.example.org:587, found {0:?}")]
     MailServer(String),
     /// The way to encrypt does not exist.
-    #[error("expected security out of starttls, tls, none, found {0:?}")]
+    #[error("expected security, one of starttls, tls, none, found {0:?}")]
     MailSecurity(String),
     /// A message would travel unencrypted to another computer.
     #[error(
@@ -573,7 +569,7 @@ pub enum ConfigProblem {
     Table(TableProblem),
     /// The time after which a gateway closes an idle connection is out of range.
     #[error("expected an idle time from 1s to 1h, found {0}")]
-    Idle(humantime::Duration),
+    Idle(TimeSpan),
     /// Two gauges have the same slot.
     #[error(
         "the slot {slot} belongs to the gauge {gauge:?}; choose another number, or delete the key for the next free slot"
@@ -725,8 +721,8 @@ pub enum MqttProblem {
     #[error("{0} belongs to the plain topics, and the file has plain = false: delete {0}, or write plain = true")]
     OnlyWithPlain(&'static str),
     /// The backlog is out of range.
-    #[error("expected a backlog from 0s to 36525days, found {0}")]
-    Backlog(humantime::Duration),
+    #[error("expected a backlog from 0s to 36525 days, found {0}")]
+    Backlog(TimeSpan),
 }
 
 fn twice_hint(item: NamedItem) -> &'static str {

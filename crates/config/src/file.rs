@@ -18,6 +18,8 @@ use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::views::ViewToml;
 use super::webhooks::WebhookToml;
+use crate::time_span::Listen;
+use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
 use profivac_station::config::{Config, ConfigSource, UsersFile};
@@ -99,7 +101,7 @@ pub struct StationToml {
     /// The name of the station. Default: that of this file, without `.toml`.
     pub name: Option<Spanned<String>>,
     /// The address of the dashboard and of the API. Default: `127.0.0.1:8080`.
-    listen: Option<Parsed<SocketAddr>>,
+    listen: Option<Parsed<Listen>>,
     /// The database, beside this file. Default: the name of this file with `.db`.
     pub database: Option<Spanned<PathBuf>>,
     /// The file of the users, beside this file. Default: the name of this file with `.users.toml`.
@@ -131,11 +133,21 @@ impl TlsToml {
     }
 }
 
+/// The message of the TOML reader; an unknown key gets the most similar key that it lists, as the errors of a scenario do.
+fn with_suggestion(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let near = match (message.starts_with("unknown field"), quoted.next()) {
+        (true, Some(found)) => closest(found, quoted),
+        _ => None,
+    };
+    near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
+}
+
 impl ConfigToml {
     pub fn parse(text: &str) -> Result<Self, Located> {
         toml::from_str(text).map_err(|error| {
             let span = error.span().unwrap_or_default();
-            Located::new(span, ConfigProblem::Syntax(error.message().to_owned()))
+            Located::new(span, ConfigProblem::Syntax(with_suggestion(error.message())))
         })
     }
 
@@ -147,7 +159,7 @@ impl ConfigToml {
     }
 
     fn listen(&self) -> SocketAddr {
-        self.station.listen.as_ref().map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0)
+        self.station.listen.as_ref().map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.0.0)
     }
 
     /// Takes the tables of the gateways of the file at `path`.
@@ -195,6 +207,26 @@ impl ConfigToml {
             source: ConfigSource::default(),
         }
     }
+}
+
+/// The part of a file that names the file of the users.
+#[derive(Deserialize)]
+struct UsersOnly {
+    #[serde(default)]
+    station: UsersKey,
+}
+
+#[derive(Default, Deserialize)]
+struct UsersKey {
+    users: Option<PathBuf>,
+}
+
+/// The file of the users that `text` names, whatever else is in it.
+pub fn users_file_of(text: &str, path: &Path) -> Result<PathBuf, Located> {
+    let found: UsersOnly = toml::from_str(text).map_err(|error| {
+        Located::new(error.span().unwrap_or_default(), ConfigProblem::Syntax(error.message().to_owned()))
+    })?;
+    Ok(users_file(found.station.users.as_deref(), path).path)
 }
 
 /// The file of the users: that of the key `users`, or the default beside the file at `path`.

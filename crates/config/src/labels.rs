@@ -3,6 +3,7 @@
 use super::error::{ConfigProblem, Located, NamedItem};
 use super::names;
 use super::segments::{GaugeToml, SegmentToml};
+use crate::time_span::TimeSpan;
 use jiff::ToSpan;
 use jiff::civil::Date;
 use profivac_station::directory::{Directory, GaugeLabels};
@@ -92,7 +93,7 @@ fn due(gauge: &GaugeToml, calibrated: Option<Date>) -> Result<Option<Date>, Loca
     let Some(calibrated) = calibrated else {
         return Err(Located::new(interval.span(), ConfigProblem::IntervalWithoutCalibration));
     };
-    let days = humantime::parse_duration(interval.get_ref()).ok().map(|time| time.as_secs() / DAY);
+    let days = interval.get_ref().parse::<TimeSpan>().ok().map(|time| time.as_secs() / DAY);
     let due = days.filter(|days| INTERVAL.contains(days)).and_then(|days| {
         let days = i64::try_from(days).ok()?;
         calibrated.checked_add(days.days()).ok()

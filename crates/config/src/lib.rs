@@ -106,6 +106,7 @@ mod plant;
 mod plant_states;
 mod retention;
 mod segments;
+pub mod time_span;
 mod values;
 mod views;
 mod webhooks;
@@ -134,16 +135,14 @@ pub fn read(path: &Path) -> Result<Config, ConfigError> {
     parse(&text_of(path)?, path)
 }
 
-/// The file of the users of the station with the file at `path`. The tables of gateways are not checked: they may name a user who is
-/// about to be added.
+/// The file of the users of the station with the file at `path`. Only the key `users` is read: the rest of the file may have an error,
+/// and a user can be removed all the same.
 ///
 /// # Errors
-/// [`ConfigError`] if the file cannot be read, or with the position and the problem.
+/// [`ConfigError`] if the file cannot be read, or is no TOML.
 pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
     let text = text_of(path)?;
-    let checked = ConfigToml::parse(&text).and_then(|file| check::check(&file).map(|()| file));
-    let file = checked.map_err(|error| in_file(error, &text, path))?;
-    Ok(file.into_config(path).users.path)
+    file::users_file_of(&text, path).map_err(|error| in_file(error, &text, path))
 }
 
 /// Parses `text` as the contents of the file at `path`. Relative paths in the text are relative to the folder of `path`.

@@ -16,6 +16,7 @@ use super::error::{ConfigProblem, Located, NamedItem};
 use super::labels::{MAX_NAME, check};
 use super::names;
 use super::segments::SegmentToml;
+use crate::time_span::TimeSpan;
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_station::alarm::plant_state::DECLARED;
@@ -77,7 +78,7 @@ pub struct PlantStateToml {
     #[serde(default)]
     alarms: Vec<Spanned<String>>,
     /// The longest time for which it is declared, 1 min to 31 days. Default: `24 h`.
-    longest: Option<Spanned<Parsed<humantime::Duration>>>,
+    longest: Option<Spanned<Parsed<TimeSpan>>>,
     /// The lowest role that declares it: `operator` or `engineer`. Default: `operator`.
     role: Option<Spanned<String>>,
 }
@@ -122,7 +123,7 @@ fn check_description(text: &Spanned<String>) -> Result<(), Located> {
     Err(Located::new(text.span(), ConfigProblem::LongText { item, most: MAX_DESCRIPTION, found }))
 }
 
-fn longest(given: &Spanned<Parsed<humantime::Duration>>) -> Result<Duration, Located> {
+fn longest(given: &Spanned<Parsed<TimeSpan>>) -> Result<Duration, Located> {
     let time = given.get_ref().0;
     if DECLARED.contains(&*time) {
         return Ok(time.into());

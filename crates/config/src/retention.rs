@@ -9,6 +9,7 @@
 //! ```
 
 use super::error::{ConfigProblem, Located};
+use crate::time_span::TimeSpan;
 use profivac_recorder::Retention;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
@@ -56,8 +57,8 @@ fn kept(given: Option<&Spanned<String>>, default: Option<Duration>) -> Result<Op
     if text == UNLIMITED {
         return Ok(None);
     }
-    match humantime::parse_duration(text) {
-        Ok(time) if RANGE.contains(&time) => Ok(Some(time)),
+    match text.parse::<TimeSpan>() {
+        Ok(time) if RANGE.contains(&*time) => Ok(Some(time.0)),
         _ => Err(Located::new(given.span(), ConfigProblem::Retention(text.clone()))),
     }
 }

@@ -1,5 +1,6 @@
 //! `[[segment]]` and `[[segment.gauge]]`.
 
+use crate::time_span::TimeSpan;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
 use profivac_dp::link::Baud;
@@ -50,7 +51,7 @@ pub struct GaugeToml {
     /// The device: a name that `profivac list` knows.
     pub device: Spanned<String>,
     /// The sampling interval, 20 ms to 1 h. Default: `200 ms`.
-    pub poll: Option<Spanned<Parsed<humantime::Duration>>>,
+    pub poll: Option<Spanned<Parsed<TimeSpan>>>,
     /// The gas, for a corrected pressure beside the indicated one.
     gas: Option<Parsed<Gas>>,
     /// With `listen-only`: the octets of Chk_Cfg in hexadecimal, until they are heard.
@@ -138,7 +139,9 @@ impl GaugeToml {
             unit: self.unit(),
             name: self.name.into_inner(),
             address: self.address.into_inner(),
-            device: self.device.into_inner(),
+            // The name as everything else has it: the file may write BCG450-SP.
+            device: entry(self.device.get_ref())
+                .map_or_else(|_| self.device.get_ref().clone(), |entry| entry.model.name.to_owned()),
             poll: self.poll.map_or(POLL, |poll| poll.into_inner().0.into()),
             gas: self.gas.map_or(Gas::N2, |gas| gas.0),
             levels: self.levels.into_iter().map(|(name, level)| (name.into_inner(), level.0)).collect(),

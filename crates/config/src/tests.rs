@@ -85,22 +85,28 @@ fn keys_that_are_missing_have_defaults() {
 fn an_error_names_its_position_and_what_was_expected() {
     let altered = |from: &str, to: &str| parse(&FILE.replace(from, to)).unwrap_err().to_string();
     for (from, to, sentence) in [
-        ("baud = 93750", "baud = 9", "hall.toml:8:8: expected a PROFIBUS rate out of 9600, "),
+        ("baud = 93750", "baud = 9", "hall.toml:8:8: expected a PROFIBUS rate, one of 9600, "),
         ("master = 1", "master = 5", "hall.toml:13:11: address 5 is already used by the master"),
         ("master = 1", "master = 126", "hall.toml:9:10: expected a master address from 0 to 125, found 126"),
         ("address = 5", "address = 126", "hall.toml:13:11: expected a slave address from 0 to 125, found 126"),
         ("address = 5", "address = 300", "hall.toml:13:11: "),
         ("bcg450", "bcg451", "hall.toml:14:10: unknown device \"bcg451\"; known: "),
-        ("bcg450", "BCG-450", "; did you mean \"bcg450\"?"),
-        ("bcg450", "PSG 550-SP", "; did you mean \"psg550\"?"),
+        ("bcg450", "bgc450", "; did you mean \"bcg450\"?"),
+        ("bcg450", "PSG 551-SP", "; did you mean \"psg550\"?"),
         ("bcg450", "thermometer", "bpg400"),
         ("100 ms", "1 ms", "hall.toml:15:8: expected a sampling interval from 20ms to 1h, found 1ms"),
         ("100 ms", "often", "hall.toml:15:8: "),
-        ("\"100 ms\"", "\"100\"", "hall.toml:15:8: time unit needed, for example 100sec or 100ms"),
-        ("\"100 ms\"", "100", "hall.toml:15:8: invalid type: integer `100`, expected a string"),
+        ("\"100 ms\"", "\"100\"", "hall.toml:15:8: expected a time with its unit like \"200 ms\""),
+        (
+            "\"100 ms\"",
+            "100",
+            "hall.toml:15:8: expected a time with its unit like \"200 ms\", \"10 min\" or \"7 days\", got \"100\"",
+        ),
+        ("\"1e-3 mbar\"", "1e-3", "hall.toml:17:22: expected a unit, one of mbar, "),
         ("100 ms", "2 h", "hall.toml:15:8: expected a sampling interval from 20ms to 1h, found 2h"),
-        ("\"ar\"", "\"beer\"", "hall.toml:16:7: expected a gas out of "),
+        ("\"ar\"", "\"beer\"", "hall.toml:16:7: expected a gas, one of "),
         ("1e-3 mbar", "low", "hall.toml:17:22: "),
+        ("baud =", "buad =", "; did you mean `baud`?"),
         ("gas =", "gass =", "hall.toml:16:1: unknown field `gass`, expected one of `name`, `address`, "),
         ("name = \"chamber\"", "name = \"\"", "hall.toml:12:8: expected a name for the gauge, found an empty string"),
         (
@@ -120,6 +126,30 @@ fn an_error_names_its_position_and_what_was_expected() {
     let twice = FILE.to_owned() + &second.replace("name = \"hall\"", "[[segment]]\nname = \"annex\"");
     let expected = "the port \"/dev/ttyUSB0\" is defined twice; put all its gauges into one segment";
     assert_eq!(problem(&twice), expected);
+}
+
+#[test]
+fn the_file_of_the_users_is_found_in_a_file_with_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hall.toml");
+    for (text, expected) in [
+        (FILE.replace("bcg450", "bcg451"), "hall.users.toml"),
+        (FILE.replace("[station]", "[station]\nusers = \"people.toml\"\nnonsense = 1"), "people.toml"),
+        (String::new(), "hall.users.toml"),
+    ] {
+        std::fs::write(&path, &text).unwrap();
+        assert_eq!(read_users_file(&path).unwrap(), folder.path().join(expected), "{text}");
+    }
+    std::fs::write(&path, "[station").unwrap();
+    assert!(read_users_file(&path).is_err(), "no TOML");
+}
+
+#[test]
+fn a_device_may_have_the_name_on_its_nameplate() {
+    for written in ["bcg450", "BCG450", "BCG450-SP", "bcg 450-sp"] {
+        let config = parse(&FILE.replace("\"bcg450\"", &format!("{written:?}"))).unwrap();
+        assert_eq!(config.segments[0].gauges[0].device, "bcg450", "{written}");
+    }
 }
 
 #[test]
@@ -438,7 +468,7 @@ fn a_view_is_a_filter_of_the_overview_or_a_group_of_trends() {
     assert!(refused("location = 'x'").starts_with("no gauge has the location \"x\""));
     assert_eq!(
         refused("state = 'bad'"),
-        "expected a state out of problems, alarms, fault, no-data, calibration-overdue, found \"bad\""
+        "expected a state, one of problems, alarms, fault, no-data, calibration-overdue, found \"bad\""
     );
     assert!(refused("series = ['chambre']").starts_with("there is no gauge \"chambre\"; did you mean \"chamber\"?"));
     assert_eq!(refused("series = ['chamber', 'chamber']"), "\"chamber\" is twice in the list of gauges");
@@ -525,8 +555,8 @@ fn a_plant_state_has_defaults_and_ranges() {
     let state = given("longest = '31 days'\nrole = 'engineer'\ndescription = 'open'").unwrap().plant_states.remove(0);
     assert_eq!((state.longest.as_secs(), state.role), (31 * 86_400, profivac_web_server::auth::Role::Engineer));
     for (lines, sentence) in [
-        ("longest = '59 s'", "expected a time from 1m to 31days, found 59s"),
-        ("longest = '32 days'", "expected a time from 1m to 31days, found 1month 1day"),
+        ("longest = '59 s'", "expected a time from 1m to 31 days, found 59s"),
+        ("longest = '32 days'", "expected a time from 1m to 31 days, found 32d"),
         ("role = 'viewer'", "expected operator or engineer, found \"viewer\""),
         ("description = ''", "expected at least one visible character, found none"),
         ("kind = ['above']", "unknown field `kind`"),
@@ -583,9 +613,9 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
         ),
         (
             "kinds = ['abov']",
-            "expected a kind of alarms out of above, below, rise, several, not-measurable, fault, stale, segment-down, ",
+            "expected a kind of alarms, one of above, below, rise, several, not-measurable, fault, stale, segment-down, ",
         ),
-        ("kinds = ['not-recording']", "expected a kind of alarms out of above, "),
+        ("kinds = ['not-recording']", "expected a kind of alarms, one of above, "),
         (
             "alarms = ['station: not recording']",
             "no plant state suppresses the alarm \"station: not recording\": a station must record in every state; delete the entry",

@@ -2,6 +2,7 @@
 
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
+use crate::time_span::TimeSpan;
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_host::text_file::Parsed;
@@ -28,7 +29,7 @@ pub fn number(
 const MAX_DELAY: Duration = Duration::from_secs(3600);
 
 /// A delay of at most an hour, or its default.
-pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Duration) -> Result<Duration, Located> {
+pub fn delay(given: Option<&Spanned<Parsed<TimeSpan>>>, default: Duration) -> Result<Duration, Located> {
     match given {
         Some(given) if Duration::from(given.get_ref().0) > MAX_DELAY => {
             Err(Located::new(given.span(), ConfigProblem::Delay(given.get_ref().0)))
@@ -42,7 +43,7 @@ pub fn delay(given: Option<&Spanned<Parsed<humantime::Duration>>>, default: Dura
 const UNACKNOWLEDGED_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(86_400);
 
 /// The time after which a webhook is told of an alarm that no user acknowledges; zero without the key.
-pub fn unacknowledged_after(given: Option<&Spanned<Parsed<humantime::Duration>>>) -> Result<Duration, Located> {
+pub fn unacknowledged_after(given: Option<&Spanned<Parsed<TimeSpan>>>) -> Result<Duration, Located> {
     let Some(given) = given else { return Ok(Duration::ZERO) };
     let time = given.get_ref().0;
     if UNACKNOWLEDGED_RANGE.contains(&*time) {

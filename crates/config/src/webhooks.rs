@@ -14,6 +14,7 @@
 use super::error::{ConfigProblem, Located, NamedItem, WebhookUrlProblem};
 use super::names;
 use super::values::{priority, quiet_hours, unacknowledged_after};
+use crate::time_span::TimeSpan;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_station::alarm::Priority;
@@ -43,7 +44,7 @@ pub struct WebhookToml {
     /// Hours such as `22:00-06:00`, in the time zone of the computer, in which only alarms of high priority are sent.
     quiet: Option<Spanned<String>>,
     /// Only alarms that no user has acknowledged for this time are sent, 1 s to 1 day.
-    unacknowledged_after: Option<Spanned<Parsed<humantime::Duration>>>,
+    unacknowledged_after: Option<Spanned<Parsed<TimeSpan>>>,
 }
 
 impl WebhookToml {

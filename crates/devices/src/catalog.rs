@@ -19,10 +19,10 @@ pub static MODELS: [&Model; 12] = [
     &img400::table::MODEL,
 ];
 
-/// The model with this name, such as `bcg450`.
+/// The model with this name in any case, or with this name on the device: `bcg450`, `BCG450-SP`.
 #[must_use]
 pub fn model_named(name: &str) -> Option<&'static Model> {
-    MODELS.into_iter().find(|model| model.name == name)
+    MODELS.into_iter().find(|model| model.is_called(name))
 }
 
 /// The models with this Ident_Number; related devices share one.
@@ -45,9 +45,12 @@ mod tests {
     fn every_model_is_found_by_its_name_and_by_its_ident_number() {
         for model in MODELS {
             assert!(model_named(model.name).is_some_and(|found| core::ptr::eq(found, model)), "{}", model.name);
+            assert!(model_named(model.title).is_some_and(|found| core::ptr::eq(found, model)), "{}", model.title);
             assert!(models_with_ident(model.ident).any(|found| core::ptr::eq(found, model)), "{}", model.name);
         }
-        assert!(model_named("bcg451").is_none());
+        for other in ["bcg451", "", "-sp", "bcg450-spx", "bcg450\u{e9}", "\u{e9}sp"] {
+            assert!(model_named(other).is_none(), "{other}");
+        }
         assert!(model_with_ident(0xFFFF).is_none());
     }
 

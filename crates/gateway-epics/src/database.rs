@@ -252,9 +252,7 @@ impl World {
             (Value::Text(text), RecordType::Stringin) => {
                 self.pressure_text(record, value).unwrap_or(Data::Text(Arc::clone(text)))
             }
-            (Value::Time(at), RecordType::Stringin) => {
-                Data::Text(humantime::format_rfc3339_millis(at.to_system_time()).to_string().into())
-            }
+            (Value::Time(at), RecordType::Stringin) => Data::Text(at.to_iso(3).into()),
             (_, RecordType::Stringin) => Data::Text(Arc::from("")),
         }
     }

@@ -1,11 +1,12 @@
 //! Helpers for configuration files: values written as text, baud rates, and the position of an error.
 
 use profivac_dp::link::Baud;
-use serde::de::Error as _;
+use serde::de::{self, Error as _, Visitor};
 use serde::{Deserialize, Deserializer};
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::fs::File;
 use std::io::{self, Read};
+use std::marker::PhantomData;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -25,13 +26,50 @@ pub fn read(path: &Path) -> io::Result<String> {
     String::from_utf8(octets).map_err(|_| io::Error::other("expected a text in UTF-8, got other octets"))
 }
 
-/// A value that the file writes as a text and [`FromStr`] parses.
+/// A value that the file writes as a text and [`FromStr`] parses. The error of a bare number is the error of [`FromStr`], which says
+/// what is missing: usually the unit.
 #[derive(Debug)]
 pub struct Parsed<T>(pub T);
 
 impl<'de, T: FromStr<Err: Display>> Deserialize<'de> for Parsed<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map(Self).map_err(D::Error::custom)
+        deserializer.deserialize_any(ParsedText(PhantomData))
+    }
+}
+
+/// Reads a text, and refuses a number with the words of the value.
+struct ParsedText<T>(PhantomData<T>);
+
+impl<T: FromStr<Err: Display>> ParsedText<T> {
+    fn refuse<E: de::Error>(number: &str) -> E {
+        number.parse::<T>().err().map_or_else(
+            || E::custom(format_args!("expected a text in quotes, got {number}: write \"{number}\"")),
+            E::custom,
+        )
+    }
+}
+
+impl<T: FromStr<Err: Display>> Visitor<'_> for ParsedText<T> {
+    type Value = Parsed<T>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a text in quotes")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Parsed<T>, E> {
+        text.parse().map(Parsed).map_err(E::custom)
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Parsed<T>, E> {
+        Err(Self::refuse(&number.to_string()))
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Parsed<T>, E> {
+        Err(Self::refuse(&number.to_string()))
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Parsed<T>, E> {
+        Err(Self::refuse(&number.to_string()))
     }
 }
 
@@ -49,7 +87,7 @@ pub fn baud<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Baud, D::Error
     let number = u32::deserialize(deserializer)?;
     Baud::from_bits_per_second(number).ok_or_else(|| {
         let rates = Baud::ALL.map(|baud| baud.bits_per_second().to_string()).join(", ");
-        D::Error::custom(format!("expected a PROFIBUS rate out of {rates}, got {number}"))
+        D::Error::custom(format!("expected a PROFIBUS rate, one of {rates}, got {number}"))
     })
 }
 

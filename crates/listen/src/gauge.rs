@@ -276,6 +276,12 @@ impl Knowledge {
         found
     }
 
+    /// The number of octets in the outputs of the last exchange; 0 without one.
+    #[must_use]
+    pub const fn outputs(&self) -> usize {
+        self.outputs
+    }
+
     /// The inputs of the last exchange; empty without one.
     #[must_use]
     pub fn inputs(&self) -> &[u8] {

@@ -126,7 +126,7 @@ fn is_formula(text: &str) -> bool {
 /// A time in ISO 8601, in UTC with microseconds.
 #[must_use]
 pub fn iso(at: Micros) -> String {
-    humantime::format_rfc3339_micros(at.to_system_time()).to_string()
+    at.to_iso(6)
 }
 
 #[cfg(test)]

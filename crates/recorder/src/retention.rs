@@ -77,7 +77,7 @@ impl ClockAtStart {
 impl fmt::Display for ClockAtStart {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let by = in_words(Duration::from_micros(self.now.0.abs_diff(self.last.0)));
-        let show = |at: Micros| humantime::format_rfc3339_seconds(at.to_system_time());
+        let show = |at: Micros| at.to_iso(0);
         let (now, last) = (show(self.now), show(self.last));
         if self.now < self.last {
             write!(formatter, "the clock shows {now}, {by} before the end of the database ({last}): ")?;

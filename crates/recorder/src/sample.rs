@@ -1,6 +1,7 @@
 //! A pressure with its quality.
 
 use super::quality::Quality;
+use jiff::Timestamp;
 use profivac_devices::reading::is_pressure;
 use std::time::{Duration, SystemTime};
 
@@ -17,6 +18,19 @@ impl Micros {
     pub fn now() -> Self {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         Self(i64::try_from(since.as_micros()).unwrap_or(i64::MAX))
+    }
+
+    /// The time in UTC after ISO 8601 with this number of decimals: `2026-11-21T13:00:00.250Z` with three.
+    ///
+    /// ```
+    /// use profivac_recorder::Micros;
+    ///
+    /// assert_eq!(Micros(1_500_000).to_iso(3), "1970-01-01T00:00:01.500Z");
+    /// assert_eq!(Micros(1_500_000).to_iso(0), "1970-01-01T00:00:01Z");
+    /// ```
+    #[must_use]
+    pub fn to_iso(self, decimals: usize) -> String {
+        format!("{:.decimals$}", Timestamp::try_from(self.to_system_time()).unwrap_or(Timestamp::MAX))
     }
 
     /// The same time as a system time; the beginning of 1970 for earlier times, the end of 9999 for later ones, which only a damaged

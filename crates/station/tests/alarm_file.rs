@@ -159,7 +159,7 @@ fn an_error_names_its_position_and_what_was_expected() {
             altered("gauge = \"chamber\"\nabove", "gauge = \"Chambre\"\nabove"),
             "hall.toml:16:9: there is no gauge \"Chambre\"; did you mean \"chamber\"?",
         ),
-        (altered("above = \"1e-3 mbar\"", "above = \"1e-3\""), "hall.toml:17:9: expected a unit out of mbar"),
+        (altered("above = \"1e-3 mbar\"", "above = \"1e-3\""), "hall.toml:17:9: expected a unit, one of mbar"),
         (
             altered("above = \"1e-3 mbar\"", "above = \"0 mbar\""),
             "hall.toml:17:9: expected a pressure above 0, found 0",
@@ -189,7 +189,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         (altered("delay = \"2 s\"", "delay = \"2 h\""), "hall.toml:19:9: expected a delay of at most 1h, found 2h"),
         (
             altered("\"high\"\nmessage", "\"urgent\"\nmessage"),
-            "hall.toml:21:12: expected a priority out of high, medium, low, found \"urgent\"",
+            "hall.toml:21:12: expected a priority, one of high, medium, low, found \"urgent\"",
         ),
         (altered("rise = 0.5", "rise = 0.0"), "hall.toml:33:8: expected decades per minute above 0 to 10, found 0"),
         (altered("\"20 s\"", "\"1 s\""), "hall.toml:34:10: expected a window from 5s to 10m, found 1s"),
@@ -198,7 +198,7 @@ fn an_error_names_its_position_and_what_was_expected() {
         (altered("message =", "massage ="), "hall.toml:22:1: unknown field `massage`"),
         (
             defaults("fault = { priority = 'loud' }"),
-            "expected a priority out of high, medium, low, off, found \"loud\"",
+            "expected a priority, one of high, medium, low, off, found \"loud\"",
         ),
         (
             defaults("stale = { except = ['chambre'] }"),
@@ -275,7 +275,7 @@ fn an_error_in_a_webhook_names_its_position_and_no_secret() {
         ("url = 'https://host/'\nunacknowledged-after = '0 s'", "37:24: expected a time from 1s to 1day, found 0s"),
         ("url = 'https://host/'\ntoken-file = 'no/such'", "37:14: no/such cannot be read: "),
         ("url = 'https://host/'\nca-file = 'no/such'", "37:11: no/such cannot be read: "),
-        ("url = 'https://host/'\npriority = 'off'", "expected a priority out of high, medium, low, found \"off\""),
+        ("url = 'https://host/'\npriority = 'off'", "expected a priority, one of high, medium, low, found \"off\""),
         (
             "url = 'https://host/'\n[[webhook]]\nurl = 'https://host/other'",
             "38:7: the webhook \"host\" is defined twice; give each a name of its own",

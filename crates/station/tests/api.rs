@@ -405,7 +405,7 @@ fn a_report_has_the_plant_and_says_that_there_are_no_usual_pump_downs() {
     let (status, _, page) = station.get(&path);
     assert!(status == 200 && !page.contains("<h2>Plant</h2>"), "{page}");
     for (query, sentence) in [
-        ("&unit=bar", "expected a unit out of mbar, Pa, hPa, Torr, micron, got \"bar\""),
+        ("&unit=bar", "expected a unit, one of mbar, Pa, hPa, Torr, micron, got \"bar\""),
         ("&zone=Atlantis", "expected a time zone such as Europe/Berlin, found \"Atlantis\""),
         ("&volume_m3=-1", "expected volume_m3 above 0, found -1"),
         ("&accuracy=2", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 2"),

@@ -273,7 +273,7 @@ fn wrong_settings_are_errors_with_their_position() {
         (usual.replace("mail.example.org", "http://mail/x"), "2: expected a mail server like"),
         (usual.replace("mail.example.org", "a@b"), "2: expected a mail server like"),
         (usual.to_owned() + "security = 'none'", "2: expected starttls or tls for the mail server mail.example.org"),
-        (usual.to_owned() + "security = 'ssl'", "5: expected security out of starttls, tls, none"),
+        (usual.to_owned() + "security = 'ssl'", "5: expected security, one of starttls, tls, none"),
         (usual.replace("'a@example.org'", "\"a@example.org\\r\\nBcc: e@example.org\""), "3: expected an address like"),
         (usual.replace("b@example.org", "b"), "4: expected an address like"),
         (usual.replace("'b@example.org'", ""), "4: expected 1 to 50 recipients, found 0"),

@@ -66,6 +66,23 @@ const GASES: [(Gas, &str, f64, f64, f64); GAS_COUNT] = [
     (Gas::Freon12, "freon12", 0.7, 0.37, 120.91e-3),
 ];
 
+/// The English names of the gases, which are accepted for their formulas.
+const WORDS: [(&str, Gas); 13] = [
+    ("nitrogen", Gas::N2),
+    ("oxygen", Gas::O2),
+    ("carbon monoxide", Gas::Co),
+    ("carbon dioxide", Gas::Co2),
+    ("water", Gas::H2o),
+    ("water vapour", Gas::H2o),
+    ("helium", Gas::He),
+    ("neon", Gas::Ne),
+    ("argon", Gas::Ar),
+    ("krypton", Gas::Kr),
+    ("xenon", Gas::Xe),
+    ("hydrogen", Gas::H2),
+    ("freon 12", Gas::Freon12),
+];
+
 /// The viscosity at 20 °C in Pa s, and the ratio of specific heats, in the order of [`Gas::all`].
 const FLUIDS: [(f64, f64); GAS_COUNT] = [
     (17.6e-6, 1.40),
@@ -184,18 +201,16 @@ impl IndexMut<Gas> for Mixture {
 
 /// The error of an unknown gas name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected a gas out of {expected}, got {0:?}", expected = names())]
+#[error("expected a gas, one of {expected}, got {0:?}", expected = names())]
 pub struct UnknownGas(String);
 
 impl FromStr for Gas {
     type Err = UnknownGas;
 
     fn from_str(text: &str) -> Result<Self, UnknownGas> {
-        GASES
-            .into_iter()
-            .find(|(_, name, ..)| name.eq_ignore_ascii_case(text))
-            .map(|(gas, ..)| gas)
-            .ok_or_else(|| UnknownGas(text.to_owned()))
+        let named = GASES.into_iter().find(|(_, name, ..)| name.eq_ignore_ascii_case(text)).map(|(gas, ..)| gas);
+        let words = || WORDS.into_iter().find(|(word, _)| word.eq_ignore_ascii_case(text)).map(|(_, gas)| gas);
+        named.or_else(words).ok_or_else(|| UnknownGas(text.to_owned()))
     }
 }
 
@@ -213,6 +228,14 @@ fn names() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_gas_is_found_by_its_english_name() {
+        for (word, gas) in [("Argon", Gas::Ar), ("nitrogen", Gas::N2), ("water vapour", Gas::H2o), ("AIR", Gas::Air)] {
+            assert_eq!(word.parse(), Ok(gas));
+        }
+        assert!("argonne".parse::<Gas>().is_err());
+    }
 
     #[test]
     fn every_gas_is_found_by_its_name() {

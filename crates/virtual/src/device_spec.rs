@@ -172,7 +172,7 @@ pub enum SpecError {
     #[error("expected an address from 0 to 126, got {0:?}")]
     InvalidAddress(String),
     /// No device has this name.
-    #[error("unknown device {0:?}; known: {known}", known = names())]
+    #[error("unknown device {0:?}; known: {known}{similar}", similar = similar(.0), known = names())]
     UnknownDevice(String),
     /// The device does not have the key.
     #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]
@@ -229,7 +229,7 @@ impl FromStr for DeviceSpec {
         let (address, keys) = rest.split_once(':').map_or((rest, None), |(address, keys)| (address, Some(keys)));
         let entry = entry(device)?;
         let address = parse_address(address)?;
-        let mut spec = Self { device: device.to_owned(), address, keys: Vec::new() };
+        let mut spec = Self { device: entry.model.name.to_owned(), address, keys: Vec::new() };
         for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
             let (key, value) = pair.split_once('=').ok_or_else(form)?;
             spec.add(entry, key, value)?;
@@ -336,12 +336,39 @@ pub fn check_addresses(specs: &[DeviceSpec]) -> Result<(), SpecError> {
     }
 }
 
-/// The device with this name.
+/// The device with this name in any case, or with this name on the device: `bcg450`, `BCG450-SP`.
 ///
 /// # Errors
 /// [`SpecError::UnknownDevice`] lists the known devices.
 pub fn entry(name: &str) -> Result<&'static DeviceEntry, SpecError> {
-    DEVICES.iter().find(|entry| entry.model.name == name).ok_or_else(|| SpecError::UnknownDevice(name.to_owned()))
+    DEVICES.iter().find(|entry| entry.model.is_called(name)).ok_or_else(|| SpecError::UnknownDevice(name.to_owned()))
+}
+
+/// A question with the device that was meant, if a slip of the finger explains the difference.
+fn similar(name: &str) -> String {
+    let similar = DEVICES.iter().map(|entry| entry.model).find(|model| is_slip(name, model.name));
+    similar.map(|model| format!("; did you mean {:?}?", model.name)).unwrap_or_default()
+}
+
+/// Whether `written` is `name` with two letters swapped, or with one other digit behind the first. More than that may be a device
+/// of another maker: hpt200 is no hpg400. chosen: without a source.
+fn is_slip(written: &str, name: &str) -> bool {
+    let parts = |text: &str| {
+        let plain = text.to_ascii_lowercase().replace([' ', '-', '_'], "");
+        let plain = plain.strip_suffix("sp").map_or(plain.clone(), str::to_owned);
+        let letters: String = plain.chars().take_while(char::is_ascii_alphabetic).collect();
+        let number = plain.strip_prefix(&letters).unwrap_or_default().to_owned();
+        (letters, number)
+    };
+    let sorted = |text: &str| {
+        let mut letters: Vec<char> = text.chars().collect();
+        letters.sort_unstable();
+        letters
+    };
+    let ((letters, number), (known_letters, known_number)) = (parts(written), parts(name));
+    let others = number.chars().zip(known_number.chars()).filter(|(one, other)| one != other).count();
+    let is_near = number.len() == known_number.len() && number.get(..1) == known_number.get(..1) && others <= 1;
+    (letters == known_letters && is_near) || (sorted(&letters) == sorted(&known_letters) && number == known_number)
 }
 
 fn names() -> String {
@@ -360,7 +387,24 @@ mod tests {
     fn a_device_spec_has_a_device_an_address_and_keys() {
         let spec = parse("bcg450@126:unit=torr,serial=4711").unwrap();
         assert_eq!((spec.device.as_str(), spec.address), ("bcg450", 126));
+        assert_eq!(parse("BCG450-SP@5").map(|spec| spec.device), Ok("bcg450".to_owned()));
         assert_eq!((spec.value("unit"), spec.value("serial"), spec.value("atm")), (Some("torr"), Some("4711"), None));
+    }
+
+    #[test]
+    fn a_slip_of_the_finger_has_a_suggestion_and_a_device_of_another_maker_has_none() {
+        for (written, meant) in [("bcg451", "bcg450"), ("BGC450-SP", "bcg450"), ("psg-550x", ""), ("IMG 410", "img400")]
+        {
+            assert_eq!(
+                similar(written),
+                if meant.is_empty() { String::new() } else { format!("; did you mean {meant:?}?") }
+            );
+        }
+        for other in
+            ["hpt200", "HPT 200", "cpt200", "ppt100", "pcg750", "tpg361", "tpg256a", "bcg552", "thermometer", "", "400"]
+        {
+            assert_eq!(similar(other), "", "{other}");
+        }
     }
 
     #[test]

@@ -240,9 +240,9 @@ baud = 93750
         for (text, sentence) in [
             ("devices = [", "segment.toml:1:12: "),
             ("gas = \"n2\"", "missing field `devices`"),
-            ("devices = []\nbaud = 115200", "segment.toml:2:8: expected a PROFIBUS rate out of 9600, "),
+            ("devices = []\nbaud = 115200", "segment.toml:2:8: expected a PROFIBUS rate, one of 9600, "),
             ("devices = []\nbaud = \"fast\"", "segment.toml:2:8: invalid type: string \"fast\", expected u32"),
-            ("devices = []\n\npressure = \"1 psi\"", "segment.toml:3:12: expected a unit out of mbar, "),
+            ("devices = []\n\npressure = \"1 psi\"", "segment.toml:3:12: expected a unit, one of mbar, "),
             (
                 "devices = []\npressure = \"0 mbar\"",
                 "segment.toml:2:12: expected a pressure from 1e-15 mbar to 10 bar, got \"0 mbar\"",

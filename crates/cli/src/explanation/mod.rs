@@ -1,6 +1,7 @@
 //! The output of `decode` and `sniff`: explanations, a summary and a capture file.
 
 mod capture;
+mod repeats;
 
 pub use capture::Capture;
 
@@ -16,6 +17,7 @@ use profivac_explain::note::Note;
 use profivac_sim::describe::{Description, Hex};
 use profivac_sim::trace::pcapng;
 use profivac_wire::Telegram;
+use repeats::{Repeats, Shown};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -48,6 +50,7 @@ fn link_type(text: &str) -> Result<u16, ValueError> {
 pub struct Printer<'a> {
     options: &'a PrintOptions,
     baud: Baud,
+    repeats: Repeats,
 }
 
 /// A telegram or damaged octets in the JSON output.
@@ -128,29 +131,46 @@ struct SlaveRow {
 
 impl<'a> Printer<'a> {
     /// Makes a printer; times are bit times of `baud`.
-    pub const fn new(options: &'a PrintOptions, baud: Baud) -> Self {
-        Self { options, baud }
+    pub fn new(options: &'a PrintOptions, baud: Baud) -> Self {
+        Self { options, baud, repeats: Repeats::default() }
     }
 
     /// Prints pieces and their notes.
-    pub fn print(&self, explained: &[ExplainedPiece]) {
+    pub fn print(&mut self, explained: &[ExplainedPiece]) {
         let mut lines = Vec::new();
         for piece in explained {
             if self.options.raw {
                 lines.push(if self.options.json { self.piece_json(piece) } else { self.piece(piece) });
             }
-            lines.extend(
-                piece.notes.iter().map(|note| if self.options.json { self.note_json(note) } else { self.note(note) }),
-            );
+            for note in &piece.notes {
+                if self.options.json {
+                    lines.push(self.note_json(note));
+                } else {
+                    self.note_lines(note, &mut lines);
+                }
+            }
         }
         if !lines.is_empty() {
             out(&lines.join("\n"));
         }
     }
 
-    fn note(&self, note: &Note) -> String {
+    /// The lines of a note: a loop is said once and counted, unless the telegrams between are printed too.
+    fn note_lines(&mut self, note: &Note, lines: &mut Vec<String>) {
+        let shown = if self.options.raw { Shown::Print { ended: None } } else { self.repeats.next(note) };
+        match shown {
+            Shown::Count => {}
+            Shown::Begin(text) => lines.push(self.note(note, &text)),
+            Shown::Print { ended } => {
+                lines.extend(ended.map(|text| self.note(note, &text)));
+                lines.push(self.note(note, &note.text));
+            }
+        }
+    }
+
+    fn note(&self, note: &Note, text: &str) -> String {
         let station = note.station.map(|station| station.to_string()).unwrap_or_default();
-        format!("{} {station:>4}  {}", self.time(note.at, note.number), note.text)
+        format!("{} {station:>4}  {text}", self.time(note.at, note.number))
     }
 
     fn piece(&self, explained: &ExplainedPiece) -> String {
@@ -215,6 +235,10 @@ impl<'a> Printer<'a> {
             let kind = "summary";
             let row = SummaryRow { kind, telegrams, damaged, doubtful, input, octets, sent, masters, slaves: rows };
             return out(&json(&row));
+        }
+        for (station, text) in self.repeats.running() {
+            let station = station.map(|station| station.to_string()).unwrap_or_default();
+            out(&format!("{:>14} {station:>4}  {text}", ""));
         }
         out(&format!("\n{}\n{}", counts_line(summary), octets_line(&octets_row(summary, input))));
         out(&table(summary, &rows));

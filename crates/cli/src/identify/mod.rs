@@ -5,7 +5,7 @@ mod source;
 
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
-use crate::time_argument::parse_time;
+use crate::time_argument::{checked, parse_time};
 use crate::values;
 use crate::whole_file::write_text;
 use clap::{Args, ValueEnum};
@@ -38,17 +38,17 @@ pub struct Arguments {
     /// The gauge; needed if there are several. In the CSV of monitor it is the address
     #[arg(long, value_name = "NAME")]
     gauge: Option<String>,
-    /// The start of the pump-down: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339. Default: that of the last pump-down
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    /// The start of the pump-down: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339. Default: that of the last pump-down
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     from: Option<String>,
     /// The end of the record, in the same form
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     to: Option<String>,
     /// When the valve to the pump was closed; default: the beginning of the largest rise
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     closed: Option<String>,
     /// When it was opened again; default: the end of that rise
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     opened: Option<String>,
     /// The volume: '50 l', '1.2 m3'
     #[arg(long, value_name = "VOLUME", value_parser = values::volume, required_unless_present = "dose_mbar_l", conflicts_with = "dose_mbar_l")]

@@ -3,6 +3,7 @@
 use crate::database::{Database, micros, time};
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
+use crate::time_argument::checked;
 use crate::values;
 use crate::whole_file::{check_absent, write_text};
 use clap::Args;
@@ -33,11 +34,11 @@ pub struct Arguments {
     /// A gauge; may be repeated. Default: the gauges whose pressure changed most, at most eight
     #[arg(long, value_name = "NAME")]
     gauge: Vec<String>,
-    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, or RFC 3339
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     from: Option<String>,
     /// The end, in the same form
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     to: Option<String>,
     /// The pumped volume: '50 l', '1.2 m3'; adds pumping speeds and leak rates
     #[arg(long, value_name = "VOLUME", value_parser = values::volume)]

@@ -13,14 +13,15 @@ use profivac_dp::link::Baud;
 use profivac_host::clock::duration_of;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
+use profivac_host::text_file;
 use profivac_vacuum::Gas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
-use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_addresses};
+use profivac_virtual::device_spec::{DeviceSpec, MemoryError, SpecError, check_addresses};
 use profivac_virtual::gas_pressure::GasPressure;
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
-use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
+use profivac_virtual::scenario::{Included, MasterPresence, Run, Scenario};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -39,6 +40,9 @@ pub struct Arguments {
     /// late: the command prints the slot time that every master on the line needs
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
+    /// Print the file of the scenario and end: `--scenario NAME --show`
+    #[arg(long, group = "port", requires = "scenario")]
+    show: bool,
     /// Listen for masters on TCP; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT", group = "port")]
     tcp: Option<String>,
@@ -52,7 +56,7 @@ pub struct Arguments {
     #[arg(long, value_name = "PRESSURE", default_value = "1e-3 mbar", allow_hyphen_values = true)]
     pressure: GasPressure,
     /// Run a scenario, a plant with its gauges and a timeline, in real time: a file, or the name of an included one (below)
-    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["pressure", "atmosphere", "gas", "devices"])]
+    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["pressure", "atmosphere", "gas"])]
     scenario: Option<PathBuf>,
     /// The pressure outside the chamber, in the same range
     #[arg(long, value_name = "PRESSURE", default_value = "1013.25 mbar", allow_hyphen_values = true)]
@@ -63,7 +67,8 @@ pub struct Arguments {
     /// Store nonvolatile values in files in DIR, one for each device and address
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// A device and the setting of its address switch; 126 means a setting outside 0 to 125
+    /// A device and the setting of its address switch; 126 means a setting outside 0 to 125. With a scenario these devices join
+    /// its own ones, and their pressure is constant: 1e-3 mbar
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
     devices: Vec<DeviceSpec>,
 }
@@ -88,15 +93,29 @@ Examples:
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
   profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
-  profivac simulate --pty /tmp/line --scenario pump-down";
+  profivac simulate --pty /tmp/line --scenario pump-down
+  profivac simulate --scenario pump-down --show > mine.toml";
 
 /// Serves until `quit` or a signal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let (true, Some(given)) = (arguments.show, &arguments.scenario) {
+        return show(given);
+    }
     let scenario = arguments.scenario.as_deref().map(Scenario::of_file_or_name).transpose()?;
     let conditions =
         GasConditions { pressure: arguments.pressure.0, atmosphere: arguments.atmosphere.0, gas: arguments.gas };
     let devices = match &scenario {
-        Some(scenario) => scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?,
+        Some(scenario) => {
+            let mut all = scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?;
+            for device in devices(arguments, conditions)? {
+                let address = device.switch_address();
+                if all.iter().any(|other| other.switch_address() == address) {
+                    return Err(SpecError::DuplicateAddress(address).into());
+                }
+                all.push(device);
+            }
+            all
+        }
         None => devices(arguments, conditions)?,
     };
     let mut console = Console::open()?;
@@ -116,6 +135,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
         }
     }
+}
+
+/// Prints the file of a scenario.
+fn show(given: &Path) -> Result<(), Failure> {
+    // Finds the scenario as a run would, with its errors.
+    Scenario::of_file_or_name(given)?;
+    let included = given.to_str().and_then(Included::named);
+    match included {
+        Some(included) => out(included.text.trim_end()),
+        None => out(text_file::read(given)?.trim_end()),
+    }
+    Ok(())
 }
 
 /// The devices of the command line.

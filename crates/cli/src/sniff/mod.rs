@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 
 /// Explain the traffic on a line while it happens. The command only listens and sends nothing.
 ///
+/// Sentences that repeat in the same order are printed twice and then counted; --json and --raw print all of them.
 /// It ends with Ctrl-C or after the time of --for, with a summary of stations and errors.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut decoder = Decoder::new(baud, TimeSource::Platform);
     let mut capture = Capture::begin(&arguments.options, baud)?;
-    let printer = Printer::new(&arguments.options, baud);
+    let mut printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let (mut explained, mut octets) = (Vec::new(), 0_u64);
     let ended = loop {
@@ -81,19 +82,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             TapEvent::Silence => decoder.end(&mut explained),
             TapEvent::Nothing => {}
         }
-        show(&printer, capture.as_mut(), &mut explained)?;
+        show(&mut printer, capture.as_mut(), &mut explained)?;
         if stop || end.is_some_and(|end| end <= Instant::now()) {
             break Ok(());
         }
     };
     decoder.end(&mut explained);
-    show(&printer, capture.as_mut(), &mut explained)?;
+    show(&mut printer, capture.as_mut(), &mut explained)?;
     printer.summary(decoder.explainer(), Accounting { read: octets, ..Accounting::default() });
     ended
 }
 
 fn show(
-    printer: &Printer<'_>,
+    printer: &mut Printer<'_>,
     capture: Option<&mut Capture>,
     explained: &mut Vec<ExplainedPiece>,
 ) -> Result<(), Failure> {

@@ -188,12 +188,37 @@ impl<R: Records> Gauge<R> {
     /// [`ClientError::Target`], and the errors of reading the selector.
     pub fn find(&mut self, text: &str) -> Result<NamedParameter, ClientError> {
         let names = self.names();
-        match names.find(self.model.name, text)? {
+        let target = names.find(self.model.name, text)?;
+        self.located(text, target)
+    }
+
+    /// As [`find`](Self::find), for a write: takes no abbreviation of a name.
+    ///
+    /// ```
+    /// # use profivac_client::Bus;
+    /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
+    /// let mut gauge = bus.gauge(5)?;
+    /// assert!(gauge.find("pirani.safe-s").is_ok());
+    /// assert!(gauge.find_whole("pirani.safe-s").is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`find`](Self::find).
+    pub fn find_whole(&mut self, text: &str) -> Result<NamedParameter, ClientError> {
+        let names = self.names();
+        let target = names.find_whole(self.model.name, text)?;
+        self.located(text, target)
+    }
+
+    /// The parameter of a target; slot and index without an instance are those that the slot shows.
+    fn located(&mut self, text: &str, target: Target<'_>) -> Result<NamedParameter, ClientError> {
+        match target {
             Target::Parameter(named) => Ok(named.clone()),
             Target::Raw { .. } => Err(self.unknown_parameter(text)),
             Target::CurrentInstance { slot, index } => {
                 let instance = self.shown_instance(slot)?;
-                names.at(slot, instance, index).cloned().ok_or_else(|| ClientError::Access {
+                self.names().at(slot, instance, index).cloned().ok_or_else(|| ClientError::Access {
                     location: self.raw_context(slot, index),
                     reason: AccessReason::NotInInstance { slot, instance, index },
                 })

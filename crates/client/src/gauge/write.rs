@@ -58,7 +58,7 @@ impl<R: Records> Gauge<R> {
     /// [`ClientError::Target`] for an unknown parameter; the errors of [`prepare`](Self::prepare) and
     /// [`execute`](Self::execute).
     pub fn write(&mut self, name: &str, value: &str) -> Result<WriteResult, ClientError> {
-        let named = self.find(name)?;
+        let named = self.find_whole(name)?;
         let write = self.prepare(&named, value)?;
         self.execute(write)
     }

@@ -1,7 +1,8 @@
 //! Finds the parameters and commands of a device by the words or the numbers of its manual.
 //!
 //! `pirani.process-value`, `trip-point.1/high-trip-point`, `1/19` (slot and index), `1:2/19` (of instance 2). Case, blanks
-//! and hyphens do not matter. A word that only one parameter has is enough, and so is the beginning of a name.
+//! and hyphens do not matter. To read, a word that only one parameter has is enough, and so is the beginning of a name: `serial`
+//! finds `device.serial-number`, and `pressure` the process value. A write needs the whole name.
 
 #[cfg(test)]
 mod tests;
@@ -158,6 +159,43 @@ impl NamedParameter {
     }
 }
 
+impl NamedParameter {
+    /// Whether this is a process value that `wanted` calls a pressure: `pressure`, `piranipressure`.
+    fn is_pressure(&self, wanted: &str) -> bool {
+        let part = wanted.strip_suffix("pressure").filter(|_| self.parameter.row.role == Some(Role::ProcessValue));
+        part.is_some_and(|part| part.is_empty() || part == key(self.parameter.location.name))
+    }
+
+    /// Whether a search for `text` shows this parameter: its name, a command or code, its index, or its numbers with or without an
+    /// instance contain it.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+    /// let found = |text: &str| names.all().iter().filter(|named| named.is_found_by(text)).count();
+    /// assert_eq!((found("1:2/19"), found("degas on"), found("nonsense")), (1, 1, 0));
+    /// assert_eq!(found("1/19"), names.at_index(1, 19).count());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn is_found_by(&self, text: &str) -> bool {
+        let Parameter { location, row, .. } = self.parameter;
+        if let Ok(index) = text.parse::<u8>() {
+            return row.index == index;
+        }
+        if let Some((slot, instance, index)) = numbers(text) {
+            let is_instance = instance.is_none_or(|instance| instance == location.instance);
+            return (location.slot, row.index) == (slot, index) && is_instance;
+        }
+        let wanted = slug(text);
+        [&self.name, row.name].iter().any(|name| slug(name).contains(&wanted))
+            || self.is_pressure(&key(text))
+            || row.codes.codes().iter().any(|code| slug(&command_name(self, code)).contains(&wanted))
+    }
+}
+
 /// The row that opens the set of a block for changes and closes it: i9973ber/a 3.2.4.2.
 fn lock(block: &Block) -> Option<&'static Row> {
     block.rows.iter().find(|row| row.role == Some(Role::SetLock))
@@ -282,33 +320,82 @@ impl ParameterNames {
             .filter(move |named| (named.parameter.location.slot, named.parameter.row.index) == (slot, index))
     }
 
-    /// Finds the parameter that `text` names. `device` is the name of the model, for the text of an error.
+    /// Finds the parameter that `text` names, to read it: an abbreviation is enough. `device` is the name of the model, for the
+    /// text of an error.
     ///
     /// # Errors
     /// [`TargetError`] with the most similar names, or with all that match.
     pub fn find(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
-        if text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/') {
+        if is_numbers(text) {
             return self.by_numbers(device, text);
         }
-        let wanted = key(text);
-        let by = |fits: &dyn Fn(&str) -> bool| -> Vec<&NamedParameter> {
-            self.list.iter().filter(|named| !wanted.is_empty() && named.keys.iter().any(|key| fits(key))).collect()
-        };
-        let rows = || {
-            self.list
-                .iter()
-                .filter(|named| row_keys(named.parameter.row, named.parameter.block).contains(&wanted))
-                .collect()
-        };
-        let steps = [by(&|key| key == wanted), rows(), by(&|key| key.starts_with(&wanted))];
-        match steps.iter().find(|found| !found.is_empty()).map(Vec::as_slice) {
-            Some([only]) => Ok(Target::Parameter(only)),
-            Some(several) => {
-                let candidates = several.iter().map(ToString::to_string).collect();
-                Err(TargetError::Ambiguous { text: text.to_owned(), candidates })
-            }
-            None => Err(TargetError::Unknown { device, text: text.to_owned(), alike: self.similar(text) }),
+        let mut found = self.whole(text);
+        if found.is_empty() {
+            found = self.abbreviated(text);
         }
+        only(text, &found)
+            .unwrap_or_else(|| Err(TargetError::Unknown { device, text: text.to_owned(), alike: self.similar(text) }))
+    }
+
+    /// Finds the parameter that `text` names, to write it: the whole name or the numbers, no abbreviation.
+    ///
+    /// ```
+    /// use profivac_client::names::ParameterNames;
+    /// use profivac_devices::catalog::model_named;
+    ///
+    /// let names = ParameterNames::of(model_named("bcg450").ok_or("no such model")?);
+    /// assert!(names.find_whole("bcg450", "pirani.safe-state").is_ok());
+    /// let refused = names.find_whole("bcg450", "pirani.safe-s").unwrap_err().to_string();
+    /// assert!(refused.ends_with("did you mean pirani.safe-state?"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`TargetError`] with the names that the text abbreviates or resembles, or with all that match.
+    pub fn find_whole(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
+        if is_numbers(text) {
+            return self.by_numbers(device, text);
+        }
+        only(text, &self.whole(text)).unwrap_or_else(|| {
+            let mut alike = self.similar(text);
+            if alike.is_empty() {
+                alike = self.abbreviated(text).iter().take(SUGGESTIONS).map(|named| named.name.clone()).collect();
+            }
+            Err(TargetError::Unknown { device, text: text.to_owned(), alike })
+        })
+    }
+
+    /// The parameters with this name, or with this name in their block.
+    fn whole(&self, text: &str) -> Vec<&NamedParameter> {
+        let wanted = key(text);
+        let found = self.filtered(|named| named.keys.contains(&wanted));
+        if found.is_empty() {
+            return self.filtered(|named| row_keys(named.parameter.row, named.parameter.block).contains(&wanted));
+        }
+        found
+    }
+
+    /// The parameters whose name `text` abbreviates: `pressure` for a process value, the beginning of a name, the beginning of a
+    /// word. The first of these that fits counts.
+    fn abbreviated(&self, text: &str) -> Vec<&NamedParameter> {
+        let wanted = key(text);
+        if wanted.is_empty() {
+            return Vec::new();
+        }
+        let begins = |text: &str| key(text).starts_with(&wanted);
+        let steps: [&dyn Fn(&NamedParameter) -> bool; 3] = [
+            &|named| named.is_pressure(&wanted),
+            &|named| named.keys.iter().any(|key| key.starts_with(&wanted)),
+            &|named| {
+                let row = row_slug(named.parameter.row, named.parameter.block);
+                begins(&row) || row.match_indices('-').any(|(at, _)| row.get(at..).is_some_and(begins))
+            },
+        ];
+        steps.into_iter().map(|fits| self.filtered(fits)).find(|found| !found.is_empty()).unwrap_or_default()
+    }
+
+    fn filtered(&self, fits: impl Fn(&NamedParameter) -> bool) -> Vec<&NamedParameter> {
+        self.list.iter().filter(|named| fits(named)).collect()
     }
 
     fn by_numbers(&self, device: &'static str, text: &str) -> Result<Target<'_>, TargetError> {
@@ -384,8 +471,31 @@ pub fn command_name(named: &NamedParameter, code: &Code) -> String {
     format!("{}{}{}", location_slug(location), separator(location), code.name)
 }
 
-/// Parses `1/19` and `1:2/19`.
-fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
+/// Whether the text is to be read as numbers: `1/19`.
+fn is_numbers(text: &str) -> bool {
+    text.starts_with(|first: char| first.is_ascii_digit()) && text.contains('/')
+}
+
+/// The only parameter found, an error for several, `None` for none.
+fn only<'a>(text: &str, found: &[&'a NamedParameter]) -> Option<Result<Target<'a>, TargetError>> {
+    match found {
+        [] => None,
+        [only] => Some(Ok(Target::Parameter(only))),
+        several => {
+            let candidates = several.iter().map(ToString::to_string).collect();
+            Some(Err(TargetError::Ambiguous { text: text.to_owned(), candidates }))
+        }
+    }
+}
+
+/// Slot, instance and index of `1/19` and `1:2/19`.
+///
+/// ```
+/// assert_eq!(profivac_client::names::numbers("1:2/19"), Some((1, Some(2), 19)));
+/// assert_eq!(profivac_client::names::numbers("1/255"), None);
+/// ```
+#[must_use]
+pub fn numbers(text: &str) -> Option<(u8, Option<u8>, u8)> {
     let number = |text: &str| text.parse().ok().filter(|number| *number < u8::MAX);
     let (location, index) = text.split_once('/')?;
     let (slot, instance) = match location.split_once(':') {

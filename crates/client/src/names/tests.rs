@@ -43,6 +43,65 @@ fn the_words_and_numbers_of_the_manual_find_a_parameter() {
 }
 
 #[test]
+fn a_word_of_the_manual_is_enough_to_read() {
+    for (device, text, numbers) in [
+        ("bcg450", "serial", "0/23"),
+        ("bcg450", "degas", "1:2/109"),
+        ("psg550", "pressure", "1:1/19"),
+        ("bcg450", "pirani pressure", "1:1/19"),
+        ("bcg450", "ba.pressure", "1:2/19"),
+    ] {
+        assert_eq!(numbers_of(device, text), numbers, "{device} {text}");
+    }
+    let several = numbers_of("bcg450", "pressure");
+    for name in ["pirani.process-value (1:1/19)", "ba.process-value (1:2/19)", "cdg.process-value (1:3/19)"] {
+        assert!(several.contains(name), "{several}");
+    }
+}
+
+#[test]
+fn a_write_takes_the_whole_name_and_no_abbreviation() {
+    for model in MODELS {
+        let names = names(model.name);
+        for named in names.all() {
+            let Ok(Target::Parameter(found)) = names.find_whole(model.name, &named.name) else { panic!("{named}") };
+            assert_eq!(found.to_string(), named.to_string());
+            // Each beginning of the name is either a whole name of its own or refused.
+            for end in 1..named.name.len() {
+                let short = &named.name[..end];
+                if let Ok(Target::Parameter(found)) = names.find_whole(model.name, short) {
+                    let words = row_keys(found.parameter.row, found.parameter.block);
+                    assert!(found.keys.contains(&key(short)) || words.contains(&key(short)), "{short}: {found}");
+                }
+            }
+        }
+    }
+    for (text, meant) in [
+        ("pirani.safe-s", "pirani.safe-state"),
+        ("serial", "device.serial-number"),
+        ("device.serial", "device.serial-number"),
+    ] {
+        let error = names("bcg450").find_whole("bcg450", text).unwrap_err().to_string();
+        assert!(error.contains("did you mean") && error.contains(meant), "{text}: {error}");
+    }
+    assert!(names("bcg450").find_whole("bcg450", "pressure").is_err());
+}
+
+#[test]
+fn a_search_shows_names_commands_and_numbers() {
+    let found = |text: &str| -> Vec<String> {
+        let names = names("bcg450");
+        names.all().iter().filter(|named| named.is_found_by(text)).map(ToString::to_string).collect()
+    };
+    assert_eq!(found("1/19").len(), names("bcg450").at_index(1, 19).count());
+    assert_eq!(found("1:2/19"), ["ba.process-value (1:2/19)"]);
+    assert!(found("19").iter().all(|name| name.ends_with("/19)")) && found("19").len() >= 3, "{:?}", found("19"));
+    assert_eq!(found("degas on").len(), 1);
+    assert!(found("execute").iter().any(|name| name.ends_with("(0/15)")), "{:?}", found("execute"));
+    assert_eq!(found("pressure").iter().filter(|name| name.contains("process-value")).count(), 3);
+}
+
+#[test]
 fn every_parameter_is_found_under_its_name_and_its_numbers() {
     for model in MODELS {
         let device = model.name;
@@ -64,7 +123,7 @@ fn an_unknown_name_is_an_error_with_suggestions() {
     assert_eq!(numbers_of("bcg450", "xyz"), "bcg450 has no parameter or command \"xyz\"");
     assert_eq!(numbers_of("bcg450", "7/19"), "raw 7/19");
     let command = "bcg450 has no parameter or command \"degas\"; did you mean ba.degas-off or ba.degas-on?";
-    assert_eq!(numbers_of("bcg450", "degas"), command);
+    assert_eq!(names("bcg450").find_whole("bcg450", "degas").unwrap_err().to_string(), command);
     let ambiguous = "\"overrange\" is ambiguous: it may be pirani.overrange (1:1/44), ba.overrange (1:2/44), cdg.overrange (1:3/44)";
     assert_eq!(numbers_of("bcg450", "overrange"), ambiguous);
     let numbers = "expected SLOT/INDEX or SLOT:INSTANCE/INDEX with numbers from 0 to 254, got \"1/300\"";

@@ -164,7 +164,7 @@ impl SettingsFile {
         for setting in &self.settings {
             let (line, column) = setting.at;
             let device = gauge.model().name;
-            match names.find(device, &setting.name) {
+            match names.find_whole(device, &setting.name) {
                 Ok(Target::Parameter(named)) if is_setting(named) => found.push((named.clone(), setting.clone())),
                 Ok(_) => {
                     let name = setting.name.clone();

@@ -3,11 +3,12 @@
 use super::super::error::{ConfigProblem, Located};
 use super::super::number_range::NumberRange;
 use super::super::values::number;
+use crate::time_span::{Listen, TimeSpan};
 use profivac_host::text_file::Parsed;
 use profivac_station::config::gateways::modbus::{MapUnit, Network, SLOTS, Settings, WordOrder};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::Ipv4Addr;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
@@ -28,7 +29,7 @@ const IDLE_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ModbusToml {
     /// The address. Default: `127.0.0.1:1502`.
-    listen: Option<Spanned<Parsed<SocketAddr>>>,
+    listen: Option<Spanned<Parsed<Listen>>>,
     /// The order of the two registers of a value: `high-first` (default) or `low-first`.
     #[serde(default)]
     word_order: WordOrder,
@@ -40,14 +41,14 @@ pub struct ModbusToml {
     /// The most connections at the same time, 1 to 1000. Default: 64.
     connections: Option<Spanned<usize>>,
     /// A connection without a request ends after this time, 1 s to 1 h. Default: `60 s`.
-    idle: Option<Spanned<Parsed<humantime::Duration>>>,
+    idle: Option<Spanned<Parsed<TimeSpan>>>,
 }
 
 impl ModbusToml {
     /// The settings, with the defaults of the keys that are absent, and the slots of the gauges.
     pub fn into_settings(self, slots: BTreeMap<String, u16>) -> Result<Settings, Located> {
         let (span, listen) = match self.listen {
-            Some(listen) => (listen.span(), listen.into_inner().0),
+            Some(listen) => (listen.span(), listen.into_inner().0.0),
             None => (0..0, LISTEN.into()),
         };
         if !listen.ip().is_loopback() && self.allow.is_empty() {

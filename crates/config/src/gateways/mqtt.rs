@@ -22,6 +22,7 @@
 //! ```
 
 use super::super::error::{BrokerUrlProblem, ConfigProblem, Located, MqttProblem};
+use crate::time_span::TimeSpan;
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_station::config::gateways::mqtt::{Broker, DataStyle, Discovery, Plain, Settings, Sparkplug, Tls};
@@ -98,7 +99,7 @@ struct SparkplugToml {
     /// The host for which births wait. Default: none.
     primary_host: Option<Spanned<String>>,
     /// The longest outage whose samples are sent afterwards. Default: `7 days`.
-    backlog: Option<Spanned<Parsed<humantime::Duration>>>,
+    backlog: Option<Spanned<Parsed<TimeSpan>>>,
 }
 
 impl MqttToml {
@@ -367,7 +368,7 @@ mod tests {
                 "7:9: expected 1 to 200 octets without + / #",
             ),
             (
-                "broker = 'mqtt://localhost'\n[mqtt.sparkplug]\ngroup = 'a'\nbacklog = '1000 years'",
+                "broker = 'mqtt://localhost'\n[mqtt.sparkplug]\ngroup = 'a'\nbacklog = '36526 days'",
                 "8:11: expected a backlog",
             ),
             ("broker = 'mqtt://localhost'\ncredentials = 'no such file'", "no such file cannot be read"),

@@ -2,6 +2,7 @@
 
 use super::super::error::{ConfigProblem, Located};
 use super::super::names::stem;
+use crate::time_span::Listen;
 use profivac_host::text_file::Parsed;
 use profivac_station::config::gateways::opcua::{Policy, Settings};
 use profivac_web_server::auth::users::Users;
@@ -18,7 +19,7 @@ const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 4840);
 #[serde(deny_unknown_fields)]
 pub struct OpcuaToml {
     /// The address. Default: `127.0.0.1:4840`.
-    listen: Option<Spanned<Parsed<SocketAddr>>>,
+    listen: Option<Spanned<Parsed<Listen>>>,
     /// The host in the URLs. Default: the address of `listen`.
     host: Option<Spanned<String>>,
     /// Clients need no login, on loopback only. Default on loopback: `true`.
@@ -35,7 +36,7 @@ impl OpcuaToml {
     /// The settings, with the defaults of the keys that are absent. Other computers always encrypt and log in.
     pub fn into_settings(self, path: &Path, users: PathBuf) -> Result<Settings, Located> {
         let listen_span = self.listen.as_ref().map_or(0..0, Spanned::span);
-        let listen = self.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.into_inner().0);
+        let listen = self.listen.map_or_else(|| SocketAddr::from(LISTEN), |listen| listen.into_inner().0.0);
         let is_local = listen.ip().is_loopback();
         let is_anonymous = self.anonymous.as_ref().map_or(is_local, |anonymous| *anonymous.get_ref());
         if let Some(anonymous) = self.anonymous.filter(|_| is_anonymous && !is_local) {

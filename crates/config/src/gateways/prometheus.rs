@@ -1,12 +1,13 @@
 //! `[prometheus]`.
 
 use super::super::error::{ConfigProblem, Located};
+use crate::time_span::Listen;
 use profivac_host::text_file::Parsed;
 use profivac_station::config::gateways::prometheus::Settings;
 use profivac_web_server::server::TlsFiles;
 use profivac_web_server::tables::secret_of_file;
 use serde::Deserialize;
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -18,7 +19,7 @@ const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 9464);
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PrometheusToml {
     /// The address. Default: `127.0.0.1:9464`.
-    listen: Option<Spanned<Parsed<SocketAddr>>>,
+    listen: Option<Spanned<Parsed<Listen>>>,
     /// The file with the bearer token of a scrape, which only its owner may read; needed beyond loopback.
     token_file: Option<Spanned<PathBuf>>,
 }
@@ -30,7 +31,7 @@ impl PrometheusToml {
         let folder = path.parent().unwrap_or(Path::new(""));
         let token = self.token_file.map(|file| secret_of_file(&file, folder)).transpose()?;
         let Some(listen) = self.listen else { return Ok(Settings { listen: LISTEN.into(), token, tls: None }) };
-        let (span, listen) = (listen.span(), listen.into_inner().0);
+        let (span, listen) = (listen.span(), listen.into_inner().0.0);
         let exposed =
             |needs| Err(Located::new(span, ConfigProblem::GatewayExposed { gateway: "prometheus", listen, needs }));
         match (listen.ip().is_loopback(), tls, &token) {

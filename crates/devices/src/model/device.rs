@@ -14,6 +14,14 @@ use super::role::Role;
 use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
 
+/// The end of a name on a device with PROFIBUS and switching outputs; the name in profivac does not have it.
+const SUFFIX: &str = "-SP";
+
+/// The characters of a name that count: small letters, no separators.
+fn letters(name: &str) -> impl Iterator<Item = char> {
+    name.chars().filter(|letter| !matches!(letter, ' ' | '-' | '_')).map(|letter| letter.to_ascii_lowercase())
+}
+
 /// The properties of a device that do not change.
 #[derive(Debug)]
 pub struct Model {
@@ -58,6 +66,17 @@ pub struct Model {
 }
 
 impl Model {
+    /// Whether `name` is the name of this model in any case, or the name on the device: `bcg450`, `BCG450`, `BCG450-SP`, `IMG 400`.
+    #[must_use]
+    pub fn is_called(&self, name: &str) -> bool {
+        let end = name.len().saturating_sub(SUFFIX.len());
+        let plain = match (name.get(..end), name.get(end..)) {
+            (Some(plain), Some(suffix)) if letters(suffix).eq(letters(SUFFIX)) => plain,
+            _ => name,
+        };
+        letters(plain).eq(letters(self.name))
+    }
+
     /// The user parameter string with these octets.
     #[must_use]
     pub fn user_prm(&self, user: &[u8]) -> Option<&'static UserPrm> {

@@ -326,7 +326,7 @@ pub fn put_table(out: &mut Writer, world: &World, is_whole: bool) {
     column(out, &|out, row| out.text(row.state));
     column(out, &|out, row| out.int(row.severity as i32));
     column(out, &|out, row| out.octet(u8::from(row.is_simulated)));
-    column(out, &|out, row| out.text(&humantime::format_rfc3339_millis(row.at.to_system_time()).to_string()));
+    column(out, &|out, row| out.text(&row.at.to_iso(3)));
     let worst = rows.iter().map(|row| row.severity).max().unwrap_or(EpicsSeverity::None);
     put_alarm(out, worst, if worst == EpicsSeverity::None { EpicsStatus::None } else { EpicsStatus::State });
     put_time(out, rows.iter().map(|row| row.at).max().unwrap_or(Micros(0)));

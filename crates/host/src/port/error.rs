@@ -134,6 +134,22 @@ fn is_path(name: &str) -> bool {
     name.contains('/')
 }
 
+fn is_tcp(name: &str) -> bool {
+    name.starts_with("tcp://")
+}
+
+/// Whether a name that is no port is a host and a port: `192.168.1.5:4000`.
+fn is_host_and_port(name: &str) -> bool {
+    let parts = name.rsplit_once(':').filter(|(host, _)| !host.is_empty() && !is_path(host));
+    parts.is_some_and(|(_, port)| port.parse::<u16>().is_ok())
+}
+
+/// Whether a name is a port of Windows: `COM3`.
+fn is_windows_port(name: &str) -> bool {
+    let number = name.get(..3).filter(|start| start.eq_ignore_ascii_case("com")).and_then(|_| name.get(3..));
+    number.is_some_and(|number| number.parse::<u8>().is_ok())
+}
+
 fn rates(tried: &[Baud]) -> String {
     tried.iter().map(|baud| baud.bits_per_second().to_string()).collect::<Vec<_>>().join(", ")
 }
@@ -151,6 +167,13 @@ impl PortError {
     #[must_use]
     pub fn remedy(&self) -> Option<&'static str> {
         match self {
+            Self::NotFound(name) if is_tcp(name) => {
+                Some("start the program that serves it, or check the address and the port of the serial server")
+            }
+            Self::NotFound(name) if is_host_and_port(name) => Some("a line over TCP has the name tcp://HOST:PORT"),
+            Self::NotFound(name) if is_windows_port(name) => Some(
+                "profivac runs on Linux, where a serial device is a path such as /dev/ttyUSB0; a line over TCP is tcp://HOST:PORT",
+            ),
             Self::NotFound(name) if is_path(name) => Some("plug in the adapter, or start the program that serves it"),
             Self::NotFound(_) => {
                 Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")
@@ -197,6 +220,7 @@ impl PortError {
 
     fn condition(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NotFound(name) if is_tcp(name) => write!(f, "{name}: connection refused, no program listens there"),
             Self::NotFound(name) => write!(f, "there is no port {name}"),
             Self::LeftOver(name) => write!(
                 f,
@@ -267,6 +291,22 @@ impl PortError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_port_that_is_not_there_has_the_remedy_for_its_kind() {
+        for (name, sentence) in [
+            ("tcp://127.0.0.1:9", "tcp://127.0.0.1:9: connection refused, no program listens there: start"),
+            ("192.168.1.5:4000", "there is no port 192.168.1.5:4000: a line over TCP has the name tcp://HOST:PORT"),
+            ("server:4000", "there is no port server:4000: a line over TCP has the name"),
+            ("COM3", "there is no port COM3: profivac runs on Linux"),
+            ("ttyUSB0", "there is no port ttyUSB0: give the path"),
+            ("/dev/pci:1", "there is no port /dev/pci:1: plug in"),
+            ("common", "there is no port common: give the path"),
+        ] {
+            let shown = PortError::NotFound(name.to_owned()).to_string();
+            assert!(shown.starts_with(sentence), "{shown}");
+        }
+    }
 
     #[test]
     fn a_sentence_is_what_was_found_and_the_remedy() {

@@ -324,7 +324,7 @@ impl<'a> From<&'a AlarmChange> for Told<'a> {
 /// The body of a notification, without the id that it gets in the database.
 fn notification_body(told: &Told<'_>, status: &AlarmStatus, station: &str) -> String {
     let Told { at, rule, change, user, value, text } = told;
-    let time = humantime::format_rfc3339_millis(at.to_system_time()).to_string();
+    let time = at.to_iso(3);
     let body = json!({
         "station": station,
         "alarm": rule.name,

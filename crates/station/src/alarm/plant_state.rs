@@ -176,7 +176,7 @@ fn known_states(known: &[String]) -> String {
 
 /// A time in UTC, to the second.
 pub(super) fn rfc3339(at: Micros) -> String {
-    humantime::format_rfc3339_seconds(at.to_system_time()).to_string()
+    at.to_iso(0)
 }
 
 /// All plant states, in the order of the station's file.

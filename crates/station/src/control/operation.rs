@@ -179,7 +179,7 @@ impl Operation {
         target: &str,
         value: &str,
     ) -> Result<Self, ResolveError> {
-        let named = match names.find(model.name, target)? {
+        let named = match names.find_whole(model.name, target)? {
             Target::Parameter(named) => named.clone(),
             Target::CurrentInstance { slot, index } => {
                 return Err(ResolveError::NoInstance { slot, index, target: target.to_owned() });

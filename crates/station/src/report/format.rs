@@ -56,7 +56,7 @@ impl Unit {
 
 /// A text that is not a unit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected a unit out of {}, got {found:?}", Unit::ALL.map(Unit::name).join(", "))]
+#[error("expected a unit, one of {}, got {found:?}", Unit::ALL.map(Unit::name).join(", "))]
 pub struct UnknownUnit {
     /// The text.
     pub found: String,
