@@ -1,0 +1,4 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
