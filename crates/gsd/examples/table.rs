@@ -11,7 +11,8 @@ fn main() -> Result<(), Failure> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
-        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let extension =
+            path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
         if extension.starts_with("gs") {
             files.push((path.display().to_string(), std::fs::read(path)?));
         }

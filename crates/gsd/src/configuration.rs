@@ -99,14 +99,18 @@ impl fmt::Display for ConfigurationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownModule { number, possible } => write!(f, "the file has no module {number}; it has {possible}"),
-            Self::Slot { slot, module, possible } => write!(f, "slot {slot} does not take {module}; it takes {possible}"),
+            Self::Slot { slot, module, possible } => {
+                write!(f, "slot {slot} does not take {module}; it takes {possible}")
+            }
             Self::NoModule { possible } => write!(f, "expected modules, and the file presets none; it has {possible}"),
             Self::TooManyModules { given, most: 1 } => write!(f, "{given} modules for a compact station; choose one"),
             Self::TooManyModules { given, most } => write!(f, "{given} modules; the station takes at most {most}"),
             Self::Fixed { module } => {
                 write!(f, "{module} is always plugged, in the order of the file; add it to the modules")
             }
-            Self::TooLong { what, octets, most } => write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules"),
+            Self::TooLong { what, octets, most } => {
+                write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules")
+            }
         }
     }
 }
@@ -121,7 +125,8 @@ impl<'a> Configuration<'a> {
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn new(device: &'a Device, numbers: &[u32]) -> Result<Self, ConfigurationError> {
         let module = |number: &u32| {
-            let unknown = || ConfigurationError::UnknownModule { number: *number, possible: names(device.modules.iter()) };
+            let unknown =
+                || ConfigurationError::UnknownModule { number: *number, possible: names(device.modules.iter()) };
             device.module(*number).ok_or_else(unknown)
         };
         Self::of(device, numbers.iter().map(module).collect::<Result<_, _>>()?)

@@ -140,7 +140,8 @@ impl Device {
         if !named.is_empty() {
             return named.iter().map(|(value, text)| format!("{value} ({text})")).collect::<Vec<_>>().join(", ");
         }
-        let words = allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") });
+        let words =
+            allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") });
         words.collect::<Vec<_>>().join(", ")
     }
 }

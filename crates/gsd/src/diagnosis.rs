@@ -66,7 +66,9 @@ impl fmt::Display for Finding {
         let (first, last) = self.bits;
         match (&self.text, self.value) {
             (Some(text), _) => f.write_str(text)?,
-            (None, Some(value)) => write!(f, "bits {first} to {last} have the value {value}, which has no text in the file")?,
+            (None, Some(value)) => {
+                write!(f, "bits {first} to {last} have the value {value}, which has no text in the file")?
+            }
             (None, None) => write!(f, "bit {first}")?,
         }
         self.help.as_ref().map_or(Ok(()), |help| write!(f, " ({help})"))
@@ -141,7 +143,12 @@ impl DiagArea {
 
 impl Finding {
     fn new(bits: (u16, u16), value: Option<u64>, words: Option<&Words>) -> Self {
-        Self { bits, value, text: words.map(|words| words.text.clone()), help: words.and_then(|words| words.help.clone()) }
+        Self {
+            bits,
+            value,
+            text: words.map(|words| words.text.clone()),
+            help: words.and_then(|words| words.help.clone()),
+        }
     }
 }
 

@@ -77,7 +77,10 @@ impl Encoding {
         let table = self.table();
         let neighbour = |at: Option<usize>| at.and_then(|at| octets.get(at)).copied().unwrap_or(b' ');
         let high = octets.iter().enumerate().filter(|(_, octet)| !octet.is_ascii());
-        high.map(|(at, octet)| judge(character(&table, *octet), neighbour(at.checked_sub(1)), neighbour(at.checked_add(1)))).sum()
+        high.map(|(at, octet)| {
+            judge(character(&table, *octet), neighbour(at.checked_sub(1)), neighbour(at.checked_add(1)))
+        })
+        .sum()
     }
 
     /// The characters of the octets from 0x80 on.
@@ -110,7 +113,9 @@ impl Encoding {
     /// A character that the code page lacks.
     pub fn encode(self, text: &str) -> Result<Vec<u8>, char> {
         match self {
-            Encoding::Ascii => text.chars().find(|one| !one.is_ascii()).map_or_else(|| Ok(text.as_bytes().to_vec()), Err),
+            Encoding::Ascii => {
+                text.chars().find(|one| !one.is_ascii()).map_or_else(|| Ok(text.as_bytes().to_vec()), Err)
+            }
             Encoding::Utf8 => Ok(text.as_bytes().to_vec()),
             Encoding::Utf8Bom => Ok([BOM, text.as_bytes()].concat()),
             _ => self.encode_by_table(text),
@@ -138,13 +143,19 @@ fn character(table: &[char], octet: u8) -> char {
 /// How well a character fits between its neighbours.
 fn judge(character: char, before: u8, after: u8) -> i64 {
     const LETTERS: &str = "äöüßéèêëàâáçñíìîïóòôúùûåæøãõ";
-    let inside_a_word = before.is_ascii_lowercase() && (after.is_ascii_lowercase() || after == b' ');
-    let lower = character.to_lowercase().next().unwrap_or(character);
+    const SIGNS: &str = "’–„“”°µ²³±®©«»´§\u{a0}";
+    let starts_a_word = !before.is_ascii_alphanumeric() && after.is_ascii_alphabetic();
+    let is_capital = character.to_lowercase().next().is_some_and(|small| small != character && LETTERS.contains(small));
     match character {
+        // 500 µs and 20 °C in one code page are letters in the other.
+        'µ' if !before.is_ascii_alphabetic() && b"smAVFHW".contains(&after) => 4,
+        '°' if before.is_ascii_digit() || b"CF".contains(&after) => 4,
+        _ if LETTERS.contains(character) && before.is_ascii_digit() => -2,
         _ if LETTERS.contains(character) => 3,
-        _ if LETTERS.contains(lower) => if inside_a_word { -2 } else { 2 },
+        _ if is_capital && (starts_a_word || before.is_ascii_uppercase()) => 2,
+        _ if is_capital => -2,
         '’' if before.is_ascii_alphabetic() && after.is_ascii_alphabetic() => 4,
-        '’' | '–' | '„' | '“' | '”' | '°' | 'µ' | '²' | '³' | '±' | '®' | '©' | '«' | '»' | '´' | '§' | '\u{a0}' => 1,
+        _ if SIGNS.contains(character) => 1,
         '\u{80}'..='\u{9f}' | '\u{2500}'..='\u{25ff}' => -3,
         _ => -1,
     }

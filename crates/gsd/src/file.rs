@@ -116,13 +116,29 @@ mod tests {
     #[test]
     fn the_work_grows_with_the_length_of_the_file() {
         let patterns: [&str; 14] = [
-            "\"", "\"a", "\"1,2 ", "a\"b\\\n", "\"\n", "\\\n", "\\;\n", "0,\n", "0,\\\n", ";\\\n", "x=\"\\\n", "(", "a =", "Module=\"a\" 1\n",
+            "\"",
+            "\"a",
+            "\"1,2 ",
+            "a\"b\\\n",
+            "\"\n",
+            "\\\n",
+            "\\;\n",
+            "0,\n",
+            "0,\\\n",
+            ";\\\n",
+            "x=\"\\\n",
+            "(",
+            "a =",
+            "Module=\"a\" 1\n",
         ];
         for pattern in patterns {
             for start in ["", "x=\"", "x=0,\\\n", "x=1 "] {
                 let file = |times: usize| steps(format!("{start}{}", pattern.repeat(times)).as_bytes());
                 let (short, long) = (file(500), file(2000));
-                assert!(long <= short * 4 + 400, "{start:?} and {pattern:?}: {short} steps, {long} for four times the length");
+                assert!(
+                    long <= short * 4 + 400,
+                    "{start:?} and {pattern:?}: {short} steps, {long} for four times the length"
+                );
             }
         }
     }

@@ -116,13 +116,20 @@ impl fmt::Display for PrmError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unknown { name, possible } => write!(f, "no parameter {name}; there are {possible}"),
-            Self::Ambiguous { name, possible } => write!(f, "several parameters {name}; say slot and offset: {possible}"),
+            Self::Ambiguous { name, possible } => {
+                write!(f, "several parameters {name}; say slot and offset: {possible}")
+            }
             Self::Value { name, value, possible } => write!(f, "{name} cannot be {value}; possible are {possible}"),
             Self::NotChangeable { name } => write!(f, "the file does not let users change {name}"),
             Self::Covered { name, line } => {
-                write!(f, "{name} cannot be changed: a definition behind line {line} of the file writes the same octets")
+                write!(
+                    f,
+                    "{name} cannot be changed: a definition behind line {line} of the file writes the same octets"
+                )
             }
-            Self::TooLong { octets, most } => write!(f, "{octets} octets of user parameters; at most {most} are possible; choose fewer modules"),
+            Self::TooLong { octets, most } => {
+                write!(f, "{octets} octets of user parameters; at most {most} are possible; choose fewer modules")
+            }
         }
     }
 }
@@ -249,14 +256,16 @@ impl<'a> Configuration<'a> {
     fn find(&self, target: &Target<'_>) -> Result<PlacedParameter<'a>, PrmError> {
         let name = target.name.trim();
         let there = |one: &PlacedParameter<'_>| {
-            target.place.is_none_or(|place| place == one.place) && target.offset.is_none_or(|offset| offset == one.offset)
+            target.place.is_none_or(|place| place == one.place)
+                && target.offset.is_none_or(|offset| offset == one.offset)
         };
         let all = self.parameters();
         let found: Vec<_> = all.iter().filter(|one| one.parameter.name == name && there(one)).copied().collect();
         match found.as_slice() {
             [only] => Ok(*only),
             [] => {
-                let possible: std::collections::BTreeSet<_> = all.iter().map(|one| one.parameter.name.clone()).collect();
+                let possible: std::collections::BTreeSet<_> =
+                    all.iter().map(|one| one.parameter.name.clone()).collect();
                 Err(PrmError::Unknown { name: name.to_owned(), possible: words::list(possible.into_iter()) })
             }
             several => {
@@ -280,7 +289,8 @@ fn plain(device: &Device) -> Vec<u8> {
 fn value_of(device: &Device, parameter: &Parameter, value: &str) -> Result<i64, PrmError> {
     let texts = parameter.texts.and_then(|number| device.texts.get(&number)).map(|texts| texts.texts.as_slice());
     let wanted = value.trim();
-    let named = texts.unwrap_or_default().iter().filter(|(number, text)| text.trim() == wanted && parameter.allows(*number));
+    let named =
+        texts.unwrap_or_default().iter().filter(|(number, text)| text.trim() == wanted && parameter.allows(*number));
     let named: std::collections::BTreeSet<i64> = named.map(|(number, _)| *number).collect();
     let number = match named.len() {
         0 => number(wanted).filter(|number| parameter.allows(*number)),

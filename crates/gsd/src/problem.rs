@@ -114,7 +114,7 @@ faults! {
     HeaderCapitals Remark "#Profibus_DP in other capitals", "write #Profibus_DP", Pyprofibus;
     KeywordBeforeHeader Fault "keyword before the line #Profibus_DP", "it is read anyway; move #Profibus_DP to the top", GsdParser;
     Capitals Remark "keyword in other capitals", "write the keyword as the specification does", Pyprofibus;
-    CapitalX Remark "0X in front of a hexadecimal number", "write 0x", GsdParser;
+    CapitalX Remark "0X in front of a hexadecimal number", "write 0x", Pyprofibus, GsdParser;
     InvertedBit Remark "Unit_Diag_!Bit", "the line is right; remove it for the tool", GsdParser;
     BlankInKeyword Fault "blank in a keyword", "it is read with _ in place of the blank; write _", GsdParser;
     CommentBehindContinuation Remark "comment behind \\", "the list goes on in the next line; move the comment to a line of its own", Pyprofibus;

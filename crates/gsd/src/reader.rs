@@ -93,13 +93,17 @@ impl Reader {
         match keyword {
             "" => self.bare(statement),
             "module" | "prmtext" | "extuserprmdata" | "slotdefinition" | "unitdiagtype" => self.open_block(statement),
-            "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype" => self.end_block(statement),
+            "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype" => {
+                self.end_block(statement)
+            }
             "text" => self.prm_text(statement),
             "slot" => self.slot(statement),
             "prm_text_ref" | "changeable" | "visible" => self.attribute(statement),
             _ if keyword.starts_with("bit") && !keyword.contains('_') => self.data_type(statement),
             _ if keyword.starts_with("unsigned") || keyword.starts_with("signed") => self.data_type(statement),
-            _ if keyword.contains("ext_user_prm_data_") || keyword.ends_with("ext_module_prm_data_len") => self.prm(statement),
+            _ if keyword.contains("ext_user_prm_data_") || keyword.ends_with("ext_module_prm_data_len") => {
+                self.prm(statement)
+            }
             _ if keyword.contains("_diag_") || keyword.starts_with("channel_diag") || keyword.ends_with("value") => {
                 self.diagnosis(statement)
             }
@@ -109,8 +113,8 @@ impl Reader {
 
     fn read_header(&mut self, statement: &Statement<'_>) -> Outcome {
         self.header = true;
-        if !statement.values.is_empty() {
-            self.problem(statement, Fault::TextBehindHeader, &statement.values.brief());
+        if !statement.values.is_empty() || !statement.comment.is_empty() {
+            self.problem(statement, Fault::TextBehindHeader, "");
         }
         Ok(())
     }
@@ -165,7 +169,8 @@ impl Reader {
             area.length = Some(statement.values.number()?);
             return Ok(());
         };
-        let offset = u8::try_from(statement.index()?).ok().filter(|offset| *offset <= MAX_OFFSET).ok_or(Fault::OutOfRange)?;
+        let offset =
+            u8::try_from(statement.index()?).ok().filter(|offset| *offset <= MAX_OFFSET).ok_or(Fault::OutOfRange)?;
         area.items.push(PrmItem { offset, content, line: statement.line });
         Ok(())
     }
@@ -201,7 +206,9 @@ impl Reader {
             }
         }
         let read = match keyword {
-            "user_prm_data" => Some(statement.values.octets().map(|octets| self.device.user_prm_data.replace(octets).is_some())),
+            "user_prm_data" => {
+                Some(statement.values.octets().map(|octets| self.device.user_prm_data.replace(octets).is_some()))
+            }
             _ => read_rate(&mut self.device.rates, statement).or_else(|| self.device.general.read(statement)),
         };
         match read {

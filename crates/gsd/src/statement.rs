@@ -14,6 +14,8 @@ pub(crate) struct Statement<'a> {
     /// The number in brackets behind the keyword, or the two numbers.
     pub(crate) argument: Vec<u64>,
     pub(crate) values: Values<'a>,
+    /// The comment behind the values, with its semicolon; empty if there is none.
+    pub(crate) comment: &'a str,
     /// The whole line, without the comment at its end.
     pub(crate) whole: &'a str,
 }
@@ -40,6 +42,7 @@ impl<'a> Statement<'a> {
             keyword: spelled.to_ascii_lowercase().split_ascii_whitespace().collect::<Vec<_>>().join("_"),
             argument,
             values: Values { tokens: rest, text },
+            comment: tokens.last().and_then(|last| text.get(last.span.end..line.span.end)).unwrap_or_default().trim(),
             whole: Values { tokens, text }.raw(),
         })
     }
@@ -54,7 +57,8 @@ impl<'a> Statement<'a> {
 fn head_length(tokens: &[Token], text: &str) -> usize {
     let is_value = |token: &Token| matches!(token.kind, Kind::Text(_) | Kind::Comma | Kind::Minus | Kind::Close);
     let end = tokens.iter().position(|token| is_value(token) || matches!(token.kind, Kind::Equals | Kind::Open));
-    let signed = end.is_some_and(|end| matches!(tokens.get(end).map(|token| &token.kind), Some(Kind::Equals | Kind::Open)));
+    let signed =
+        end.is_some_and(|end| matches!(tokens.get(end).map(|token| &token.kind), Some(Kind::Equals | Kind::Open)));
     let first = tokens.first().filter(|token| token.kind == Kind::Word);
     let first = first.and_then(|token| text.get(token.span.clone())).unwrap_or_default();
     let is_name = first.starts_with(|one: char| one.is_ascii_alphabetic() || one == '#');
@@ -72,8 +76,11 @@ fn has_number(tokens: &[Token]) -> bool {
 fn argument(tokens: &[Token]) -> (Vec<u64>, &[Token]) {
     let open = tokens.first().is_some_and(|token| token.kind == Kind::Open);
     let close = tokens.iter().position(|token| token.kind == Kind::Close).filter(|_| open);
-    let Some((inside, rest)) = close.and_then(|close| tokens.split_at_checked(close)) else { return (Vec::new(), tokens) };
-    let numbers = inside.iter().filter_map(|token| if let Kind::Number(value) = token.kind { Some(value) } else { None });
+    let Some((inside, rest)) = close.and_then(|close| tokens.split_at_checked(close)) else {
+        return (Vec::new(), tokens);
+    };
+    let numbers =
+        inside.iter().filter_map(|token| if let Kind::Number(value) = token.kind { Some(value) } else { None });
     (numbers.collect(), rest.get(1..).unwrap_or_default())
 }
 

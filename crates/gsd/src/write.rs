@@ -42,7 +42,18 @@ pub fn text(device: &Device) -> String {
 
 /// A text in quotation marks, on one line. A quotation mark within it becomes an apostrophe, because it would end the text.
 pub(crate) fn quoted(text: &str) -> String {
-    let line: String = text.chars().map(|one| if one.is_control() { ' ' } else if one == '"' { '\'' } else { one }).collect();
+    let line: String = text
+        .chars()
+        .map(|one| {
+            if one.is_control() {
+                ' '
+            } else if one == '"' {
+                '\''
+            } else {
+                one
+            }
+        })
+        .collect();
     format!("\"{line}\"")
 }
 
@@ -91,7 +102,8 @@ impl Writer {
     fn parameter(&mut self, parameter: &Parameter) {
         self.value("ExtUserPrmData", format!("{} {}", parameter.number, quoted(&parameter.name)));
         let single = parameter.allowed.iter().all(|(low, high)| low == high);
-        let interval = |(low, high): &(i64, i64)| if low == high && single { low.to_string() } else { format!("{low}-{high}") };
+        let interval =
+            |(low, high): &(i64, i64)| if low == high && single { low.to_string() } else { format!("{low}-{high}") };
         let allowed: Vec<_> = parameter.allowed.iter().map(interval).collect();
         self.line(format!("{} {} {}", parameter.kind, parameter.default, allowed.join(",")).trim_end());
         if let Some(texts) = parameter.texts {
@@ -112,8 +124,12 @@ impl Writer {
         }
         for item in &area.items {
             match &item.content {
-                PrmContent::Const(octets) => self.value(format!("{prefix}Ext_User_Prm_Data_Const({})", item.offset), list(octets)),
-                PrmContent::Ref(number) => self.value(format!("{prefix}Ext_User_Prm_Data_Ref({})", item.offset), number),
+                PrmContent::Const(octets) => {
+                    self.value(format!("{prefix}Ext_User_Prm_Data_Const({})", item.offset), list(octets))
+                }
+                PrmContent::Ref(number) => {
+                    self.value(format!("{prefix}Ext_User_Prm_Data_Ref({})", item.offset), number)
+                }
             }
         }
     }
@@ -175,7 +191,8 @@ impl Writer {
         }
         self.line("SlotDefinition");
         for slot in device.slots.values() {
-            let interval = |(low, high): &(u32, u32)| if low == high { low.to_string() } else { format!("{low}-{high}") };
+            let interval =
+                |(low, high): &(u32, u32)| if low == high { low.to_string() } else { format!("{low}-{high}") };
             let allowed: Vec<_> = slot.allowed.iter().map(interval).collect();
             let value = format!("{} {} {}", quoted(&slot.name), slot.default, allowed.join(","));
             self.value(format!("Slot({})", slot.number), value.trim_end());

@@ -1,6 +1,6 @@
 //! Blocks: modules, texts, parameters, slots, types of diagnosis.
 
-use super::{Fault, Module, Outcome, Parameter, Problem, PrmText, Reader, Statement};
+use super::{Fault, Module, Outcome, Parameter, PrmText, Problem, Reader, Statement};
 use crate::parameter::DataType;
 use profivac_wire::cfg;
 
@@ -34,7 +34,9 @@ impl Reader {
         self.close_block(Some(statement));
         self.block = match statement.keyword.as_str() {
             "module" => Block::Module(Box::new(self.module(statement))),
-            "prmtext" => Block::Texts(PrmText { number: statement.values.number()?, texts: Vec::new(), line: statement.line }),
+            "prmtext" => {
+                Block::Texts(PrmText { number: statement.values.number()?, texts: Vec::new(), line: statement.line })
+            }
             "extuserprmdata" => Block::Parameter(parameter(statement)?),
             "slotdefinition" => Block::Slots,
             _ => Block::UnitDiag(statement.values.number()?),
@@ -143,7 +145,9 @@ fn parameter(statement: &Statement<'_>) -> Result<Parameter, Fault> {
 
 /// The type of a keyword. Bits are within the octet and in rising order.
 fn data_type(statement: &Statement<'_>) -> Option<DataType> {
-    let bit = |index: usize| statement.argument.get(index).and_then(|bit| u8::try_from(*bit).ok()).map_or(0, |bit| bit.min(7));
+    let bit = |index: usize| {
+        statement.argument.get(index).and_then(|bit| u8::try_from(*bit).ok()).map_or(0, |bit| bit.min(7))
+    };
     Some(match statement.keyword.as_str() {
         "bit" => DataType::Bit(bit(0)),
         "bitarea" => {

@@ -65,7 +65,11 @@ fn check_area(device: &Device, area: &PrmArea, limit: Option<u32>, list: &mut im
         };
         let end = u32::try_from(length).unwrap_or(u32::MAX).saturating_add(u32::from(item.offset));
         if limit.is_some_and(|limit| end > limit) {
-            list(item.line, Fault::BeyondLength, format!("it needs {end} octets, the file gives {}", limit.unwrap_or(0)));
+            list(
+                item.line,
+                Fault::BeyondLength,
+                format!("it needs {end} octets, the file gives {}", limit.unwrap_or(0)),
+            );
         }
     }
 }

@@ -27,7 +27,11 @@ impl Reader {
             "value" => self.value(statement, false),
             "value_help" => self.value(statement, true),
             "channel_diag" | "channel_diag_help" => self.channel(statement),
-            "unit_diag_bit" | "unit_diag_bit_help" | "unit_diag_!bit" | "unit_diag_not_bit" | "unit_diag_!bit_help"
+            "unit_diag_bit"
+            | "unit_diag_bit_help"
+            | "unit_diag_!bit"
+            | "unit_diag_not_bit"
+            | "unit_diag_!bit_help"
             | "unit_diag_not_bit_help" => self.unit_bit(statement, typed.is_some()),
             _ => self.single(statement),
         }

@@ -75,7 +75,8 @@ const KEPT: &[&str] = &[
 
 fn spellings() -> &'static HashMap<String, &'static str> {
     static SPELLINGS: OnceLock<HashMap<String, &'static str>> = OnceLock::new();
-    SPELLINGS.get_or_init(|| KEYWORDS.iter().chain(STRUCTURE).map(|right| (right.to_ascii_lowercase(), *right)).collect())
+    SPELLINGS
+        .get_or_init(|| KEYWORDS.iter().chain(STRUCTURE).map(|right| (right.to_ascii_lowercase(), *right)).collect())
 }
 
 /// The right spelling of a keyword in small letters.
