@@ -1,7 +1,11 @@
 //! Modules in their slots: the octets of Chk_Cfg, and whose identifier is meant.
 
+mod parameters;
+
+pub use parameters::{Place, PlacedParameter, PrmError, Target};
+
 use crate::device::{Device, Module};
-use crate::parameters::Changes;
+use parameters::Changes;
 use profivac_wire::cfg::{self, Identifiers};
 use std::fmt;
 

@@ -35,7 +35,7 @@ impl Value for String {
     }
 
     fn write(&self, _: bool) -> String {
-        crate::write::quoted(self)
+        crate::words::quoted(self)
     }
 }
 
@@ -100,7 +100,7 @@ general! {
     set_slave_add_supp: bool = "Set_Slave_Add_supp", "the address can be set over the bus";
     fail_safe: bool = "Fail_Safe", "outputs of length 0 are understood in Clear";
     fail_safe_required: bool = "Fail_Safe_required", "outputs of length 0 are required in Clear";
-    min_slave_intervall: u32 = "Min_Slave_Intervall", "shortest time between two polls, in 100 us";
+    min_slave_interval: u32 = "Min_Slave_Intervall", "shortest time between two polls, in 100 us";
     diag_update_delay: u32 = "Diag_Update_Delay", "diagnoses that may still ask for parameters after Set_Prm";
     time_sync_supp: bool = "Time_Sync_supp", "time telegrams are understood";
     modular_station: bool = "Modular_Station", "modules can be chosen";
@@ -109,7 +109,7 @@ general! {
     max_output_len: u32 = "Max_Output_Len", "greatest number of output octets";
     max_data_len: u32 = "Max_Data_Len", "greatest number of input and output octets together";
     max_diag_data_len: u32 = "Max_Diag_Data_Len", "greatest length of a diagnosis, 6 to 244";
-    modul_offset: u32 = "Modul_Offset", "number of the first slot in tools";
+    module_offset: u32 = "Modul_Offset", "number of the first slot in tools";
     fix_preset_modules: bool = "FixPresetModules", "modules with Preset are always plugged";
     slave_family: String = "Slave_Family", "place in a catalogue";
     dpv1_slave: bool = "DPV1_Slave", "the first three user parameters are the DP-V1 status";

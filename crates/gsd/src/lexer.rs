@@ -245,6 +245,9 @@ impl<'a> Lexer<'a> {
     fn close(&mut self, start: usize, mut text: String, close: usize) {
         text.push_str(self.text.get(self.at..close).unwrap_or_default());
         self.at = close.saturating_add(1);
+        if text.contains('"') {
+            self.fault(Fault::QuoteInText, "");
+        }
         self.tokens.push(Token { kind: Kind::Text(text), span: start..self.at });
     }
 

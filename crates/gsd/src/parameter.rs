@@ -1,6 +1,10 @@
 //! User parameters: their types, values and texts.
 
+use std::collections::BTreeMap;
 use std::fmt;
+
+/// The longest user parameters, profibus-wire 2.4.
+pub(crate) const MAX_USER_PRM: usize = 237;
 
 /// The type of a parameter and its place in its octets. Numbers are in network order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -185,4 +189,44 @@ pub enum PrmContent {
     Const(Vec<u8>),
     /// Ext_User_Prm_Data_Ref.
     Ref(u32),
+}
+
+impl PrmArea {
+    /// The octets with the defaults of the file, and with the changed value of an item if there is one.
+    ///
+    /// Where definitions overlap, the later one counts. The length of the file counts; without one the area ends with its last
+    /// definition.
+    pub(crate) fn octets(
+        &self,
+        parameters: &BTreeMap<u32, Parameter>,
+        changed: impl Fn(usize) -> Option<i64>,
+    ) -> Vec<u8> {
+        let mut octets = Vec::new();
+        for (index, item) in self.items.iter().enumerate() {
+            let offset = usize::from(item.offset);
+            match &item.content {
+                PrmContent::Const(constant) => {
+                    let place = room(&mut octets, offset, constant.len());
+                    place.iter_mut().zip(constant).for_each(|(octet, constant)| *octet = *constant);
+                }
+                PrmContent::Ref(number) => {
+                    let Some(parameter) = parameters.get(number) else { continue };
+                    let place = room(&mut octets, offset, parameter.kind.octets());
+                    parameter.kind.put(changed(index).unwrap_or(parameter.default), place);
+                }
+            }
+        }
+        if let Some(length) = self.length {
+            octets.resize(usize::from(length).min(MAX_USER_PRM), 0);
+        }
+        octets
+    }
+}
+
+fn room(octets: &mut Vec<u8>, offset: usize, length: usize) -> &mut [u8] {
+    let end = offset.saturating_add(length);
+    if octets.len() < end {
+        octets.resize(end, 0);
+    }
+    octets.get_mut(offset..end).unwrap_or_default()
 }

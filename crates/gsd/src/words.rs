@@ -1,4 +1,4 @@
-//! Lists in messages.
+//! Lists in messages, and texts in files.
 
 /// At most this many things are listed.
 const MOST: usize = 20;
@@ -12,4 +12,21 @@ pub(crate) fn list(things: impl Iterator<Item = String>) -> String {
         0 => shown,
         more => format!("{shown} and {more} more"),
     }
+}
+
+/// A text in quotation marks, on one line. A quotation mark within it becomes an apostrophe, because it would end the text.
+pub(crate) fn quoted(text: &str) -> String {
+    let line: String = text
+        .chars()
+        .map(|one| {
+            if one.is_control() {
+                ' '
+            } else if one == '"' {
+                '\''
+            } else {
+                one
+            }
+        })
+        .collect();
+    format!("\"{line}\"")
 }

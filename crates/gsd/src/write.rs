@@ -3,6 +3,7 @@
 use crate::device::{Device, Module, Other};
 use crate::diagnosis::{DiagArea, Diagnosis, UnitDiag, Words};
 use crate::parameter::{Parameter, PrmArea, PrmContent};
+use crate::words::quoted;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
@@ -38,23 +39,6 @@ pub fn text(device: &Device) -> String {
     device.modules.iter().for_each(|module| writer.module(module));
     writer.slots(device);
     writer.text
-}
-
-/// A text in quotation marks, on one line. A quotation mark within it becomes an apostrophe, because it would end the text.
-pub(crate) fn quoted(text: &str) -> String {
-    let line: String = text
-        .chars()
-        .map(|one| {
-            if one.is_control() {
-                ' '
-            } else if one == '"' {
-                '\''
-            } else {
-                one
-            }
-        })
-        .collect();
-    format!("\"{line}\"")
 }
 
 #[derive(Default)]

@@ -23,7 +23,7 @@ fn text_behind_the_header_is_a_remark_with_the_tools_that_object() {
         let [problem] = file.problems() else { panic!("{:?}", file.problems()) };
         assert_eq!((problem.line, problem.fault, problem.severity()), (1, Fault::TextBehindHeader, Severity::Remark));
         assert_eq!(problem.tools(), [Tool::Pyprofibus, Tool::GsdParser]);
-        let words = "line 1: text behind #Profibus_DP; move the comment to the next line; not read by pyprofibus 1.13, gsd-parser 0.6.0";
+        let words = "line 1: text behind #Profibus_DP; move the comment to the next line; not read as meant by pyprofibus 1.13, gsd-parser 0.6.0";
         assert_eq!(problem.to_string(), words);
     }
 }
@@ -105,7 +105,15 @@ fn semicolons_and_quotation_marks_stand_in_texts() {
     assert_eq!(file.device().general.model_name.as_deref(), Some("a \"big\" one"));
     let module = file.device().modules.first().expect("a module");
     assert_eq!((module.name.as_str(), module.config.as_slice()), ("pipe 4\" wide", [0x10, 0x20].as_slice()));
-    assert_eq!(problems(&file), []);
+    assert_eq!(problems(&file), [(4, Fault::QuoteInText), (5, Fault::ModuleName), (5, Fault::QuoteInText)]);
+}
+
+#[test]
+fn names_that_a_tool_leaves_out_are_one_remark() {
+    let file =
+        file("Module=\"a.b/c <1>\" 0x10\nEndModule\nModule=\"d'e\" 0x10\nEndModule\nModule=\"f;g\" 0x10\nEndModule");
+    assert_eq!(problems(&file), [(5, Fault::ModuleName)]);
+    assert_eq!(file.problems().first().map(|problem| problem.found.as_str()), Some("d'e, and 1 more"));
 }
 
 #[test]
@@ -121,7 +129,7 @@ fn blanks_may_be_missing() {
     let parameter = file.device().parameters.get(&1).expect("a parameter");
     assert_eq!((parameter.default, parameter.allowed.as_slice()), (1, [(0, 3)].as_slice()));
     assert_eq!(file.device().modules.first().map(|module| module.config.clone()), Some(vec![0x10, 0x20]));
-    assert_eq!(problems(&file), []);
+    assert_eq!(problems(&file), [(6, Fault::ModuleBlank)]);
 }
 
 #[test]

@@ -86,6 +86,10 @@ impl Reader {
             self.problem(statement, fault, &values.brief());
             Vec::new()
         });
+        let behind_name = statement.values.raw().rsplit_once('"').map_or("", |(_, rest)| rest);
+        if !behind_name.is_empty() && !behind_name.starts_with([' ', '\t']) {
+            self.problem(statement, Fault::ModuleBlank, &name);
+        }
         if !config.is_empty() && cfg::lengths(&config).is_err() {
             self.problem(statement, Fault::BadIdentifiers, &name);
         }

@@ -1,12 +1,13 @@
 //! What a whole file must fulfil.
 
-use super::{Device, Fault, Problem};
+use super::{Device, Fault, Module, Problem};
 use crate::parameter::{PrmArea, PrmContent};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// Numbers the modules, and compares the parts of the file with each other.
 pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
     number_modules(device, problems);
+    check_names(device, problems);
     let mut list = |line: usize, fault: Fault, found: String| problems.push(Problem::new(line, fault, found));
     if device.general.ident_number.is_none_or(|ident| ident > 0xFFFF) {
         list(1, Fault::NoIdent, String::new());
@@ -26,6 +27,24 @@ pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
     }
     check_user_prm(device, &mut list);
     check_slots(device, &mut list);
+}
+
+/// The signs beside letters and digits in the names that pyprofibus 1.13 reads.
+const SIGNS: &str = " ._-+*/<>()[]{}!$%&?^|=#,:`";
+
+/// One problem for all names that a tool does not read: files in German or French have hundreds.
+fn check_names(device: &Device, problems: &mut Vec<Problem>) {
+    let is_odd =
+        |module: &&Module| module.name.contains(|sign: char| !sign.is_ascii_alphanumeric() && !SIGNS.contains(sign));
+    let odd: Vec<_> = device.modules.iter().filter(is_odd).collect();
+    if let Some(first) = odd.first() {
+        let found = if odd.len() == 1 {
+            first.name.clone()
+        } else {
+            format!("{}, and {} more", first.name, odd.len().saturating_sub(1))
+        };
+        problems.push(Problem::new(first.line, Fault::ModuleName, found));
+    }
 }
 
 /// A module without a number gets its place among the modules, or if another module has this number the next one above all.
@@ -80,7 +99,7 @@ fn check_user_prm(device: &Device, list: &mut impl FnMut(usize, Fault, String)) 
     if let Some(length) = length.filter(|length| *length != octets.len()) {
         list(1, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
     }
-    let ext = crate::parameters::defaults(device, &device.prm);
+    let ext = device.prm.octets(&device.parameters, |_| None);
     if !ext.is_empty() && ext != *octets {
         list(1, Fault::BothPrm, String::new());
     }

@@ -1,14 +1,11 @@
 //! The user parameters of Set_Prm.
 
-use crate::configuration::Configuration;
+use super::Configuration;
 use crate::device::Device;
-use crate::parameter::{Parameter, PrmArea, PrmContent};
+use crate::parameter::{MAX_USER_PRM, Parameter, PrmArea, PrmContent};
 use crate::words;
 use std::collections::BTreeMap;
 use std::fmt;
-
-/// The longest user parameters, profibus-wire 2.4.
-const MAX_USER_PRM: usize = 237;
 
 /// Changed values by area (0 the station, then the modules) and item of the area.
 #[derive(Clone, Debug, Default)]
@@ -136,43 +133,6 @@ impl fmt::Display for PrmError {
 
 impl std::error::Error for PrmError {}
 
-/// The octets of an area with the defaults of the file.
-pub(crate) fn defaults(device: &Device, area: &PrmArea) -> Vec<u8> {
-    render(device, area, |_| None)
-}
-
-/// The octets of an area. What is defined later counts where definitions overlap. The length of the file counts; without one the area
-/// ends with its last definition.
-fn render(device: &Device, area: &PrmArea, changed: impl Fn(usize) -> Option<i64>) -> Vec<u8> {
-    let mut octets = Vec::new();
-    for (index, item) in area.items.iter().enumerate() {
-        let offset = usize::from(item.offset);
-        match &item.content {
-            PrmContent::Const(constant) => {
-                let place = room(&mut octets, offset, constant.len());
-                place.iter_mut().zip(constant).for_each(|(octet, constant)| *octet = *constant);
-            }
-            PrmContent::Ref(number) => {
-                let Some(parameter) = device.parameters.get(number) else { continue };
-                let place = room(&mut octets, offset, parameter.kind.octets());
-                parameter.kind.put(changed(index).unwrap_or(parameter.default), place);
-            }
-        }
-    }
-    if let Some(length) = area.length {
-        octets.resize(usize::from(length).min(MAX_USER_PRM), 0);
-    }
-    octets
-}
-
-fn room(octets: &mut Vec<u8>, offset: usize, length: usize) -> &mut [u8] {
-    let end = offset.saturating_add(length);
-    if octets.len() < end {
-        octets.resize(end, 0);
-    }
-    octets.get_mut(offset..end).unwrap_or_default()
-}
-
 impl<'a> Configuration<'a> {
     /// The user parameters of Set_Prm, the octets from 7 on: those of the station, then those of the modules by slot.
     ///
@@ -240,7 +200,7 @@ impl<'a> Configuration<'a> {
         if index == 0 && area.items.is_empty() {
             return plain(self.device);
         }
-        render(self.device, area, |item| self.changes.0.get(&(index, item)).copied())
+        area.octets(&self.device.parameters, |item| self.changes.0.get(&(index, item)).copied())
     }
 
     fn placed(&self, area: usize, place: Place, content: &'a PrmArea) -> Vec<PlacedParameter<'a>> {
