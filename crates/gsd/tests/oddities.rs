@@ -89,6 +89,14 @@ fn a_text_goes_on_in_the_next_line() {
 }
 
 #[test]
+fn a_text_without_its_closing_mark_takes_no_line_without_a_mark() {
+    let file = file("Module=\"one\n7\nEndModule\nVendor_Name=\"two\"");
+    let module = file.device().modules.first().expect("a module");
+    assert_eq!((module.name.as_str(), module.number), ("one", 7));
+    assert_eq!(problems(&file), [(3, Fault::OpenString)]);
+}
+
+#[test]
 fn a_text_without_its_closing_mark_ends_with_the_line() {
     let file = file("Vendor_Name=\"one\nModel_Name=\"two\"");
     assert_eq!(file.device().general.vendor_name.as_deref(), Some("one"));
