@@ -12,13 +12,14 @@ fn name_and_encoding(octets: &[u8]) -> (String, Encoding) {
 
 #[test]
 fn each_code_page_is_told_by_its_letters() {
-    let cases: [(&[u8], &str, Encoding); 10] = [
+    let cases: [(&[u8], &str, Encoding); 11] = [
         (b"Geraet", "Geraet", Encoding::Ascii),
         ("Gerät".as_bytes(), "Gerät", Encoding::Utf8),
         (b"Ger\xE4t mit \xDCberlauf", "Gerät mit Überlauf", Encoding::Cp1252),
         (b"r\xE9gulateur d\x92entr\xE9e", "régulateur d’entrée", Encoding::Cp1252),
         (b"8 sorties \xE0 relais", "8 sorties à relais", Encoding::Cp1252),
         (b"500 \xB5s", "500 µs", Encoding::Cp1252),
+        (b"filter 5 \xB5", "filter 5 µ", Encoding::Cp1252),
         (b"500\xB5s", "500µs", Encoding::Cp1252),
         (b"Ger\x84t mit \x9Aberlauf", "Gerät mit Überlauf", Encoding::Cp850),
         (b"r\x82gulateur d'entr\x82e", "régulateur d'entrée", Encoding::Cp850),
