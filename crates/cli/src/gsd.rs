@@ -1,4 +1,6 @@
-//! `profivac gsd`: the GSD files of devices.
+//! `profivac gsd`: the GSD files of devices, and GSD files of any slave.
+
+mod file;
 
 use crate::failure::Failure;
 use crate::output::out;
@@ -13,8 +15,10 @@ use std::path::{Path, PathBuf};
 ///
 /// profivac generates it from the device's tables; it is not the vendor's file. Every configuration of the manual is a module.
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
+    #[command(subcommand)]
+    file: Option<file::FileCommand>,
     /// The device, for instance bcg450; with --out and without a device, all devices
     #[arg(value_name = "DEVICE", required_unless_present = "out")]
     device: Option<String>,
@@ -27,10 +31,15 @@ const EXAMPLES: &str = "\
 Examples:
   profivac gsd bcg450 > BCG450.GSD
   profivac gsd bcg450 --out gsd
-  profivac gsd --out gsd";
+  profivac gsd --out gsd
+  profivac gsd check PUMP.GSD VALVE.GSD
+  profivac gsd show VALVE.GSD --json";
 
-/// Prints the file, or writes the files.
+/// Prints the file, writes the files, or reads those of other vendors.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(command) = &arguments.file {
+        return file::run(command);
+    }
     let model = arguments.device.as_deref().map(entry).transpose()?.map(|entry| entry.model);
     match (&arguments.out, model) {
         (Some(folder), Some(model)) => write(folder, &[model]),

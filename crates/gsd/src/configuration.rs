@@ -1,0 +1,258 @@
+//! Modules in their slots: the octets of Chk_Cfg, and whose identifier is meant.
+
+mod parameters;
+
+pub use parameters::{Place, PlacedParameter, PrmError, Target};
+
+use crate::device::{Device, Module};
+use parameters::Changes;
+use profivac_wire::cfg::{self, Identifiers};
+use std::fmt;
+
+/// The longest Chk_Cfg, profibus-wire 2.6.
+const MAX_CHK_CFG: usize = 244;
+
+/// Modules in their slots, with changed parameters.
+///
+/// ```
+/// use profivac_gsd::{Configuration, GsdFile};
+///
+/// let file = GsdFile::read(b"#Profibus_DP
+/// Ident_Number = 0x1234
+/// Modular_Station = 1
+/// Max_Module = 2
+/// Module = \"valve\" 0x20
+/// 5
+/// EndModule
+/// Module = \"switch\" 0x10
+/// 7
+/// EndModule
+/// ");
+/// let configuration = Configuration::new(file.device(), &[7, 5])?;
+/// assert_eq!(configuration.chk_cfg(), [0x10, 0x20]);
+///
+/// let error = Configuration::new(file.device(), &[6]).unwrap_err();
+/// assert_eq!(error.to_string(), "the file has no module 6; it has 5 (valve), 7 (switch)");
+/// # Ok::<(), profivac_gsd::ConfigurationError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Configuration<'a> {
+    pub(crate) device: &'a Device,
+    pub(crate) plugged: Vec<Plugged<'a>>,
+    pub(crate) changes: Changes,
+}
+
+/// A module in its slot.
+#[derive(Clone, Copy, Debug)]
+pub struct Plugged<'a> {
+    /// The number of the slot. chosen: from 1, or from 0 if the file defines a slot 0.
+    pub slot: u32,
+    /// The module.
+    pub module: &'a Module,
+}
+
+/// Why modules are no configuration of the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ConfigurationError {
+    /// No module of the file has this number.
+    UnknownModule {
+        /// The number.
+        number: u32,
+        /// The modules of the file.
+        possible: String,
+    },
+    /// The slot does not take the module.
+    Slot {
+        /// The number of the slot.
+        slot: u32,
+        /// The module.
+        module: String,
+        /// The modules that the slot takes.
+        possible: String,
+    },
+    /// No modules were given, and the file presets none.
+    NoModule {
+        /// The modules of the file.
+        possible: String,
+    },
+    /// More modules than the station takes.
+    TooManyModules {
+        /// Number of given modules.
+        given: usize,
+        /// Greatest number of modules.
+        most: usize,
+    },
+    /// A module that is always plugged is missing, or not in the order of the file.
+    Fixed {
+        /// The module.
+        module: String,
+    },
+    /// More octets than the file or the protocol allows.
+    TooLong {
+        /// What is too long.
+        what: &'static str,
+        /// Number of octets.
+        octets: usize,
+        /// Greatest number of octets.
+        most: usize,
+    },
+}
+
+impl fmt::Display for ConfigurationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownModule { number, possible } => write!(f, "the file has no module {number}; it has {possible}"),
+            Self::Slot { slot, module, possible } => {
+                write!(f, "slot {slot} does not take {module}; it takes {possible}")
+            }
+            Self::NoModule { possible } => write!(f, "expected modules, and the file presets none; it has {possible}"),
+            Self::TooManyModules { given, most: 1 } => write!(f, "{given} modules for a compact station; choose one"),
+            Self::TooManyModules { given, most } => write!(f, "{given} modules; the station takes at most {most}"),
+            Self::Fixed { module } => {
+                write!(f, "{module} is always plugged, in the order of the file; add it to the modules")
+            }
+            Self::TooLong { what, octets, most } => {
+                write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ConfigurationError {}
+
+impl<'a> Configuration<'a> {
+    /// The modules with these numbers in the slots from the first on.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigurationError`] says which module or slot, and what is possible.
+    pub fn new(device: &'a Device, numbers: &[u32]) -> Result<Self, ConfigurationError> {
+        let module = |number: &u32| {
+            let unknown =
+                || ConfigurationError::UnknownModule { number: *number, possible: names(device.modules.iter()) };
+            device.module(*number).ok_or_else(unknown)
+        };
+        Self::of(device, numbers.iter().map(module).collect::<Result<_, _>>()?)
+    }
+
+    /// These modules in the slots from the first on, for modules that share a number or were chosen by name.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigurationError`] says which module or slot, and what is possible.
+    pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
+        let first = u32::from(!device.slots.contains_key(&0));
+        let plugged = (first..).zip(modules).map(|(slot, module)| Plugged { slot, module }).collect();
+        let configuration = Self { device, plugged, changes: Changes::default() };
+        configuration.check()?;
+        Ok(configuration)
+    }
+
+    /// The modules that are plugged at first: the defaults of the slots, else the modules with Preset, else the only module.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigurationError::NoModule`] if the file does not say.
+    pub fn preset(device: &'a Device) -> Result<Self, ConfigurationError> {
+        let slots: Vec<_> = device.slots.values().filter_map(|slot| device.module(slot.default)).collect();
+        if !slots.is_empty() && slots.len() == device.slots.len() {
+            return Self::of(device, slots);
+        }
+        let presets: Vec<_> = device.modules.iter().filter(|module| module.preset).collect();
+        match (presets.is_empty(), device.modules.as_slice()) {
+            (true, [only]) => Self::of(device, vec![only]),
+            _ => Self::of(device, presets),
+        }
+    }
+
+    /// The modules in their slots.
+    #[must_use]
+    pub fn modules(&self) -> &[Plugged<'a>] {
+        &self.plugged
+    }
+
+    /// The octets of Chk_Cfg: the identifiers of the modules, one after the other.
+    #[must_use]
+    pub fn chk_cfg(&self) -> Vec<u8> {
+        self.plugged.iter().flat_map(|plugged| plugged.module.config.iter().copied()).collect()
+    }
+
+    /// The module of an identifier: diagnosis counts identifiers from 0, and a module has none, one or several.
+    #[must_use]
+    pub fn module_of_identifier(&self, identifier: usize) -> Option<&Plugged<'a>> {
+        let mut count = 0_usize;
+        self.plugged.iter().find(|plugged| {
+            count = count.saturating_add(Identifiers::new(&plugged.module.config).count());
+            identifier < count
+        })
+    }
+
+    /// The file's text for a channel error of an identifier: the module's own text, else the text of the device.
+    #[must_use]
+    pub fn channel_text(&self, identifier: usize, error: u8) -> Option<&str> {
+        let own = self.module_of_identifier(identifier).and_then(|plugged| plugged.module.diagnosis.channel(error));
+        own.or_else(|| self.device.diagnosis.channel(error)).map(|words| words.text.as_str())
+    }
+
+    fn check(&self) -> Result<(), ConfigurationError> {
+        let (given, most) = (self.plugged.len(), self.device.max_modules());
+        if given == 0 {
+            return Err(ConfigurationError::NoModule { possible: names(self.device.modules.iter()) });
+        }
+        if given > most {
+            return Err(ConfigurationError::TooManyModules { given, most });
+        }
+        self.check_fixed()?;
+        self.check_slots()?;
+        self.check_lengths()
+    }
+
+    fn check_fixed(&self) -> Result<(), ConfigurationError> {
+        if self.device.general.fix_preset_modules != Some(true) || !self.device.is_modular() {
+            return Ok(());
+        }
+        let mut plugged = self.plugged.iter();
+        let mut fixed = self.device.modules.iter().filter(|module| module.preset);
+        let missing = fixed.find(|fixed| !plugged.any(|plugged| std::ptr::eq(plugged.module, *fixed)));
+        missing.map_or(Ok(()), |module| Err(ConfigurationError::Fixed { module: name(module) }))
+    }
+
+    fn check_slots(&self) -> Result<(), ConfigurationError> {
+        for Plugged { slot: number, module } in &self.plugged {
+            let Some(slot) = self.device.slots.get(number).filter(|slot| !slot.allows(module.number)) else { continue };
+            let possible = names(self.device.modules.iter().filter(|module| slot.allows(module.number)));
+            return Err(ConfigurationError::Slot { slot: *number, module: name(module), possible });
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self) -> Result<(), ConfigurationError> {
+        let octets = self.chk_cfg();
+        at_most("Chk_Cfg", octets.len(), MAX_CHK_CFG)?;
+        let Ok(lengths) = cfg::lengths(&octets) else { return Ok(()) };
+        let (inputs, outputs) = (usize::from(lengths.inputs), usize::from(lengths.outputs));
+        let general = &self.device.general;
+        // Max_Input_Len and the others are keywords of modular stations.
+        if !self.device.is_modular() {
+            return Ok(());
+        }
+        let limit = |most: Option<u32>| most.and_then(|most| usize::try_from(most).ok()).unwrap_or(usize::MAX);
+        at_most("inputs", inputs, limit(general.max_input_len))?;
+        at_most("outputs", outputs, limit(general.max_output_len))?;
+        at_most("inputs and outputs", inputs.saturating_add(outputs), limit(general.max_data_len))
+    }
+}
+
+fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {
+    if octets > most { Err(ConfigurationError::TooLong { what, octets, most }) } else { Ok(()) }
+}
+
+fn name(module: &Module) -> String {
+    format!("{} ({})", module.number, module.name)
+}
+
+/// The first twenty of the modules in words.
+fn names<'a>(modules: impl Iterator<Item = &'a Module>) -> String {
+    crate::words::list(modules.map(name))
+}

@@ -1,0 +1,273 @@
+//! The user parameters of Set_Prm.
+
+use super::Configuration;
+use crate::device::Device;
+use crate::parameter::{MAX_USER_PRM, Parameter, PrmArea, PrmContent};
+use crate::words;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Changed values by area (0 the station, then the modules) and item of the area.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Changes(BTreeMap<(usize, usize), i64>);
+
+/// Where a parameter belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// The station.
+    Station,
+    /// The module in this slot.
+    Slot(u32),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Station => f.write_str("the station"),
+            Place::Slot(slot) => write!(f, "slot {slot}"),
+        }
+    }
+}
+
+/// A parameter to change. Place and offset are needed only if several parameters have the name.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// Its name in the file; blanks at its ends do not count.
+    pub name: &'a str,
+    /// The station or a slot.
+    pub place: Option<Place>,
+    /// Its first octet within the parameters of this place.
+    pub offset: Option<u8>,
+}
+
+impl<'a> From<&'a str> for Target<'a> {
+    fn from(name: &'a str) -> Self {
+        Self { name, place: None, offset: None }
+    }
+}
+
+/// A parameter of a configuration with its place and value.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedParameter<'a> {
+    /// The station or a slot.
+    pub place: Place,
+    /// Its first octet within the parameters of this place.
+    pub offset: u8,
+    /// Its definition.
+    pub parameter: &'a Parameter,
+    /// The value: the default or the change.
+    pub value: i64,
+    area: usize,
+    item: usize,
+}
+
+/// Why a parameter cannot be changed, or why there are no user parameters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PrmError {
+    /// No parameter has this name there.
+    Unknown {
+        /// The name.
+        name: String,
+        /// The parameters that can be changed there.
+        possible: String,
+    },
+    /// Several parameters have this name.
+    Ambiguous {
+        /// The name.
+        name: String,
+        /// Their places.
+        possible: String,
+    },
+    /// The parameter does not have this value.
+    Value {
+        /// The name.
+        name: String,
+        /// The value.
+        value: String,
+        /// The possible values.
+        possible: String,
+    },
+    /// The file says that the parameter cannot be changed.
+    NotChangeable {
+        /// The name.
+        name: String,
+    },
+    /// A later line of the file puts other octets in the same place.
+    Covered {
+        /// The name.
+        name: String,
+        /// The line of the reference.
+        line: usize,
+    },
+    /// The user parameters are longer than allowed.
+    TooLong {
+        /// Number of octets.
+        octets: usize,
+        /// Greatest number of octets.
+        most: usize,
+    },
+}
+
+impl fmt::Display for PrmError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown { name, possible } => write!(f, "no parameter {name}; there are {possible}"),
+            Self::Ambiguous { name, possible } => {
+                write!(f, "several parameters {name}; say slot and offset: {possible}")
+            }
+            Self::Value { name, value, possible } => write!(f, "{name} cannot be {value}; possible are {possible}"),
+            Self::NotChangeable { name } => write!(f, "the file does not let users change {name}"),
+            Self::Covered { name, line } => {
+                write!(
+                    f,
+                    "{name} cannot be changed: a definition behind line {line} of the file writes the same octets"
+                )
+            }
+            Self::TooLong { octets, most } => {
+                write!(f, "{octets} octets of user parameters; at most {most} are possible; choose fewer modules")
+            }
+        }
+    }
+}
+
+impl std::error::Error for PrmError {}
+
+impl<'a> Configuration<'a> {
+    /// The user parameters of Set_Prm, the octets from 7 on: those of the station, then those of the modules by slot.
+    ///
+    /// Ext_User_Prm_Data replace User_Prm_Data as a whole. On a DP-V1 slave the first three octets are the DP-V1 status, as the file
+    /// gives them. The parameters for PROFIsafe are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
+    pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
+        let octets: Vec<u8> = self.areas().flat_map(|(index, _, area)| self.octets_of(index, area)).collect();
+        let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
+        let most = most.unwrap_or(MAX_USER_PRM).min(MAX_USER_PRM);
+        if octets.len() > most { Err(PrmError::TooLong { octets: octets.len(), most }) } else { Ok(octets) }
+    }
+
+    /// The parameters of the station and of the modules, in the order of their octets' definitions.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<PlacedParameter<'a>> {
+        self.areas().flat_map(|(area, place, content)| self.placed(area, place, content)).collect()
+    }
+
+    /// Changes a parameter: a number, or the file's text for a value. chosen: a text counts before a number.
+    ///
+    /// # Errors
+    ///
+    /// [`PrmError`] says which parameters or values are possible.
+    pub fn set<'t>(&mut self, target: impl Into<Target<'t>>, value: &str) -> Result<(), PrmError> {
+        let target = target.into();
+        let found = self.find(&target)?;
+        let name = || found.parameter.name.clone();
+        if !found.parameter.changeable {
+            return Err(PrmError::NotChangeable { name: name() });
+        }
+        let number = value_of(self.device, found.parameter, value)?;
+        let before = self.changes.0.insert((found.area, found.item), number);
+        if self.sent(&found) == Some(number) {
+            return Ok(());
+        }
+        match before {
+            Some(before) => self.changes.0.insert((found.area, found.item), before),
+            None => self.changes.0.remove(&(found.area, found.item)),
+        };
+        let line = self.area(found.area).and_then(|area| area.items.get(found.item)).map_or(0, |item| item.line);
+        Err(PrmError::Covered { name: name(), line })
+    }
+
+    fn area(&self, index: usize) -> Option<&'a PrmArea> {
+        self.areas().nth(index).map(|(_, _, area)| area)
+    }
+
+    /// The value of a parameter in the octets.
+    fn sent(&self, placed: &PlacedParameter<'_>) -> Option<i64> {
+        let octets = self.octets_of(placed.area, self.area(placed.area)?);
+        placed.parameter.kind.get(octets.get(usize::from(placed.offset)..)?)
+    }
+
+    fn areas(&self) -> impl Iterator<Item = (usize, Place, &'a PrmArea)> + use<'a, '_> {
+        let station = std::iter::once((Place::Station, &self.device.prm));
+        let modules = self.plugged.iter().map(|plugged| (Place::Slot(plugged.slot), &plugged.module.prm));
+        station.chain(modules).enumerate().map(|(index, (place, area))| (index, place, area))
+    }
+
+    fn octets_of(&self, index: usize, area: &PrmArea) -> Vec<u8> {
+        if index == 0 && area.items.is_empty() {
+            return plain(self.device);
+        }
+        area.octets(&self.device.parameters, |item| self.changes.0.get(&(index, item)).copied())
+    }
+
+    fn placed(&self, area: usize, place: Place, content: &'a PrmArea) -> Vec<PlacedParameter<'a>> {
+        let one = |(item, definition): (usize, &'a crate::parameter::PrmItem)| {
+            let PrmContent::Ref(number) = definition.content else { return None };
+            let parameter = self.device.parameters.get(&number)?;
+            let value = self.changes.0.get(&(area, item)).copied().unwrap_or(parameter.default);
+            Some(PlacedParameter { place, offset: definition.offset, parameter, value, area, item })
+        };
+        content.items.iter().enumerate().filter_map(one).collect()
+    }
+
+    fn find(&self, target: &Target<'_>) -> Result<PlacedParameter<'a>, PrmError> {
+        let name = target.name.trim();
+        let there = |one: &PlacedParameter<'_>| {
+            target.place.is_none_or(|place| place == one.place)
+                && target.offset.is_none_or(|offset| offset == one.offset)
+        };
+        let all = self.parameters();
+        let found: Vec<_> = all.iter().filter(|one| one.parameter.name == name && there(one)).copied().collect();
+        match found.as_slice() {
+            [only] => Ok(*only),
+            [] => {
+                let possible: std::collections::BTreeSet<_> =
+                    all.iter().map(|one| one.parameter.name.clone()).collect();
+                Err(PrmError::Unknown { name: name.to_owned(), possible: words::list(possible.into_iter()) })
+            }
+            several => {
+                let places = several.iter().map(|one| format!("{} offset {}", one.place, one.offset));
+                Err(PrmError::Ambiguous { name: name.to_owned(), possible: words::list(places) })
+            }
+        }
+    }
+}
+
+/// User_Prm_Data, as long as User_Prm_Data_Len says.
+fn plain(device: &Device) -> Vec<u8> {
+    let mut octets = device.user_prm_data.clone().unwrap_or_default();
+    if let Some(length) = device.general.user_prm_data_len.and_then(|length| usize::try_from(length).ok()) {
+        octets.resize(length.min(MAX_USER_PRM), 0);
+    }
+    octets
+}
+
+/// The value that a user means, if the parameter may have it.
+fn value_of(device: &Device, parameter: &Parameter, value: &str) -> Result<i64, PrmError> {
+    let texts = parameter.texts.and_then(|number| device.texts.get(&number)).map(|texts| texts.texts.as_slice());
+    let wanted = value.trim();
+    let named =
+        texts.unwrap_or_default().iter().filter(|(number, text)| text.trim() == wanted && parameter.allows(*number));
+    let named: std::collections::BTreeSet<i64> = named.map(|(number, _)| *number).collect();
+    let number = match named.len() {
+        0 => number(wanted).filter(|number| parameter.allows(*number)),
+        1 => named.first().copied(),
+        // One text for several values: the number says which.
+        _ => None,
+    };
+    number.ok_or_else(|| PrmError::Value {
+        name: parameter.name.clone(),
+        value: value.to_owned(),
+        possible: device.values_of(parameter),
+    })
+}
+
+fn number(text: &str) -> Option<i64> {
+    match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        Some(digits) => i64::from_str_radix(digits, 16).ok().filter(|value| *value >= 0),
+        None => text.parse().ok(),
+    }
+}

@@ -1,0 +1,147 @@
+//! The typed model of a GSD file.
+
+use crate::diagnosis::Diagnosis;
+use crate::general::{General, Rate};
+use crate::parameter::{Parameter, PrmArea, PrmText};
+use std::collections::BTreeMap;
+
+/// A device as its GSD file describes it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Device {
+    /// Keywords with one value.
+    pub general: General,
+    /// The baud rates of the file, in the order of [`RATES`](crate::RATES).
+    pub rates: Vec<Rate>,
+    /// User_Prm_Data of the station, for tools that do not know the Ext ones.
+    pub user_prm_data: Option<Vec<u8>>,
+    /// Ext_User_Prm_Data of the station. Its length is Max_User_Prm_Data_Len, a limit.
+    pub prm: PrmArea,
+    /// ExtUserPrmData by number.
+    pub parameters: BTreeMap<u32, Parameter>,
+    /// PrmText by number.
+    pub texts: BTreeMap<u32, PrmText>,
+    /// The modules in the order of the file.
+    pub modules: Vec<Module>,
+    /// SlotDefinition by number of the slot; empty if every slot takes every module.
+    pub slots: BTreeMap<u32, Slot>,
+    /// Texts for diagnosis.
+    pub diagnosis: Diagnosis,
+    /// Lines that the model does not interpret.
+    pub others: Vec<Other>,
+}
+
+/// A module, the keyword Module.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Module {
+    /// The number in the file. Without one the reader numbers it by its place, see [`Module::numbered`].
+    pub number: u32,
+    /// Whether the file gives the number.
+    pub numbered: bool,
+    /// The name without blanks at its ends.
+    pub name: String,
+    /// Its configuration identifiers: none, one or several.
+    pub config: Vec<u8>,
+    /// Whether the module is plugged at first; with FixPresetModules always.
+    pub preset: bool,
+    /// Info_Text.
+    pub info: Option<String>,
+    /// Its part of the user parameters; its length is Ext_Module_Prm_Data_Len.
+    pub prm: PrmArea,
+    /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets.
+    pub safety: PrmArea,
+    /// Texts for diagnosis of this module.
+    pub diagnosis: Diagnosis,
+    /// Lines that the model does not interpret.
+    pub others: Vec<Other>,
+    /// The line of the definition, from 1; 0 if it comes from no file.
+    pub line: usize,
+}
+
+/// A slot and the modules that it takes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Slot {
+    /// The number of the slot.
+    pub number: u32,
+    /// Its name.
+    pub name: String,
+    /// The number of the module that is plugged at first.
+    pub default: u32,
+    /// The numbers of the allowed modules, from the first to the second.
+    pub allowed: Vec<(u32, u32)>,
+    /// The line of the definition, from 1; 0 if it comes from no file.
+    pub line: usize,
+}
+
+/// A line that the model does not interpret.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Other {
+    /// The line, from 1.
+    pub line: usize,
+    /// The keyword as the file writes it.
+    pub keyword: String,
+    /// The line without the comment at its end; a line that goes on in others has its continuations.
+    pub text: String,
+}
+
+impl Slot {
+    /// Whether the slot takes the module with this number.
+    #[must_use]
+    pub fn allows(&self, module: u32) -> bool {
+        module == self.default || self.allowed.iter().any(|(low, high)| (*low..=*high).contains(&module))
+    }
+}
+
+impl Device {
+    /// The module with this number; the first if the file gives it twice.
+    #[must_use]
+    pub fn module(&self, number: u32) -> Option<&Module> {
+        self.modules.iter().find(|module| module.number == number)
+    }
+
+    /// The modules with this name: blanks at its ends do not count.
+    pub fn modules_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Module> {
+        self.modules.iter().filter(move |module| module.name == name.trim())
+    }
+
+    /// The modules with these configuration octets: several modules can have the same.
+    pub fn modules_with<'a>(&'a self, config: &'a [u8]) -> impl Iterator<Item = &'a Module> {
+        self.modules.iter().filter(move |module| module.config == config)
+    }
+
+    /// Whether a user chooses several modules. A compact station has one.
+    #[must_use]
+    pub fn is_modular(&self) -> bool {
+        self.general.modular_station.unwrap_or(false)
+    }
+
+    /// Number of modules that the station takes: Max_Module, 1 for a compact station, 244 if the file does not say.
+    #[must_use]
+    pub fn max_modules(&self) -> usize {
+        if !self.is_modular() {
+            return 1;
+        }
+        self.general.max_module.map_or(244, |most| usize::try_from(most).unwrap_or(usize::MAX))
+    }
+
+    /// The text for a value of a parameter.
+    #[must_use]
+    pub fn text_of<'a>(&'a self, parameter: &Parameter, value: i64) -> Option<&'a str> {
+        let texts = &self.texts.get(&parameter.texts?)?.texts;
+        texts.iter().find(|(number, _)| *number == value).map(|(_, text)| text.as_str())
+    }
+
+    /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`.
+    #[must_use]
+    pub fn values_of(&self, parameter: &Parameter) -> String {
+        let whole = [parameter.kind.limits()];
+        let allowed = if parameter.allowed.is_empty() { &whole } else { parameter.allowed.as_slice() };
+        let texts = parameter.texts.and_then(|number| self.texts.get(&number)).map(|texts| texts.texts.as_slice());
+        let named: Vec<_> = texts.unwrap_or_default().iter().filter(|(value, _)| parameter.allows(*value)).collect();
+        if !named.is_empty() {
+            return named.iter().map(|(value, text)| format!("{value} ({text})")).collect::<Vec<_>>().join(", ");
+        }
+        let words =
+            allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") });
+        words.collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,31 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+
+// The tests of the workspace know the crate by this name.
+#[cfg(test)]
+extern crate self as profivac_gsd;
+
+mod configuration;
+mod device;
+mod diagnosis;
+mod encoding;
+mod file;
+mod general;
+mod lexer;
+mod parameter;
+mod problem;
+mod reader;
+mod statement;
+mod words;
+mod write;
+
+pub use configuration::{Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target};
+pub use device::{Device, Module, Other, Slot};
+pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};
+pub use encoding::Encoding;
+pub use file::GsdFile;
+pub use general::{General, RATES, Rate};
+pub use parameter::{DataType, Interval, Parameter, PrmArea, PrmContent, PrmItem, PrmText};
+pub use problem::{Fault, Problem, Severity, Tool};
+pub use write::text;

@@ -1,0 +1,105 @@
+//! Chk_Cfg from modules.
+
+use crate::support::file;
+use profivac_gsd::{Configuration, ConfigurationError, GsdFile};
+
+const MODULES: &str = "Module=\"in\" 0x10\n5\nEndModule\nModule=\"out\" 0x20\n7\nEndModule\nModule=\"both\" 0x10,0x42,0x84,0x08,0x05\n9\nEndModule\nModule=\"free\" 0x00\n0\nEndModule\n";
+
+fn modular(lines: &str) -> GsdFile {
+    file(&format!("Modular_Station=1\nMax_Module=4\n{MODULES}{lines}"))
+}
+
+fn error(file: &GsdFile, numbers: &[u32]) -> String {
+    Configuration::new(file.device(), numbers).expect_err("no configuration").to_string()
+}
+
+#[test]
+fn the_identifiers_of_the_modules_follow_each_other() {
+    let file = modular("");
+    let configuration = Configuration::new(file.device(), &[7, 0, 9, 5]).expect("a configuration");
+    assert_eq!(configuration.chk_cfg(), [0x20, 0x00, 0x10, 0x42, 0x84, 0x08, 0x05, 0x10]);
+    let slots: Vec<_> = configuration.modules().iter().map(|plugged| (plugged.slot, plugged.module.number)).collect();
+    assert_eq!(slots, [(1, 7), (2, 0), (3, 9), (4, 5)]);
+}
+
+#[test]
+fn diagnosis_counts_identifiers_and_not_modules() {
+    let file = modular("Channel_Diag(16)=\"of the device\"");
+    let configuration = Configuration::new(file.device(), &[7, 9, 5]).expect("a configuration");
+    let module = |identifier| configuration.module_of_identifier(identifier).map(|plugged| plugged.module.number);
+    assert_eq!([0, 1, 2, 3, 4].map(module), [Some(7), Some(9), Some(9), Some(5), None]);
+    assert_eq!(configuration.channel_text(1, 16), Some("of the device"));
+}
+
+#[test]
+fn an_unknown_module_is_refused_with_the_modules_of_the_file() {
+    assert_eq!(error(&modular(""), &[5, 6]), "the file has no module 6; it has 5 (in), 7 (out), 9 (both), 0 (free)");
+}
+
+#[test]
+fn a_station_takes_no_more_modules_than_the_file_says() {
+    assert!(Configuration::new(modular("").device(), &[5; 4]).is_ok());
+    assert_eq!(error(&modular(""), &[5; 5]), "5 modules; the station takes at most 4");
+}
+
+#[test]
+fn a_compact_station_has_one_of_its_modules() {
+    let file = file(MODULES);
+    assert!(Configuration::new(file.device(), &[7]).is_ok());
+    assert_eq!(error(&file, &[7, 7]), "2 modules for a compact station; choose one");
+    let none = Configuration::preset(file.device()).expect_err("no module is preset");
+    assert!(matches!(none, ConfigurationError::NoModule { .. }), "{none}");
+}
+
+#[test]
+fn the_only_module_of_a_compact_station_needs_no_choice() {
+    let file = file("Module=\"only\" 0x33\nEndModule");
+    assert_eq!(Configuration::preset(file.device()).map(|one| one.chk_cfg()), Ok(vec![0x33]));
+}
+
+#[test]
+fn a_slot_takes_only_its_modules() {
+    let file = modular("SlotDefinition\nSlot(1)=\"first\" 5 5,7\nSlot(2)=\"second\" 0 0-7\nEndSlotDefinition");
+    assert!(Configuration::new(file.device(), &[7, 0]).is_ok());
+    assert!(Configuration::new(file.device(), &[7, 0, 9]).is_ok(), "slot 3 is not defined");
+    assert_eq!(error(&file, &[7, 9]), "slot 2 does not take 9 (both); it takes 5 (in), 7 (out), 0 (free)");
+    assert_eq!(Configuration::preset(file.device()).map(|one| one.chk_cfg()), Ok(vec![0x10, 0x00]));
+}
+
+#[test]
+fn slots_count_from_zero_if_the_file_has_a_slot_zero() {
+    let file = modular("SlotDefinition\nSlot(0)=\"head\" 5 5\nSlot(1)=\"next\" 7 7\nEndSlotDefinition");
+    let configuration = Configuration::new(file.device(), &[5, 7]).expect("a configuration");
+    assert_eq!(configuration.modules().iter().map(|plugged| plugged.slot).collect::<Vec<_>>(), [0, 1]);
+    assert!(Configuration::new(file.device(), &[7, 5]).is_err());
+}
+
+#[test]
+fn fixed_modules_stay_and_preset_modules_may_go() {
+    let lines = "Module=\"head\" 0x30\n20\nPreset=1\nEndModule\nModule=\"tail\" 0x31\n21\nPreset=1\nEndModule";
+    let fixed = modular(&format!("FixPresetModules=1\n{lines}"));
+    assert_eq!(Configuration::preset(fixed.device()).map(|one| one.chk_cfg()), Ok(vec![0x30, 0x31]));
+    assert!(Configuration::new(fixed.device(), &[20, 5, 21]).is_ok());
+    assert_eq!(error(&fixed, &[20, 5]), "21 (tail) is always plugged, in the order of the file; add it to the modules");
+    assert!(Configuration::new(fixed.device(), &[21, 20]).is_err());
+    let free = modular(lines);
+    assert_eq!(Configuration::preset(free.device()).map(|one| one.chk_cfg()), Ok(vec![0x30, 0x31]));
+    assert!(Configuration::new(free.device(), &[5]).is_ok());
+}
+
+#[test]
+fn inputs_and_outputs_stay_within_the_lengths_of_the_file() {
+    let file = modular("Max_Input_Len=2\nMax_Output_Len=1\nMax_Data_Len=2");
+    assert!(Configuration::new(file.device(), &[5, 5]).is_ok());
+    let most = "are possible; choose fewer modules";
+    assert_eq!(error(&file, &[5, 5, 5]), format!("3 octets of inputs; at most 2 {most}"));
+    assert_eq!(error(&file, &[7, 7]), format!("2 octets of outputs; at most 1 {most}"));
+    assert_eq!(error(&file, &[5, 5, 7]), format!("3 octets of inputs and outputs; at most 2 {most}"));
+}
+
+#[test]
+fn chk_cfg_has_at_most_244_octets() {
+    let file = file("Modular_Station=1\nModule=\"free\" 0\nEndModule");
+    assert!(Configuration::new(file.device(), &[1; 244]).is_ok());
+    assert_eq!(error(&file, &[1; 245]), "245 modules; the station takes at most 244");
+}

@@ -1,0 +1,16 @@
+//! The tests of this crate in one program: linked once, and what they share is compiled once.
+
+#![allow(clippy::expect_used, clippy::unwrap_used, reason = "tests")]
+
+#[path = "../../../tests/support/every_file.rs"]
+mod every_file;
+
+mod any_octets;
+mod configuration;
+mod diagnosis;
+mod encoding;
+mod model;
+mod oddities;
+mod parameters;
+mod support;
+mod writing;

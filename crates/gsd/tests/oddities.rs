@@ -1,0 +1,200 @@
+//! One property of real files in each test.
+
+use crate::support::{file, problems};
+use profivac_gsd::{Device, Fault, GsdFile, PrmContent, Severity, Tool};
+
+fn constants(device: &Device) -> Vec<(u8, Vec<u8>)> {
+    let constant = |item: &profivac_gsd::PrmItem| match &item.content {
+        PrmContent::Const(octets) => Some((item.offset, octets.clone())),
+        PrmContent::Ref(_) => None,
+    };
+    device.prm.items.iter().filter_map(constant).collect()
+}
+
+fn is_constant(file: &GsdFile, octets: &[u8]) {
+    assert_eq!(constants(file.device()), [(0, octets.to_vec())], "{:?}", file.problems());
+}
+
+#[test]
+fn text_behind_the_header_is_a_remark_with_the_tools_that_object() {
+    for header in ["#Profibus_DP ; a GSD file", "#Profibus_DP for all"] {
+        let file = GsdFile::read(format!("{header}\nIdent_Number=7\nModule=\"m\" 0x10\nEndModule\n").as_bytes());
+        assert_eq!(file.device().general.ident_number, Some(7));
+        let [problem] = file.problems() else { panic!("{:?}", file.problems()) };
+        assert_eq!((problem.line, problem.fault, problem.severity()), (1, Fault::TextBehindHeader, Severity::Remark));
+        assert_eq!(problem.tools(), [Tool::Pyprofibus, Tool::GsdParser]);
+        let words = "line 1: text behind #Profibus_DP; move the comment to the next line; not read as meant by pyprofibus 1.13, gsd-parser 0.6.0";
+        assert_eq!(problem.to_string(), words);
+    }
+}
+
+#[test]
+fn the_header_may_have_other_capitals_or_be_missing() {
+    let file = GsdFile::read(b"#PROFIBUS_DP\nIdent_Number=7\n");
+    assert_eq!(problems(&file), [(1, Fault::HeaderCapitals)]);
+    let file = GsdFile::read(b"Ident_Number=7\n");
+    assert_eq!(problems(&file), [(1, Fault::NoHeader)]);
+    assert_eq!(file.device().general.ident_number, Some(7));
+    let file = GsdFile::read(b"; first\nIdent_Number=7\n#Profibus_DP\n");
+    assert_eq!(problems(&file), [(2, Fault::KeywordBeforeHeader)]);
+}
+
+#[test]
+fn a_list_goes_on_behind_a_backslash_with_blanks_and_comments() {
+    is_constant(&file("Ext_User_Prm_Data_Const(0)=0x80,\\\n0x01,0x02"), &[0x80, 1, 2]);
+    let with_comment = file("Ext_User_Prm_Data_Const(0)=0x80,\\  ; status\n0x01,\\\t\n0x02 ; end");
+    is_constant(&with_comment, &[0x80, 1, 2]);
+    let expected = [(3, Fault::CommentBehindContinuation), (4, Fault::BlankBehindContinuation)];
+    assert_eq!(problems(&with_comment), expected);
+    is_constant(&file("Ext_User_Prm_Data_Const(0)=0x80\\\r\n,0x01"), &[0x80, 1]);
+}
+
+#[test]
+fn comments_stand_between_the_lines_of_a_list() {
+    is_constant(&file("Ext_User_Prm_Data_Const(0)=0x80,\\\n; 0x07,\\\n  ; more\n0x02"), &[0x80, 2]);
+}
+
+#[test]
+fn a_commented_list_that_ends_with_a_backslash_takes_no_line_with_it() {
+    let file = file(";Ext_User_Prm_Data_Const(0)=0x80,\\\n;  0x01,\\\nExt_User_Prm_Data_Const(0)=0x02");
+    is_constant(&file, &[2]);
+    assert_eq!(problems(&file), []);
+}
+
+#[test]
+fn a_backslash_in_front_of_a_keyword_ends_nothing() {
+    let file = file("Ext_User_Prm_Data_Const(0)=0x80,0x01\\\nMax_Module=3\nModule=\"m\" 0x10 \\\nEndModule");
+    is_constant(&file, &[0x80, 1]);
+    assert_eq!(file.device().general.max_module, Some(3));
+    assert_eq!(file.device().modules.len(), 1);
+    assert_eq!(problems(&file), [(4, Fault::ContinuationOfNothing), (6, Fault::ContinuationOfNothing)]);
+}
+
+#[test]
+fn a_list_goes_on_behind_a_comma_without_a_backslash() {
+    let file = file("Ext_User_Prm_Data_Const(0)=0x80,\n0x01,0x02\nMax_Module=3");
+    is_constant(&file, &[0x80, 1, 2]);
+    assert_eq!(problems(&file), [(4, Fault::ListWithoutContinuation)]);
+}
+
+#[test]
+fn a_text_goes_on_in_the_next_line() {
+    let marked = file("Info_Text=\"one \\\ntwo; three \\ \nfour\" ; comment\nMax_Module=3");
+    assert_eq!(marked.device().general.info_text.as_deref(), Some("one two; three four"));
+    assert_eq!(problems(&marked), []);
+    let unmarked = file("Info_Text=\"one\n two\"\nMax_Module=3");
+    assert_eq!(unmarked.device().general.info_text.as_deref(), Some("one  two"));
+    assert_eq!(problems(&unmarked), [(3, Fault::StringWithoutContinuation)]);
+    assert_eq!((marked.device().general.max_module, unmarked.device().general.max_module), (Some(3), Some(3)));
+}
+
+#[test]
+fn a_text_without_its_closing_mark_takes_no_line_without_a_mark() {
+    let file = file("Module=\"one\n7\nEndModule\nVendor_Name=\"two\"");
+    let module = file.device().modules.first().expect("a module");
+    assert_eq!((module.name.as_str(), module.number), ("one", 7));
+    assert_eq!(problems(&file), [(3, Fault::OpenString)]);
+}
+
+#[test]
+fn a_text_without_its_closing_mark_ends_with_the_line() {
+    let file = file("Vendor_Name=\"one\nModel_Name=\"two\"");
+    assert_eq!(file.device().general.vendor_name.as_deref(), Some("one"));
+    assert_eq!(file.device().general.model_name.as_deref(), Some("two"));
+    assert_eq!(problems(&file), [(3, Fault::OpenString)]);
+}
+
+#[test]
+fn semicolons_and_quotation_marks_stand_in_texts() {
+    let file = file(
+        "Vendor_Name=\"a; b\" ; c\nModel_Name=\"a \"big\" one\"\nModule=\"pipe 4\" wide\" 0x10,0x20 ; in \"inches\"\nEndModule",
+    );
+    assert_eq!(file.device().general.vendor_name.as_deref(), Some("a; b"));
+    assert_eq!(file.device().general.model_name.as_deref(), Some("a \"big\" one"));
+    let module = file.device().modules.first().expect("a module");
+    assert_eq!((module.name.as_str(), module.config.as_slice()), ("pipe 4\" wide", [0x10, 0x20].as_slice()));
+    assert_eq!(problems(&file), [(4, Fault::QuoteInText), (5, Fault::ModuleName), (5, Fault::QuoteInText)]);
+}
+
+#[test]
+fn names_that_a_tool_leaves_out_are_one_remark() {
+    let file =
+        file("Module=\"a.b/c <1>\" 0x10\nEndModule\nModule=\"d'e\" 0x10\nEndModule\nModule=\"f;g\" 0x10\nEndModule");
+    assert_eq!(problems(&file), [(5, Fault::ModuleName)]);
+    assert_eq!(file.problems().first().map(|problem| problem.found.as_str()), Some("d'e, and 1 more"));
+}
+
+#[test]
+fn words_behind_a_text_are_ignored() {
+    let file = file("Vendor_Name=\"one\" two\nModel_Name=\"three\"");
+    assert_eq!(file.device().general.vendor_name.as_deref(), Some("one"));
+    assert_eq!(problems(&file), [(3, Fault::TextBehindString)]);
+}
+
+#[test]
+fn blanks_may_be_missing() {
+    let file = file("ExtUserPrmData=1\"p\"\nBitArea(1-2)1 0-3\nEndExtUserPrmData\nModule=\"m\"0x10,0x20\nEndModule");
+    let parameter = file.device().parameters.get(&1).expect("a parameter");
+    assert_eq!((parameter.default, parameter.allowed.as_slice()), (1, [(0, 3)].as_slice()));
+    assert_eq!(file.device().modules.first().map(|module| module.config.clone()), Some(vec![0x10, 0x20]));
+    assert_eq!(problems(&file), [(6, Fault::ModuleBlank)]);
+}
+
+#[test]
+fn a_capital_x_is_a_number_and_a_leading_zero_is_decimal() {
+    let file = file("Ext_User_Prm_Data_Const(0)=0X1F,010,08,0\nMax_Module=012");
+    is_constant(&file, &[0x1F, 10, 8, 0]);
+    assert_eq!(file.device().general.max_module, Some(12));
+    let [(3, Fault::CapitalX)] = problems(&file)[..] else { panic!("{:?}", file.problems()) };
+}
+
+#[test]
+fn keywords_have_any_capitals() {
+    let file = file("MAX_MODULE=3\nMODULE=\"m\" 0x10\nPRESET=1\nENDMODULE");
+    assert_eq!(file.device().general.max_module, Some(3));
+    assert!(file.device().modules.first().is_some_and(|module| module.preset));
+    assert_eq!(problems(&file), [3, 4, 5, 6].map(|line| (line, Fault::Capitals)));
+}
+
+#[test]
+fn a_blank_in_a_keyword_stands_for_an_underscore() {
+    let file = file("24V Pins\t= 2");
+    assert_eq!(file.device().general.pins_24v, Some(2));
+    assert_eq!(problems(&file), [(3, Fault::BlankInKeyword)]);
+}
+
+#[test]
+fn unknown_keywords_and_lines_stay_with_their_lines() {
+    let file = file("Colour = \"red\" ; nice\n17,18\nModule=\"m\" 0x10\nShape = 3\nEndModule");
+    let others: Vec<_> = file.device().others.iter().map(|other| (other.line, other.text.as_str())).collect();
+    assert_eq!(others, [(3, "Colour = \"red\""), (4, "17,18")]);
+    let module = file.device().modules.first().expect("a module");
+    assert_eq!(module.others.first().map(|other| (other.line, other.text.as_str())), Some((6, "Shape = 3")));
+    let expected = [(3, Fault::UnknownKeyword), (4, Fault::NoKeyword), (6, Fault::UnknownKeyword)];
+    assert_eq!(problems(&file), expected);
+}
+
+#[test]
+fn a_value_that_cannot_be_read_refuses_only_its_line() {
+    let file = file("Max_Module=many\nMax_Input_Len=99999999999\nPrmText=x\nMax_Output_Len=7");
+    assert_eq!(file.device().general.max_output_len, Some(7));
+    let expected = [(3, Fault::BadValue), (4, Fault::OutOfRange), (5, Fault::BadValue)];
+    assert_eq!(problems(&file), expected);
+}
+
+#[test]
+fn a_block_without_its_end_is_closed_by_the_next_one() {
+    let file = file("Module=\"a\" 0x10\nModule=\"b\" 0x20\nEndPrmText\nEndModule");
+    let names: Vec<_> = file.device().modules.iter().map(|module| module.name.as_str()).collect();
+    assert_eq!(names, ["a", "b"]);
+    assert_eq!(problems(&file), [(4, Fault::MissingEnd), (5, Fault::MissingEnd), (6, Fault::StrayEnd)]);
+}
+
+#[test]
+fn the_lines_together_are_the_text() {
+    let text = "; top\r\n\r\n#Profibus_DP\rModule=\"a \\\n b\" 1,\\ ; c\n; d\n2\n\x1a";
+    let file = GsdFile::read(text.as_bytes());
+    assert_eq!(file.lines().map(|(_, line)| line).collect::<String>(), text);
+    let numbers: Vec<_> = file.lines().map(|(number, _)| number).collect();
+    assert_eq!(numbers, [1, 2, 3, 4, 8]);
+}
