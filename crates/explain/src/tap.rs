@@ -3,16 +3,16 @@
 use super::PLATFORM_SILENCE;
 use super::frame::Chunk;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
-use profivac_host::clock::{Clock, tbit_of};
-use profivac_host::port::{Character, Port, PortError};
-use profivac_host::readiness::{Readiness, wait};
+use profivac_host::clock::tbit_of;
+use profivac_host::port::{Character, Port, PortClock, PortError, wait_for_port};
+use profivac_host::readiness::Readiness;
 use std::time::Duration;
 
 /// A port that only receives.
 pub struct Tap {
     port: Box<dyn Port>,
     baud: Baud,
-    clock: Clock,
+    clock: PortClock,
     received: Vec<Character>,
     /// Time of the last character, until the silence after it is reported.
     last: Option<BitTime>,
@@ -41,13 +41,14 @@ impl Tap {
     /// A tap that receives from now on, which is bit time `first`: the times of a port that was opened again continue.
     #[must_use]
     pub fn starting_at(port: Box<dyn Port>, baud: Baud, first: BitTime) -> Self {
-        Self { port, baud, clock: Clock::starting_at(first, baud), received: Vec::new(), last: None, before: first }
+        let clock = PortClock::starting_at(first, baud, &*port);
+        Self { port, baud, clock, received: Vec::new(), last: None, before: first }
     }
 
     /// The present bit time.
     #[must_use]
     pub fn now(&self) -> BitTime {
-        self.clock.now()
+        self.clock.now(&*self.port)
     }
 
     /// Waits for an event, at most `at_most`. Also returns when one of `others` becomes readable; the second value says which
@@ -56,13 +57,11 @@ impl Tap {
     /// # Errors
     /// [`PortError::Lost`] if the port is lost.
     pub fn receive(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<(TapEvent, Vec<bool>), PortError> {
-        let watched: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
         let at_most = if self.last.is_some() { at_most.min(PLATFORM_SILENCE) } else { at_most };
-        let mut readable = wait(&watched, at_most).map_err(|error| PortError::system(self.port.name(), error))?;
-        readable.truncate(others.len());
+        let readable = wait_for_port(&mut *self.port, others, at_most)?;
         self.received.clear();
         self.port.receive(&mut self.received)?;
-        let now = self.clock.now();
+        let now = self.now();
         if !self.received.is_empty() {
             self.last = Some(now);
             return Ok((TapEvent::Octets(self.take_chunk(now)), readable));

@@ -12,6 +12,7 @@ use profivac_gateway_epics::record::{Answer, Data};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::epics::Settings;
+use profivac_station::view::BusStationState;
 use std::collections::BTreeSet;
 
 fn read<'a>(world: &'a World, name: &str) -> Answer<'a> {
@@ -244,6 +245,25 @@ fn a_lost_gauge_is_invalid_and_its_value_is_not_plausible_unless_it_is_held() {
         let value = number(&world, "CHAMBER:P");
         assert!(if is_held { close(value, 5e-6) } else { value.is_nan() }, "{epics}: {value}");
         assert_eq!(read(&world, "CHAMBER:P.UDF").sample.data, Data::Long(i64::from(!is_held)));
+    }
+}
+
+/// The Archiver Appliance drops an event with the time of the one before, and would show the last pressure until the gauge returns.
+#[test]
+fn a_loss_is_an_event_with_a_time_of_its_own() {
+    for epics in ["", "on-invalid = 'hold'"] {
+        let mut plant = Plant::new(epics);
+        plant.reads("chamber", Quality::Valid, Some(5e-4), 7_000_000);
+        let event = |plant: &mut Plant| {
+            let world = plant.world();
+            let sample = &read(&world, "CHAMBER:P").sample;
+            (sample.severity, sample.status, sample.at)
+        };
+        assert_eq!(event(&mut plant).2, Micros(7_000_000));
+        plant.decides("chamber", BusStationState::Missing, 8_000_000);
+        assert_eq!(event(&mut plant), (EpicsSeverity::Invalid, EpicsStatus::Comm, Micros(8_000_000)), "{epics}");
+        plant.decides("chamber", BusStationState::Starting, 9_000_000);
+        assert_eq!(event(&mut plant), (EpicsSeverity::Invalid, EpicsStatus::State, Micros(9_000_000)), "{epics}");
     }
 }
 

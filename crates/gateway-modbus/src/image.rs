@@ -94,14 +94,11 @@ impl Encoder {
                 Content::One(value(index).map_or(State::default(), |value| value.state).codes().modbus)
             }
             Source::Bits(index) => Content::One(self.bits(index, snapshot)),
-            Source::Age(index) => Content::One(age(value(index).and_then(|value| value.at), now)),
-            Source::Readings(index) => Content::One(self.count(index, value(index).and_then(|value| value.at))),
+            Source::Age(index) => Content::One(age(time(value(index)), now)),
+            Source::Readings(index) => Content::One(self.count(index, time(value(index)))),
             Source::Number(index) => Content::One(low_word(number(index))),
             Source::LongNumber(index) => Content::Two(low_long(number(index))),
-            Source::Seconds(index) => Content::Two(match value(index).map(|value| &value.value) {
-                Some(Value::Time(at)) => seconds(*at),
-                _ => 0,
-            }),
+            Source::Seconds(index) => Content::Two(time(value(index)).map_or(0, seconds)),
             Source::Now => Content::Two(seconds(now)),
         }
     }
@@ -184,6 +181,14 @@ fn thousandfold(value: Option<&PointValue>) -> u16 {
 }
 
 /// In 0.1 s.
+/// The time that a point has as its value.
+fn time(value: Option<&PointValue>) -> Option<Micros> {
+    match value?.value {
+        Value::Time(at) => Some(at),
+        _ => None,
+    }
+}
+
 fn age(at: Option<Micros>, now: Micros) -> u16 {
     let Some(at) = at else { return u16::MAX };
     let tenths = now.0.saturating_sub(at.0).max(0) / 100_000;

@@ -81,9 +81,9 @@ pub enum Source {
     State(usize),
     /// The bits of a reading: the position of its pressure.
     Bits(usize),
-    /// The age of a reading in 0.1 s; 65535 if it is older than that or there is none.
+    /// The age of a reading in 0.1 s, from the point with its time; 65535 if it is older than that or there is none.
     Age(usize),
-    /// The number of readings, modulo 65536.
+    /// The number of readings, modulo 65536, from the point with the time of the last one.
     Readings(usize),
     /// A whole number, a choice or a Boolean, modulo 65536.
     Number(usize),
@@ -365,6 +365,9 @@ impl Rows<'_> {
         let low = Source::Constant(greatest(limits.low, limits.low_low));
         let [range_low, range_high] =
             [0, 1].map(|end| Source::Constant(point.range.map(|(low, high)| if end == 0 { low } else { high })));
+        let is_time = |other: &Point| other.signal == Signal::LastReading && other.subject == point.subject;
+        let read =
+            self.points.iter().skip(index).position(is_time).map_or(index, |offset| index.saturating_add(offset));
         let rows: [SlotRow; 12] = [
             (0, "pressure", Source::Float(index), "Pa", "Pressure; the end of the range beyond it; NaN without one"),
             (
@@ -383,7 +386,7 @@ impl Rows<'_> {
                 "0 stale, 1 fault, 2 emission, 3 degas, 4 5 6 highest active alarm high medium low, 7 unacknowledged, 8 simulated, \
                  9 listen only, 10 measured, 11 data exchange, 12 to 15 number of the state",
             ),
-            (5, "age", Source::Age(index), "0.1 s", "Age of the reading; 65535 for older ones and without one"),
+            (5, "age", Source::Age(read), "0.1 s", "Age of the reading; 65535 for older ones and without one"),
             (6, "pressure-in-unit", Source::InUnit(index), unit.symbol(), "The same pressure in the unit of the file"),
             (
                 8,
@@ -392,7 +395,7 @@ impl Rows<'_> {
                 "",
                 "Unit of the register before: 0 Pa, 1 mbar, 2 Torr, 3 hPa, 4 micron",
             ),
-            (9, "readings", Source::Readings(index), "", "Counter of readings, modulo 65536"),
+            (9, "readings", Source::Readings(read), "", "Counter of readings, modulo 65536"),
             (10, "limit-high", high, "Pa", "Lowest limit of an alarm above it; NaN without one"),
             (12, "limit-low", low, "Pa", "Highest limit of an alarm below it; NaN without one"),
             (16, "range-low", range_low, "Pa", "Lower end of the measuring range; NaN if unknown"),

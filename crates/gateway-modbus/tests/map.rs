@@ -248,6 +248,20 @@ fn each_reading_is_counted_once() {
     assert_eq!(counts, [1, 1, 2, 3]);
 }
 
+/// The state has a time of its own; the age is that of the reading.
+#[test]
+fn a_loss_is_no_reading_and_makes_no_reading_younger() {
+    let mut plant = Plant::new("");
+    plant.image(Quality::Valid, Some(1.0), None, 1_000_000);
+    let mut inputs = Inputs::planned(&plant.config);
+    let gauge = &mut inputs.gauges[0];
+    gauge.state = BusStationState::Missing;
+    (gauge.age_ms, gauge.read_at, gauge.lost_at) = (Some(4_000), Some(Micros(1_000_000)), Some(Micros(2_000_000)));
+    let snapshot = plant.modeller.next(inputs, Micros(5_000_000));
+    let image = plant.encoder.image(&snapshot, Micros(5_000_000));
+    assert_eq!((word(&image, 105), word(&image, 109)), (40, 1), "4 s, and one reading");
+}
+
 #[test]
 fn a_block_within_an_area_is_read_and_one_beyond_its_end_is_refused() {
     let image = Plant::new("").image(Quality::Valid, Some(1.0), None, 1);

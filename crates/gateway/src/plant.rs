@@ -20,6 +20,7 @@ use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, Seg
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Everything that the points show, at one moment.
 #[derive(Clone, Debug)]
@@ -486,16 +487,28 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
     let pressure = reading.bound_pa().filter(|_| state.codes().has_value);
     let corrected = reading.corrected_pa.filter(|_| state.codes().is_measured);
     let text = state_text(reading, state);
-    let at = gauge.read_at;
+    let at = decided_at(gauge, state);
     sink.point(Signal::Pressure, Raw::float(pressure), state, at);
     sink.point(Signal::PressureLog10, Raw::float(pressure.map(f64::log10)), state, at);
     sink.point(Signal::CorrectedPressure, Raw::float(corrected), state, at);
     sink.point(Signal::State, Raw::Choice(state.number()), state, at);
     sink.point(Signal::StateText, Raw::Text(&text), state, at);
     sink.point(Signal::Usable, Raw::Boolean(state.codes().is_measured), state, at);
-    sink.point(Signal::LastReading, at.map_or(Raw::None, Raw::Time), state, at);
+    sink.point(Signal::LastReading, gauge.read_at.map_or(Raw::None, Raw::Time), state, at);
     sink.point(Signal::Quality, Raw::Choice(quality(reading, state)), state, at);
     sink.point(Signal::Cause, Raw::Text(reading.cause.as_deref().unwrap_or_default()), state, at);
+}
+
+/// When a gauge came into the state of its readings: the time of the data exchange that gave them, or the time at which the station
+/// decided that there are none. A client that keeps one event for each time (an EPICS archiver) would miss a loss with the time of the last
+/// reading.
+fn decided_at(gauge: &Gauge, state: State) -> Option<Micros> {
+    match (gauge.lost_at, gauge.read_at) {
+        (None, Some(read_at)) if state == State::Stale => {
+            Some(read_at.after(Duration::from_millis(gauge.stale_after_ms)))
+        }
+        (lost_at, read_at) => lost_at.or(read_at),
+    }
 }
 
 /// The position of the quality in [`crate::signal::QUALITIES`]; an old reading is stale, also if its segment does not say so.
@@ -514,16 +527,18 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     });
     // A gauge that is not in data exchange may have lost what was read.
     let answers = matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault);
-    let at = parameter.read_at.filter(|_| answers);
-    let state = if at.is_some() { State::Ok } else { State::Stale };
-    let number = Raw::float(parameter.number.filter(|_| at.is_some()));
+    let read_at = parameter.read_at.filter(|_| answers);
+    let is_read = read_at.is_some();
+    let state = if is_read { State::Ok } else { State::Stale };
+    let at = read_at.or(gauge.lost_at);
+    let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
         Some("Pa") => Signal::ParameterPressure,
         Some("%") => Signal::ParameterPercentage,
         _ => Signal::ParameterNumber,
     };
     sink.point(signal, number, state, at);
-    let text = if at.is_some() { Raw::Text(&parameter.text) } else { Raw::None };
+    let text = if is_read { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
 }
 

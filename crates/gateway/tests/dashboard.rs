@@ -275,6 +275,7 @@ fn every_value_of_a_gauge_is_a_point() {
             parameters,
             age_ms: _,
             read_at,
+            lost_at: _,
             poll_ms: _,
             stale_after_ms: _,
         } = gauge;

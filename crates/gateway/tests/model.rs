@@ -8,6 +8,7 @@ use profivac_recorder::{Micros, Quality};
 use profivac_station::view::BusStationState;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 const FILE: &str = r#"
 [[segment]]
@@ -36,6 +37,9 @@ gauge = "chamber"
 above = "1e-4 mbar"
 priority = "low"
 "#;
+
+/// A reading of a gauge that is polled every 200 ms is stale from this age on.
+const STALE_AFTER: Duration = Duration::from_secs(3);
 
 fn planned() -> Inputs {
     Inputs::planned(&profivac_config::parse(FILE, Path::new("plant.toml")).unwrap())
@@ -122,6 +126,32 @@ fn an_old_reading_is_stale_although_its_segment_says_nothing() {
     let snapshot = Modeller::default().next(inputs, Micros(1));
     let value = &snapshot.values[position(&snapshot, "chamber", Signal::Pressure)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale));
+    assert_eq!(value.at, Some(Micros(1_000).after(STALE_AFTER)), "it was stale from then on");
+}
+
+/// An archiver keeps one event for each time: a loss with the time of the last reading would not be stored.
+#[test]
+fn a_loss_and_the_start_that_follows_have_the_times_at_which_the_station_decided_them() {
+    let mut modeller = Modeller::default();
+    let mut inputs = measuring(1.0, 1_000);
+    let times = |snapshot: &Snapshot| {
+        [Signal::Pressure, Signal::PressureLog10, Signal::State, Signal::StateText, Signal::Usable, Signal::Quality]
+            .map(|signal| snapshot.values[position(snapshot, "chamber", signal)].at)
+    };
+    assert_eq!(times(&modeller.next(inputs.clone(), Micros(2_000))), [Some(Micros(1_000)); 6]);
+    inputs.gauges[0].readings[0] =
+        profivac_station::view::Reading { pa: None, quality: Quality::Stale, ..inputs.gauges[0].readings[0].clone() };
+    for (state, lost_at, shown) in [
+        (BusStationState::Missing, 5_000, State::Stale),
+        (BusStationState::Starting, 7_000, State::Starting),
+        (BusStationState::Missing, 8_000, State::Stale),
+    ] {
+        (inputs.gauges[0].state, inputs.gauges[0].lost_at) = (state, Some(Micros(lost_at)));
+        let snapshot = modeller.next(inputs.clone(), Micros(9_000));
+        assert_eq!(times(&snapshot), [Some(Micros(lost_at)); 6], "{state:?}");
+        let last = &snapshot.values[position(&snapshot, "chamber", Signal::LastReading)];
+        assert_eq!((&last.value, last.state), (&Value::Time(Micros(1_000)), shown), "the last reading stays");
+    }
 }
 
 #[test]
@@ -152,10 +182,11 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let snapshot = Modeller::default().next(inputs.clone(), Micros(100));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
     assert_eq!((&value.value, value.state, value.at), (&Value::Float(3.0), State::Ok, Some(Micros(77))));
-    inputs.gauges[0].state = BusStationState::Missing;
+    (inputs.gauges[0].state, inputs.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(150)));
     let snapshot = Modeller::default().next(inputs, Micros(200));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
+    assert_eq!(value.at, Some(Micros(150)), "its loss is that of the gauge");
 }
 
 #[test]

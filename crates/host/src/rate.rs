@@ -2,9 +2,8 @@
 //!
 //! [`RateControl`] decides how long to listen and which telegrams prove a rate, as it does for a slave.
 
-use crate::clock::Clock;
-use crate::port::{Character, Port, PortError};
-use crate::readiness::wait;
+use crate::clock::duration_of;
+use crate::port::{Character, Port, PortClock, PortError, wait_for_port};
 use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver};
 use profivac_wire::BROADCAST;
 use std::time::Duration;
@@ -47,13 +46,13 @@ pub fn detect(port: &mut dyn Port) -> Result<Baud, PortError> {
 fn carries_telegrams(port: &mut dyn Port, baud: Baud) -> Result<bool, PortError> {
     let mut control = searching(baud);
     let mut receiver = Receiver::with_idle(BitTime(0), port.delivery().idle_tbit(baud));
-    let clock = Clock::starting_at(BitTime(0), baud);
+    let clock = PortClock::starting_at(BitTime(0), baud, port);
     let mut characters = Vec::new();
     loop {
-        let left = control.wake_at().map_or(Duration::ZERO, |until| clock.time_until(until));
-        wait(&port.readiness(), left).map_err(|error| PortError::system(port.name(), error))?;
+        let left = control.wake_at().map_or(Duration::ZERO, |until| duration_of(baud, until - clock.now(port)));
+        wait_for_port(port, &[], left)?;
         port.receive(&mut characters)?;
-        let now = clock.now();
+        let now = clock.now(port);
         for character in characters.drain(..) {
             if is_proof(&mut receiver, &mut control, now, character) {
                 return Ok(true);

@@ -5,8 +5,8 @@
 
 use crate::clock::{Clock, duration_of, tbit_of};
 use crate::line::{Line, Pace, Stations};
-use crate::port::{Character, Notice, Opener, Port, PortError, Reopening};
-use crate::readiness::{Readiness, wait};
+use crate::port::{Character, Notice, Opener, Port, PortError, Reopening, wait_for_port};
+use crate::readiness::Readiness;
 use crate::timing::{Measured, Timing};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver};
 use std::time::Duration;
@@ -185,7 +185,7 @@ impl<C: Stations> Segment<C> {
     pub fn serve(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
         let until = |wake_at: BitTime| duration_of(self.baud, wake_at - self.now());
         let due = self.line.wake_at().map_or(at_most, |wake_at| until(wake_at).min(at_most));
-        let readable = self.wait_for_port(others, due)?;
+        let readable = wait_for_port(&mut *self.port, others, due)?;
         self.receive()?;
         self.out.clear();
         let now = self.now();
@@ -197,17 +197,6 @@ impl<C: Stations> Segment<C> {
                 timing.sent(&self.out, now + octets.saturating_mul(CHARACTER_TBIT));
             }
         }
-        Ok(readable)
-    }
-
-    fn wait_for_port(&mut self, others: &[Readiness<'_>], at_most: Duration) -> Result<Vec<bool>, PortError> {
-        if self.port.simulated_time().is_some() {
-            self.port.simulate(at_most);
-            return Ok(vec![false; others.len()]);
-        }
-        let sources: Vec<_> = others.iter().copied().chain(self.port.readiness()).collect();
-        let mut readable = wait(&sources, at_most).map_err(|error| PortError::system(self.port.name(), error))?;
-        readable.truncate(others.len());
         Ok(readable)
     }
 

@@ -39,13 +39,18 @@ impl RecorderHandle {
 
     /// Records an event with the present time. Never blocks on the disk.
     pub fn event_now(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
-        self.recorder.record_event(event(gauge, kind, text.into()));
+        self.recorder.record_event(event(Micros::now(), gauge, kind, text.into()));
+    }
+
+    /// Records an event of this time. Never blocks on the disk.
+    pub fn event_at(&self, at: Micros, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
+        self.recorder.record_event(event(at, gauge, kind, text.into()));
     }
 
     /// Records an event with the present time, and returns when it is on the disk or after the recorder's timeout. Not for bus threads.
     pub fn event_now_and_wait(&self, gauge: Option<&str>, kind: EventKind, text: impl Into<String>) {
         // A failure is reported by the recorder's health.
-        let _written = self.recorder.record_event_and_wait(event(gauge, kind, text.into()));
+        let _written = self.recorder.record_event_and_wait(event(Micros::now(), gauge, kind, text.into()));
     }
 }
 
@@ -57,6 +62,6 @@ impl Deref for RecorderHandle {
     }
 }
 
-fn event(gauge: Option<&str>, kind: EventKind, text: String) -> Event {
-    Event { at: Micros::now(), gauge: gauge.map(str::to_owned), kind, text }
+fn event(at: Micros, gauge: Option<&str>, kind: EventKind, text: String) -> Event {
+    Event { at, gauge: gauge.map(str::to_owned), kind, text }
 }

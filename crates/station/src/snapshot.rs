@@ -195,6 +195,7 @@ mod tests {
             age_ms: Some(12),
             parameters: Arc::default(),
             read_at: None,
+            lost_at: None,
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
         let segment = Segment {

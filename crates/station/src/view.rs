@@ -155,6 +155,10 @@ pub struct Gauge {
     #[schema(value_type = Option<i64>)]
     #[serde(rename = "read_ms", serialize_with = "milliseconds")]
     pub read_at: Option<Micros>,
+    /// When the station decided the present state of a gauge without readings: lost, or being brought into data exchange. `None` while
+    /// it has readings. Gateways show it as the time of their loss.
+    #[serde(skip)]
+    pub lost_at: Option<Micros>,
     /// The poll interval in milliseconds.
     pub poll_ms: u64,
     /// The age in milliseconds from which the readings are stale.

@@ -118,6 +118,7 @@ fn snapshot() -> SegmentSnapshot {
         age_ms: None,
         parameters: Arc::default(),
         read_at: None,
+        lost_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
     };

@@ -124,6 +124,14 @@ impl Plant {
         gauge.age_ms = Some(gauge.stale_after_ms + 1);
     }
 
+    /// The station decides at this time that a gauge has no readings, for this reason.
+    pub fn decides(&mut self, gauge: &str, state: BusStationState, lost_at: i64) {
+        let gauge = self.inputs.gauges.iter_mut().find(|it| it.name == gauge).unwrap();
+        (gauge.state, gauge.lost_at) = (state, Some(Micros(lost_at)));
+        let reading = &mut gauge.readings[0];
+        (reading.quality, reading.pa, reading.limit_pa) = (Quality::Stale, None, None);
+    }
+
     /// Sets the limit of the alarm "Chamber high" in Pa, as after a change of the file.
     pub fn limit(&mut self, pa: f64) {
         self.inputs.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap().limit = Some(pa);

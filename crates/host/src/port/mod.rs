@@ -27,6 +27,7 @@ mod reopening;
 mod serial;
 mod stream;
 mod tcp;
+mod time;
 
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
@@ -46,6 +47,7 @@ pub use serial::Serial;
 pub use stream::Stream;
 pub use system::{adapter_facts, delivery as delivery_of, open_elsewhere};
 pub use tcp::{TcpClient, TcpServer};
+pub use time::{PortClock, wait_for_port};
 
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;

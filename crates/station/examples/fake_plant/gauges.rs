@@ -312,6 +312,7 @@ impl Fake {
             age_ms,
             parameters: Arc::default(),
             read_at: None,
+            lost_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,
         }

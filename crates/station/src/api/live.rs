@@ -277,6 +277,7 @@ mod tests {
             age_ms: Some(12),
             parameters: Arc::default(),
             read_at: None,
+            lost_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,
         }

@@ -1,10 +1,12 @@
 //! The handle of a segment's thread.
 
-use super::listen_thread::ListenThread;
+use super::edge::{Edge, System};
+use super::heard_line::HeardLine;
+use super::polled_line::PolledLine;
+use super::runner::{Runner, RunnerSetup, SegmentCommand};
 use super::services::SegmentServices;
-use super::thread::{SegmentCommand, SegmentThread, ThreadSetup};
 use crate::config;
-use profivac_recorder::{EventKind, Micros, Quality, Sample};
+use profivac_recorder::{EventKind, Quality, Sample};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -35,22 +37,21 @@ impl SegmentHandle {
         let (commands, inbox) = channel();
         let (life, alive) = channel();
         let is_abandoned = Arc::new(AtomicBool::new(false));
-        let setup = ThreadSetup {
+        let setup = RunnerSetup {
             config: config.clone(),
             services: services.clone(),
             commands: inbox,
             is_abandoned: Arc::clone(&is_abandoned),
+            edge: Arc::new(System),
         };
         let thread = std::thread::Builder::new().name(config.name.clone()).stack_size(STACK);
         // The gauges are published before the thread runs: a request right after the start finds them.
         let run: Box<dyn FnOnce() + Send> = if config.listen_only {
-            let mut listener = ListenThread::new(setup);
-            listener.publish(None);
-            Box::new(|| listener.run())
+            let runner = Runner::<HeardLine>::new(setup);
+            Box::new(|| runner.run())
         } else {
-            let mut master = SegmentThread::new(setup);
-            master.publish(None);
-            Box::new(|| master.run())
+            let runner = Runner::<PolledLine>::new(setup);
+            Box::new(|| runner.run())
         };
         let thread = thread.spawn(move || {
             let _life: Sender<()> = life;
@@ -95,7 +96,7 @@ impl SegmentHandle {
     /// Stops the thread, waiting until `end`. A thread that takes longer, for instance in a port that does not answer, is abandoned.
     pub fn stop(self, end: Instant) {
         self.begin_to_stop();
-        let remaining = end.saturating_duration_since(Instant::now());
+        let remaining = end.saturating_duration_since(System.now().at);
         if self.alive.recv_timeout(remaining) == Err(RecvTimeoutError::Disconnected) {
             self.thread.join().ok();
         } else {
@@ -110,10 +111,11 @@ impl SegmentHandle {
 /// Records an event and a gap for each series of a segment that did not stop in time.
 fn record_abandoned(services: &SegmentServices, segment: &str) {
     let text = format!("segment {segment} did not stop in time and was abandoned");
-    services.recorder.event_now(None, EventKind::Station, text);
+    let now = System.now().wall;
+    services.recorder.event_at(now, None, EventKind::Station, text);
     let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment);
     let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Stale);
     for reading in readings {
-        services.recorder.push(&Arc::from(reading.series), Sample::gap(Micros::now()));
+        services.recorder.push(&Arc::from(reading.series), Sample::gap(now));
     }
 }

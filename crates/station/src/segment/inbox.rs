@@ -11,6 +11,7 @@
 //! | execution | refused: the operator expects it now | answered |
 
 use super::execute;
+use super::moment::Moment;
 use super::requests::{self, BlockReading, BlockReadingEnd, has_no_connection};
 use super::services::SegmentServices;
 use crate::control::error::{ChangedSinceArmed, OperationError, Unavailable};
@@ -121,20 +122,20 @@ impl Inbox {
         services: &SegmentServices,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
         records: impl FnOnce(&CyclicSlave) -> R,
-        clock: impl Fn() -> Instant,
+        clock: impl Fn() -> Moment,
     ) -> Result<(), PortLost> {
         self.fill();
         let now = clock();
-        self.drop_abandoned(services, now);
-        let due = self.commands.iter().position(|command| command.is_due(now));
+        self.drop_abandoned(services, now.at);
+        let due = self.commands.iter().position(|command| command.is_due(now.at));
         if let Some(command) = due.and_then(|index| self.commands.remove(index)) {
             match command {
                 Command::Preview(preview) => self.preview(services, preview, slave, records, now),
-                Command::Execute(request) => self.operated = execute(services, request, slave, records, now),
+                Command::Execute(request) => self.operated = execute(services, request, slave, records, now.at),
             }
             return Ok(());
         }
-        let due = self.reads.iter().position(|read| read.wait.is_due(now));
+        let due = self.reads.iter().position(|read| read.wait.is_due(now.at));
         match due.and_then(|index| self.reads.remove(index)) {
             Some(read) => self.read(services, read, slave, records, clock),
             None => Ok(()),
@@ -162,7 +163,7 @@ impl Inbox {
         mut preview: Preview,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
         records: impl FnOnce(&CyclicSlave) -> R,
-        now: Instant,
+        now: Moment,
     ) {
         let Preview { gauge, operation, .. } = &preview;
         let result =
@@ -183,13 +184,13 @@ impl Inbox {
         mut read: Read,
         slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
         records: impl FnOnce(&CyclicSlave) -> R,
-        clock: impl Fn() -> Instant,
+        clock: impl Fn() -> Moment,
     ) -> Result<(), PortLost> {
         let end = slave(&read.gauge).map_or_else(BlockReadingEnd::Failed, |slave| {
             let Read { gauge, reading, answer, .. } = &mut read;
             let is_interrupted = || {
                 self.fill();
-                let now = clock();
+                let now = clock().at;
                 !answer.is_awaited(now) || self.commands.iter().any(|command| command.is_due(now))
             };
             reading.read_on(&services.snapshots, gauge, &slave, records(&slave), is_interrupted)
@@ -240,9 +241,9 @@ impl Inbox {
 
 impl Wait {
     /// Notes whether the gauge has no free connection. Returns whether the request is to be tried again; an event says so once.
-    fn continues(&mut self, services: &SegmentServices, gauge: &str, is_full: bool, now: Instant) -> bool {
-        let waited = self.since.map(|since| now.saturating_duration_since(since));
-        let event = |text: String| services.recorder.event_now(Some(gauge), EventKind::Bus, text);
+    fn continues(&mut self, services: &SegmentServices, gauge: &str, is_full: bool, now: Moment) -> bool {
+        let waited = self.since.map(|since| now.at.saturating_duration_since(since));
+        let event = |text: String| services.recorder.event_at(now.wall, Some(gauge), EventKind::Bus, text);
         if !is_full {
             if let Some(waited) = waited {
                 event(format!("{gauge}: an MS2 connection is free after {:.1} s", waited.as_secs_f64()));
@@ -264,8 +265,8 @@ impl Wait {
                 LEFTOVER_TIME.as_secs_f64()
             ));
         }
-        self.since.get_or_insert(now);
-        self.try_at = Some(now + RETRY_INTERVAL);
+        self.since.get_or_insert(now.at);
+        self.try_at = Some(now.at + RETRY_INTERVAL);
         true
     }
 }
@@ -382,7 +383,11 @@ mod tests {
                 at_read: &at_read,
             };
             let slave = |_: &str| Ok(Self::slave());
-            self.inbox.borrow_mut().answer_next(&self.services, slave, records, || self.now.get()).unwrap();
+            self.inbox.borrow_mut().answer_next(&self.services, slave, records, || self.moment()).unwrap();
+        }
+
+        fn moment(&self) -> Moment {
+            Moment { at: self.now.get(), wall: Micros::now() }
         }
 
         fn pass(&self, time: Duration) {

@@ -1,6 +1,7 @@
 //! What a segment hears on its line: live list, statistics, flight recorder. The same for a segment of the station's master and for one
 //! on which the station only listens.
 
+use super::moment::Moment;
 use super::services::SegmentServices;
 use crate::bus::CaptureRequest;
 use crate::config;
@@ -45,18 +46,18 @@ pub struct LineObserver {
 }
 
 impl LineObserver {
-    /// An observer of the line of `segment`.
-    pub fn new(segment: &config::Segment, baud: Baud, captures: &Path) -> Self {
-        let mut line = Self::of_line(&segment.name, baud, TimeSource::Platform, captures);
+    /// An observer of the line of `segment`, which has these gauges now.
+    pub fn new(segment: &config::Segment, gauges: &[config::Gauge], baud: Baud, captures: &Path, now: Moment) -> Self {
+        let mut line = Self::of_line(&segment.name, baud, TimeSource::Platform, captures, now);
         line.records_events = segment.listen_only;
-        line.declare(&segment.gauges);
+        line.declare(gauges);
         line
     }
 
     /// An observer of a line with this name and without declared gauges. Its events do not become events of the station.
-    pub fn of_line(name: &str, baud: Baud, times: TimeSource, captures: &Path) -> Self {
+    pub fn of_line(name: &str, baud: Baud, times: TimeSource, captures: &Path, now: Moment) -> Self {
         let limits = FlightLimits::default();
-        let now = Instant::now();
+        let now = now.at;
         Self {
             segment: name.to_owned(),
             divider: Divider::new(baud, times),
@@ -108,53 +109,53 @@ impl LineObserver {
         }
     }
 
-    /// Handles new events at bit time `now`, and publishes the report.
-    pub fn work(&mut self, services: &SegmentServices, now: BitTime) {
-        self.observer.advance(now);
+    /// Handles new events at this bit time, which is `now` on the clocks of the station, and publishes the report.
+    pub fn work(&mut self, services: &SegmentServices, bus_time: BitTime, now: Moment) {
+        self.observer.advance(bus_time);
         let events: Vec<Event> = self.observer.events_since(self.handled).cloned().collect();
         for event in &events {
             self.handled = event.number;
             if is_trigger(event.kind()) {
-                self.trigger(now, &event.to_string());
+                self.trigger(bus_time, now, &event.to_string());
             }
-            if self.records_events && self.allowance.take(Instant::now()) {
+            if self.records_events && self.allowance.take(now.at) {
                 let text = format!("segment {}: {event}", self.segment);
-                services.recorder.event_now(None, EventKind::Bus, text);
+                services.recorder.event_at(now.wall, None, EventKind::Bus, text);
             }
         }
         match services.snapshots.buses().take_request(&self.segment) {
-            Some(CaptureRequest { reason, is_by_user: true }) => self.flight.trigger(now, &reason),
-            Some(CaptureRequest { reason, is_by_user: false }) => self.trigger(now, &reason),
+            Some(CaptureRequest { reason, is_by_user: true }) => self.flight.trigger(bus_time, &reason),
+            Some(CaptureRequest { reason, is_by_user: false }) => self.trigger(bus_time, now, &reason),
             None => {}
         }
-        if let Some(omitted) = self.allowance.take_omitted(Instant::now()) {
+        if let Some(omitted) = self.allowance.take_omitted(now.at) {
             let text = format!(
                 "segment {}: {omitted} further events of the bus within a minute are not recorded; its page has the last ones",
                 self.segment
             );
-            services.recorder.event_now(None, EventKind::Bus, text);
+            services.recorder.event_at(now.wall, None, EventKind::Bus, text);
         }
-        if let Some(capture) = self.flight.take_capture(now) {
-            self.store(services, capture);
+        if let Some(capture) = self.flight.take_capture(bus_time) {
+            self.store(services, capture, now);
         }
-        if Instant::now() >= self.report_at {
-            self.report_at = Instant::now() + REPORT_INTERVAL;
+        if now.at >= self.report_at {
+            self.report_at = now.at + REPORT_INTERVAL;
             let recorder_octets = self.flight.memory_octets() as u64;
             let report = BusReport { recorder_octets, ..BusReport::of(&self.observer) };
             services.snapshots.buses().publish(&self.segment, report, &self.captures);
         }
     }
 
-    fn trigger(&mut self, now: BitTime, reason: &str) {
-        if Instant::now() >= self.capture_at {
-            self.capture_at = Instant::now() + CAPTURE_INTERVAL;
-            self.flight.trigger(now, reason);
+    fn trigger(&mut self, bus_time: BitTime, now: Moment, reason: &str) {
+        if now.at >= self.capture_at {
+            self.capture_at = now.at + CAPTURE_INTERVAL;
+            self.flight.trigger(bus_time, reason);
         }
     }
 
     /// Writes a capture in a thread of its own: a bus thread never waits for the disk. While a disk hangs no second capture waits in
     /// memory.
-    fn store(&mut self, services: &SegmentServices, capture: Capture) {
+    fn store(&mut self, services: &SegmentServices, capture: Capture, now: Moment) {
         let (captures, recorder, segment) =
             (self.captures.clone(), Arc::clone(&services.recorder), self.segment.clone());
         if self.is_storing.swap(true, Ordering::AcqRel) {
@@ -162,10 +163,10 @@ impl LineObserver {
                 "segment {segment}: a capture ({}) is lost: the disk has not taken the one before",
                 capture.reason
             );
-            recorder.event_now(None, EventKind::Bus, text);
+            recorder.event_at(now.wall, None, EventKind::Bus, text);
             return;
         }
-        let name = format!("{}-{}", Micros::now().0 / Micros::SECOND, self.number);
+        let name = format!("{}-{}", now.wall.0 / Micros::SECOND, self.number);
         self.number = self.number.wrapping_add(1);
         let is_storing = Arc::clone(&self.is_storing);
         let store = move || {
@@ -182,7 +183,7 @@ impl LineObserver {
         if let Err(error) = thread {
             self.is_storing.store(false, Ordering::Release);
             let text = format!("segment {}: the system gives no thread for a capture: {error}", self.segment);
-            services.recorder.event_now(None, EventKind::Bus, text);
+            services.recorder.event_at(now.wall, None, EventKind::Bus, text);
         }
     }
 }

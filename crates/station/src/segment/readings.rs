@@ -56,8 +56,19 @@ pub fn state_of(values: &CyclicValues) -> BusStationState {
     if values.has_fault() { BusStationState::Fault } else { BusStationState::DataExchange }
 }
 
+/// The readings of a gauge whose last data exchange was `silence` ago.
+pub fn readings_of(
+    gauge: &config::Gauge,
+    slave: &CyclicSlave,
+    values: &CyclicValues,
+    silence: Duration,
+) -> Vec<view::Reading> {
+    let is_only = values.values.len() == 1;
+    values.values.iter().map(|value| reading(gauge, slave, value, is_only, silence)).collect()
+}
+
 /// A reading of a gauge whose last data exchange was `silence` ago. The only reading of a gauge has its name.
-pub fn reading(
+fn reading(
     gauge: &config::Gauge,
     slave: &CyclicSlave,
     value: &ChannelValue,

@@ -5,6 +5,7 @@
 //! memory (BCG450 manual 3.2.1.2, store class N), so it is read when the gauge was found, after an operation of the station, and every
 //! [`SELECTED_INTERVAL`].
 
+use super::moment::Moment;
 use super::records::records_of;
 use crate::view::WatchedParameter;
 use profivac_client::Gauge;
@@ -13,7 +14,6 @@ use profivac_client::ms2::Ms2Line;
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::Value;
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role};
-use profivac_recorder::Micros;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -135,8 +135,13 @@ fn is_watched(named: &NamedParameter) -> bool {
     is_state || (is_in_location && is_number && !describes_others)
 }
 
-/// Reads a parameter; `None` if the gauge does not answer or refuses.
-pub fn read<L: Ms2Line>(line: &mut L, slave: &CyclicSlave, parameter: &NamedParameter) -> Option<WatchedParameter> {
+/// Reads a parameter; `None` if the gauge does not answer or refuses. `clock` gives the time of the answer.
+pub fn read<L: Ms2Line>(
+    line: &mut L,
+    slave: &CyclicSlave,
+    parameter: &NamedParameter,
+    clock: impl FnOnce() -> Moment,
+) -> Option<WatchedParameter> {
     let records = records_of(line, slave);
     let mut gauge = Gauge::with_model(records, slave.address, slave.model).with_unit(slave.unit);
     let reading = gauge.read_parameter(parameter).ok()?;
@@ -146,7 +151,7 @@ pub fn read<L: Ms2Line>(line: &mut L, slave: &CyclicSlave, parameter: &NamedPara
         Value::Number(number) => Some(*number),
         Value::Text(_) | Value::Octets(_) => None,
     };
-    Some(WatchedParameter { number, text: reading.text, read_at: Some(Micros::now()), ..absent(parameter) })
+    Some(WatchedParameter { number, text: reading.text, read_at: Some(clock().wall), ..absent(parameter) })
 }
 
 #[cfg(test)]

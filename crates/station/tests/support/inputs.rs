@@ -79,6 +79,7 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         age_ms: Some(10),
         parameters: Arc::default(),
         read_at: None,
+        lost_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
     }

@@ -1,0 +1,166 @@
+//! A gauge of another master, on a segment on which the station only listens.
+
+use super::moment::Moment;
+use super::readings::Assumed;
+use super::shown_gauge::{Exchange, ShownGauge};
+use crate::config;
+use crate::recording::RecorderHandle;
+use crate::view::{self, BusStationState};
+use profivac_client::cyclic::{CyclicSlave, CyclicValues};
+use profivac_dp::link::BitTime;
+use profivac_recorder::validity::MAX_SILENCE;
+use std::time::{Duration, Instant};
+
+/// A gauge of another master.
+pub struct HeardGauge {
+    /// What it shows and records.
+    pub shown: ShownGauge,
+    /// The last data exchange on the line and on the clocks of the station.
+    exchange: Option<(BitTime, Moment)>,
+    sample_at: Instant,
+    /// The assumptions about the configuration and the unit, in sentences.
+    assumptions: Vec<String>,
+}
+
+/// The heard facts about a gauge of another master.
+pub struct Heard {
+    /// Everything that decodes its inputs; `None` while the configuration is not known.
+    pub slave: Option<CyclicSlave>,
+    /// The values of its last inputs.
+    pub values: CyclicValues,
+    /// The last data exchange, and the time since then; `None` without one.
+    pub exchanged: Option<(BitTime, Duration)>,
+    /// The unknown facts, in sentences.
+    pub unknown: Vec<String>,
+    /// What the values depend on and no telegram and no user has shown.
+    pub assumed: Option<Assumed>,
+    /// The state on the line, for a gauge that does not exchange data.
+    pub problem: String,
+}
+
+impl HeardGauge {
+    /// A gauge of which nothing was heard yet.
+    pub fn new(config: config::Gauge, now: Moment) -> Self {
+        Self { shown: ShownGauge::new(config), exchange: None, sample_at: now.at, assumptions: Vec::new() }
+    }
+
+    /// The same slave with another configuration.
+    pub fn with_config(mut self, config: config::Gauge) -> Self {
+        self.shown.config = config;
+        self
+    }
+
+    /// Whether the gauge is to be sampled now. If so, sets the time of the next sample.
+    pub fn takes_sample_turn(&mut self, now: Moment) -> bool {
+        let is_due = self.sample_at <= now.at;
+        if is_due {
+            self.sample_at = now.at + self.shown.config.poll;
+        }
+        is_due
+    }
+
+    /// Takes what was observed on the line. Validity and age follow the rules for a polled gauge.
+    pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard, now: Moment) {
+        let Heard { slave, values, exchanged, unknown, assumed, problem } = heard;
+        self.assumptions = unknown;
+        match (slave, exchanged.filter(|(_, silence)| *silence < MAX_SILENCE)) {
+            (Some(slave), Some((at, silence))) => {
+                let read = self.exchange.filter(|(known, _)| *known == at).map(|(_, read)| read);
+                let read = read.unwrap_or_else(|| now.before(silence));
+                self.exchange = Some((at, read));
+                self.shown.take_exchange(recorder, &Exchange { slave: &slave, values: &values, read, assumed }, now);
+            }
+            _ => self.shown.lose_because(recorder, BusStationState::Missing, Some(problem), now),
+        }
+    }
+
+    /// The gauge as the API shows it.
+    pub fn view_at(&self, segment: &str, now: Moment) -> view::Gauge {
+        let assumptions = self.assumptions.clone();
+        view::Gauge { listen_only: true, assumptions, ..self.shown.view_at(segment, now) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
+    use profivac_devices::profile::StatusExtension;
+    use profivac_recorder::{Micros, Quality, Recorder, Sample, Settings};
+
+    fn moment() -> Moment {
+        Moment { at: Instant::now(), wall: Micros(1_700_000_000_000_000) }
+    }
+
+    /// The number may be a pressure in the true unit, so the gauge has no fault that raises an alarm.
+    #[test]
+    fn a_number_that_is_no_pressure_in_an_assumed_unit_is_no_fault_of_the_gauge() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("COUNTS").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let now = moment();
+        let heard = |exception: u8, status: u8, assumed| {
+            let values = slave.decode_inputs(&[&[0; 8][..], &[exception, status, 2, 0, 0]].concat());
+            let mut gauge = HeardGauge::new(config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned()), now);
+            let (slave, exchanged, unknown) = (Some(slave), Some((BitTime(1), Duration::ZERO)), Vec::new());
+            let heard = Heard { slave, values, exchanged, unknown, assumed, problem: String::new() };
+            gauge.take_heard(&recorder, heard, now);
+            let view = gauge.view_at("hall", now);
+            (view.readings[0].quality, view.state)
+        };
+        let invalid = StatusExtension::INVALID.bits();
+        for (exception, status, assumed, quality, state) in [
+            (0x80, 0, None, Quality::Fault, BusStationState::Fault),
+            (0x80, 0, Some(Assumed::Unit), Quality::Assumed, BusStationState::DataExchange),
+            // An alarm of the gauge does not depend on the unit.
+            (0xA2, invalid, Some(Assumed::Unit), Quality::Fault, BusStationState::Fault),
+            (0xA2, 0, Some(Assumed::Unit), Quality::Assumed, BusStationState::Fault),
+            (0xA2, invalid, Some(Assumed::Configuration), Quality::Assumed, BusStationState::DataExchange),
+        ] {
+            assert_eq!(heard(exception, status, assumed), (quality, state), "{exception:02X} {status:02X} {assumed:?}");
+        }
+    }
+
+    /// A BCG450 with integers in Pascal at 900 mbar: the diaphragm shows 32767.
+    #[test]
+    fn the_highest_integer_is_recorded_as_a_bound_and_one_event_names_the_limits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, 0x7F, 0xFF]].concat());
+        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let now = moment();
+        let mut gauge = HeardGauge::new(config, now);
+        for number in 0..3 {
+            gauge.take_heard(
+                &recorder,
+                Heard {
+                    slave: Some(slave),
+                    values: values.clone(),
+                    exchanged: Some((BitTime(number), Duration::ZERO)),
+                    unknown: Vec::new(),
+                    assumed: None,
+                    problem: String::new(),
+                },
+                now,
+            );
+        }
+        let reading = &gauge.view_at("hall", now).readings[0];
+        assert_eq!((reading.quality, reading.pa, reading.limit_pa), (Quality::Overrange, None, Some(32767.0)));
+        let reader = recorder.open_reader().unwrap();
+        drop(recorder);
+        let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+        let is_bound = |sample: &Sample| (sample.quality, sample.pa) == (Quality::Overrange, Some(32767.0));
+        assert!(!samples.is_empty() && samples.iter().all(is_bound), "{samples:?}");
+        let events = reader.events(Micros(0), Micros(i64::MAX), 100).unwrap();
+        let limits = "chamber: its integers in Pascal show 0.01 to 327.67 mbar only";
+        assert_eq!(events.iter().filter(|event| event.text.starts_with(limits)).count(), 1, "{events:?}");
+    }
+}

@@ -1,0 +1,324 @@
+//! The line of a segment on which the station only listens.
+//!
+//! It has a [`Tap`] and no other access to the port. A tap receives and has no function that sends, and it never gives its port away. A
+//! serial device is opened for reading alone, so that the operating system refuses to send as well.
+
+use super::heard_gauge::{Heard, HeardGauge};
+use super::line_observer::LineObserver;
+use super::moment::Moment;
+use super::readings::Assumed;
+use super::runner::{Context, Line, Lost, SERVE_INTERVAL};
+use crate::config;
+use crate::snapshot::SegmentSnapshot;
+use crate::view::{BusStation, BusStationState, Segment, SegmentState};
+use profivac_client::cyclic::CyclicValues;
+use profivac_client::identify::device_names;
+use profivac_dp::link::{Baud, BitTime};
+use profivac_host::clock::duration_of;
+use profivac_host::port::{Port, PortError};
+use profivac_host::rate;
+use profivac_listen::gauge::{GaugeFacts, Origin};
+use profivac_listen::observer::Totals;
+use profivac_listen::station::{Station, StationState};
+use profivac_listen::{MAX_TELEGRAM, Tap, TapEvent};
+use profivac_virtual::device_spec::entry;
+use std::time::{Duration, Instant};
+
+/// Without a telegram for this time the line is silent.
+const SILENT_AFTER: Duration = Duration::from_secs(3);
+
+/// The time after which a detected baud rate is checked.
+pub const RATE_CHECK_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Minimum traffic per interval for judging the baud rate, in octets. chosen: more than a disturbance on a silent line.
+const LEAST_OCTETS: u64 = 512;
+
+/// Checks a detected baud rate: at a wrong one there are octets and hardly any telegrams.
+struct RateCheck {
+    began: Instant,
+    telegrams: u64,
+    octets: u64,
+}
+
+impl RateCheck {
+    const fn new(now: Instant, totals: &Totals) -> Self {
+        Self { began: now, telegrams: totals.telegrams, octets: totals.octets }
+    }
+
+    /// Whether the octets since the last check have fewer telegrams than the longest telegrams would be.
+    fn is_wrong(&mut self, now: Instant, totals: &Totals) -> bool {
+        if now.saturating_duration_since(self.began) < RATE_CHECK_INTERVAL {
+            return false;
+        }
+        let telegrams = totals.telegrams.saturating_sub(self.telegrams);
+        let octets = totals.octets.saturating_sub(self.octets);
+        *self = Self::new(now, totals);
+        octets >= LEAST_OCTETS && telegrams.saturating_mul(MAX_TELEGRAM as u64) < octets
+    }
+}
+
+/// The line of another master, with the gauges of the station's file.
+pub struct HeardLine {
+    gauges: Vec<HeardGauge>,
+    /// The observer while the port is not open: what it knows of the line outlasts a port that was lost.
+    kept: Option<LineObserver>,
+    /// The telegrams so far, and when the last one came.
+    telegrams: u64,
+    telegram_at: Option<Instant>,
+}
+
+/// An open port, and the line behind it.
+pub struct Listening {
+    tap: Tap,
+    observer: LineObserver,
+    rate: RateCheck,
+}
+
+impl Line for HeardLine {
+    type Open = Listening;
+
+    /// A start of the other master that is not heard leaves units unknown, and a port that only receives disturbs nobody.
+    const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+
+    fn new(context: &Context) -> Self {
+        let now = context.now();
+        let gauges = context.config.gauges.iter().map(|gauge| HeardGauge::new(gauge.clone(), now)).collect();
+        Self { gauges, kept: None, telegrams: 0, telegram_at: None }
+    }
+
+    /// Opens the port, and finds the baud rate if the file does not name it.
+    fn open(&mut self, context: &Context) -> Result<Listening, Lost> {
+        let config::Segment { port, baud, detects_baud, .. } = &context.config;
+        let mut opened = context.edge.open_to_listen(port, *baud)?;
+        let baud = if *detects_baud { detected(&mut *opened, *baud)? } else { *baud };
+        let now = context.now();
+        let kept = self.kept.take().filter(|kept| kept.observer().baud() == baud);
+        let observer = kept.unwrap_or_else(|| {
+            LineObserver::new(&context.config, &self.configs(), baud, &context.services.recorder.captures(), now)
+        });
+        let tap = Tap::starting_at(opened, baud, observer.observer().now());
+        let rate = RateCheck::new(now.at, observer.observer().totals());
+        Ok(Listening { tap, observer, rate })
+    }
+
+    fn opened(config: &config::Segment) -> String {
+        format!("listening on {}, the station sends nothing", config.port)
+    }
+
+    fn serve(&mut self, context: &mut Context, open: &mut Listening) -> Result<(), Lost> {
+        let Listening { tap, observer, rate } = open;
+        let (event, _) = tap.receive(&[], SERVE_INTERVAL)?;
+        let (bus_time, now) = (tap.now(), context.now());
+        match event {
+            TapEvent::Octets(chunk) => observer.hear(&chunk),
+            TapEvent::Silence => observer.silence(),
+            TapEvent::Nothing => {}
+        }
+        observer.work(&context.services, bus_time, now);
+        let telegrams = observer.observer().totals().telegrams;
+        if std::mem::replace(&mut self.telegrams, telegrams) != telegrams {
+            self.telegram_at = Some(now.at);
+        }
+        for gauge in &mut self.gauges {
+            if gauge.takes_sample_turn(now) {
+                let heard = heard(observer, &gauge.shown.config, bus_time);
+                gauge.take_heard(&context.services.recorder, heard, now);
+            }
+        }
+        if context.config.detects_baud && rate.is_wrong(now.at, observer.observer().totals()) {
+            let rate = observer.observer().baud();
+            return Err(Lost(format!(
+                "the line has octets and hardly any telegrams at {rate}: its baud rate is searched again"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuses every request: on this segment the station sends nothing.
+    fn answer(&mut self, context: &mut Context, _: &mut Listening) -> Result<(), Lost> {
+        let problem = format!(
+            "segment {} is listen-only: the station sends nothing on it, so it reads and writes no parameters; use the master that owns the gauge",
+            context.config.name
+        );
+        context.inbox.refuse_all(&context.services, &problem);
+        Ok(())
+    }
+
+    fn reconfigure(&mut self, context: &Context, open: Option<&mut Listening>, configs: Vec<config::Gauge>) {
+        let now = context.now();
+        if let Some(observer) = open.map(|open| &mut open.observer).or(self.kept.as_mut()) {
+            observer.declare(&configs);
+        }
+        let mut old = std::mem::take(&mut self.gauges);
+        for config in configs {
+            let kept = old.iter().position(|gauge| gauge.shown.config.is_same_slave(&config));
+            self.gauges.push(match kept {
+                Some(index) => old.remove(index).with_config(config),
+                None => HeardGauge::new(config, now),
+            });
+        }
+        for mut removed in old {
+            removed.shown.disconnect(&context.services.recorder, "it was removed from the station's file", now);
+        }
+    }
+
+    /// A listener leaves nothing behind.
+    fn release(&mut self, _: &Context, _: &mut Listening) {}
+
+    fn keep(&mut self, open: Listening) {
+        self.kept = Some(open.observer);
+    }
+
+    fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
+        self.gauges.iter_mut().for_each(|gauge| gauge.shown.disconnect(&context.services.recorder, problem, now));
+    }
+
+    fn snapshot(&self, context: &Context, open: Option<&mut Listening>, now: Moment) -> SegmentSnapshot {
+        let config = &context.config;
+        let is_silent = self.telegram_at.is_none_or(|at| now.at.saturating_duration_since(at) >= SILENT_AFTER);
+        let (state, problem) = match (&open, is_silent) {
+            (None, _) => (SegmentState::Waiting, context.problem.clone()),
+            (Some(_), true) => (SegmentState::Listening, Some("no telegram was received for 3 s".to_owned())),
+            (Some(_), false) => (SegmentState::Running, None),
+        };
+        let observer = open.map(|open| &open.observer);
+        let is_configured = |address| self.gauges.iter().any(|gauge| gauge.shown.config.address == address);
+        let others = observer.into_iter().flat_map(others).filter(|other| !is_configured(other.address));
+        let mut stations: Vec<_> = self.gauges.iter().map(|gauge| gauge.shown.bus_station()).chain(others).collect();
+        stations.sort_by_key(|station| station.address);
+        let observer = observer.map(LineObserver::observer);
+        let baud = observer.map_or(config.baud, profivac_listen::Observer::baud);
+        let segment = Segment {
+            name: config.name.clone(),
+            port: config.port.clone(),
+            baud: baud.bits_per_second(),
+            master: None,
+            listen_only: true,
+            state,
+            problem,
+            cycle_ms: observer
+                .and_then(|it| it.cycle().mean_tbit())
+                .map(|tbit| duration_of(baud, tbit).as_secs_f64() * 1e3),
+            damaged_telegrams: observer.map_or(0, |it| u32::try_from(it.totals().damaged).unwrap_or(u32::MAX)),
+            stations,
+        };
+        let gauges = self.gauges.iter().map(|gauge| gauge.view_at(&config.name, now)).collect();
+        SegmentSnapshot { segment, gauges }
+    }
+}
+
+impl HeardLine {
+    /// The gauges as the station's file has them now.
+    fn configs(&self) -> Vec<config::Gauge> {
+        self.gauges.iter().map(|gauge| gauge.shown.config.clone()).collect()
+    }
+}
+
+/// The baud rate of the line. A port without a rate has that of the file.
+fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
+    match rate::detect(port) {
+        Err(PortError::NoBaudRate(_)) => Ok(baud),
+        found => found,
+    }
+}
+
+/// The heard facts about a gauge of the station's file. Another device at its address is no reading, as for a gauge that the station polls.
+fn heard(line: &LineObserver, gauge: &config::Gauge, now: BitTime) -> Heard {
+    let observer = line.observer();
+    let station = observer.station(gauge.address);
+    let exchanged_at = station.and_then(|station| station.knowledge.exchanged_at());
+    let other = station.and_then(|station| other_device(station, &gauge.device));
+    let reading = observer.reading(gauge.address).filter(|_| other.is_none());
+    let unknown = station.map(|station| station.knowledge.unknown()).unwrap_or_default();
+    let unknown: Vec<String> = unknown.iter().map(ToString::to_string).collect();
+    let is_undecoded = exchanged_at.is_some() && reading.is_none();
+    let problem = match (other, observer.state(gauge.address)) {
+        (Some(other), _) => other,
+        (None, _) if is_undecoded => unknown.join("; "),
+        (None, None) => "no telegram of a station at its address was heard".to_owned(),
+        (None, Some(state)) => format!("the station at its address is {}", state.text()),
+    };
+    Heard {
+        assumed: reading.as_ref().and_then(|reading| assumed(&reading.facts)),
+        slave: reading.as_ref().map(|reading| reading.facts.slave),
+        values: reading.map_or_else(CyclicValues::default, |reading| reading.values),
+        exchanged: exchanged_at.map(|at| (at, duration_of(observer.baud(), now - at))),
+        unknown: if exchanged_at.is_some() { unknown } else { Vec::new() },
+        problem,
+    }
+}
+
+/// The sentence about a device whose Ident_Number is not that of the station's file.
+fn other_device(station: &Station, device: &str) -> Option<String> {
+    let (ident, configured) = (station.knowledge.ident()?, entry(device).ok()?.model);
+    if ident == configured.ident {
+        return None;
+    }
+    let names = device_names(ident).join(" or ");
+    let found = if names.is_empty() { format!("device with ident {ident:04X}") } else { names };
+    Some(format!("it is a {found}, the station's file says {device}"))
+}
+
+/// The assumption on which the pressures of a gauge depend.
+fn assumed(facts: &GaugeFacts) -> Option<Assumed> {
+    match (facts.model.max(facts.configuration), facts.unit) {
+        (Origin::Assumed, _) => Some(Assumed::Configuration),
+        (_, Origin::Assumed) => Some(Assumed::Unit),
+        (Origin::Heard | Origin::Configured, Origin::Heard | Origin::Configured) => None,
+    }
+}
+
+/// The stations on the line.
+fn others(line: &LineObserver) -> Vec<BusStation> {
+    let observer = line.observer();
+    let view = |(address, station): (u8, &Station)| {
+        let state = station.state(observer.now(), observer.baud())?;
+        let shown = match state {
+            StationState::Master => BusStationState::OtherMaster,
+            StationState::Missing => BusStationState::Missing,
+            StationState::Exchanging
+            | StationState::NotConfigured
+            | StationState::NoMaster
+            | StationState::NotAddressed => BusStationState::Unconfigured,
+        };
+        let ident = station.knowledge.ident().map(|ident| format!("0x{ident:04X}"));
+        Some(BusStation {
+            address,
+            state: shown,
+            name: None,
+            device: None,
+            ident,
+            description: state.text().to_owned(),
+        })
+    };
+    observer.stations().filter_map(view).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_at_which_octets_are_hardly_ever_telegrams_is_not_kept() {
+        let table = [
+            // telegrams and octets of an interval, whether the rate is wrong
+            (0, 0, false),
+            // A disturbance on a silent line.
+            (0, LEAST_OCTETS - 1, false),
+            (0, LEAST_OCTETS, true),
+            // Octets of a wrong rate that look like a short acknowledgement or a token now and then.
+            (10, 100_000, true),
+            // The longest telegrams, each damaged one sent twice.
+            (1000, 250_000, false),
+            (50_000, 1_000_000, false),
+        ];
+        for (telegrams, octets, is_wrong) in table {
+            let began = Instant::now();
+            let mut check = RateCheck::new(began, &Totals::default());
+            let totals = Totals { telegrams, octets, ..Totals::default() };
+            assert!(!check.is_wrong(began + RATE_CHECK_INTERVAL / 2, &totals), "the interval has not passed");
+            assert_eq!(check.is_wrong(began + RATE_CHECK_INTERVAL, &totals), is_wrong, "{telegrams} {octets}");
+            assert!(!check.is_wrong(began + RATE_CHECK_INTERVAL * 2, &totals), "an interval counts its own octets");
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! A segment whose gauges the station polls.
+
+use super::fixture::{Fixture, POLL, PORT, gauge, polled};
+use super::plant::VirtualEdge;
+use crate::segment::polled_line::PolledLine;
+use crate::segment::runner::{PUBLISH_INTERVAL, SegmentCommand};
+use crate::view::{BusStationState, Gauge};
+use profivac_recorder::validity::MAX_SILENCE;
+use profivac_recorder::{Micros, Quality};
+use std::time::Duration;
+
+/// A time in which each missing gauge is searched several times.
+const LONG: Duration = Duration::from_secs(15);
+
+fn fixture(devices: &[&str], gauges: &[&str]) -> Fixture<PolledLine> {
+    Fixture::new(polled(gauges), VirtualEdge::with_slaves(devices))
+}
+
+/// The number of samples of `chamber` in [`LONG`].
+fn samples_of_chamber(fixture: &mut Fixture<PolledLine>) -> u32 {
+    let before = fixture.count("chamber");
+    fixture.run_for(LONG);
+    fixture.count("chamber") - before
+}
+
+#[test]
+fn gauges_that_are_absent_or_answer_no_class_2_master_do_not_slow_the_others() {
+    let mut alone = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    alone.exchanging("chamber");
+    let possible = samples_of_chamber(&mut alone);
+    assert!(u128::from(possible) * 10 >= LONG.as_millis() / POLL.as_millis() * 9, "alone: {possible}");
+
+    let gauges = ["chamber bcg450 5", "silent bcg450 6", "absent bcg450 7", "away psg550 8", "gone bcg450 9"];
+    let mut fixture = fixture(&["bcg450@5", "bcg450@6"], &gauges);
+    fixture.change(|plant| plant.set_ms2(6, false));
+    fixture.exchanging("chamber");
+    fixture.until_problem("silent", "unit of the slave at address 6 cannot be read");
+    for name in ["absent", "away", "gone"] {
+        fixture.until_problem(name, "no slave answers");
+    }
+    let samples = samples_of_chamber(&mut fixture);
+    assert!(samples * 10 >= possible * 9, "{samples} of {possible} samples");
+    fixture.change(|plant| plant.set_ms2(6, true));
+    fixture.exchanging("silent");
+}
+
+#[test]
+fn a_port_that_is_lost_is_opened_again_after_growing_pauses() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    let lost = format!("lost {PORT}");
+    for _ in 0..2 {
+        fixture.change(|plant| plant.is_gone = true);
+        let gauge = fixture.until_problem("chamber", &lost);
+        assert_eq!((gauge.state, gauge.readings[0].quality), (BusStationState::Missing, Quality::Stale));
+        assert!(fixture.segment().problem.is_some_and(|problem| problem.contains(&lost)));
+        fixture.run_for(Duration::from_secs(95));
+        assert_eq!(fixture.pauses(), [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0, 30.0]);
+        fixture.change(|plant| plant.is_gone = false);
+        fixture.exchanging("chamber");
+    }
+    let (opened, lost) = (fixture.events("is open"), fixture.events(&format!("segment hall: {lost}")));
+    assert_eq!((opened.len(), lost.len()), (3, 2), "one event for each loss, however often the port is tried");
+}
+
+#[test]
+fn a_loss_has_the_time_at_which_the_station_decides_it() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    let measured = fixture.exchanging("chamber");
+    assert_eq!(measured.lost_at, None);
+    fixture.run_for(Duration::from_secs(2));
+    fixture.change(|plant| plant.is_silent = true);
+
+    // The master gives a slave up that answers no poll, and no reading outlasts a silence of a second.
+    let is_lost = |gauge: &Gauge| gauge.readings[0].quality == Quality::Stale;
+    let lost = fixture.until("chamber", Duration::from_secs(5), is_lost);
+    let (read_at, lost_at) = (lost.read_at.unwrap(), lost.lost_at.unwrap());
+    assert!(lost_at > read_at, "{read_at:?} {lost_at:?}");
+    assert!(lost_at <= read_at.after(MAX_SILENCE + PUBLISH_INTERVAL), "{read_at:?} {lost_at:?}");
+    let samples = fixture.samples("chamber");
+    let [.., last, gap] = samples[..] else { panic!("{samples:?}") };
+    assert_eq!((gap.quality, gap.at), (Quality::Stale, lost_at), "the database");
+    assert_eq!((last.quality, last.at), (Quality::Valid, read_at), "the last reading");
+
+    // The same loss keeps its time while the gauge is searched.
+    fixture.run_for(Duration::from_secs(1));
+    assert_eq!(fixture.gauge("chamber").lost_at, Some(lost_at));
+    let searched = fixture.until_problem("chamber", "no slave answers");
+    assert_eq!((searched.state, searched.read_at), (BusStationState::Missing, Some(read_at)));
+    assert_eq!(searched.lost_at, Some(lost_at));
+
+    fixture.change(|plant| plant.is_silent = false);
+    let back = fixture.exchanging("chamber");
+    assert_eq!(back.lost_at, None);
+    assert!(back.read_at > Some(lost_at));
+}
+
+#[test]
+fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    fixture.change(|plant| plant.is_gone = true);
+    let lost = fixture.until_problem("chamber", "lost");
+    let events = fixture.events("segment hall: lost");
+    let gap = *fixture.samples("chamber").last().unwrap();
+    assert_eq!(gap.quality, Quality::Stale);
+    assert_eq!((Some(gap.at), vec![gap.at]), (lost.lost_at, events.iter().map(|event| event.at).collect()));
+}
+
+/// One exchange is one sample, with the time of the exchange: a gauge shows the time that the database has.
+#[test]
+fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    let mut shown = Vec::new();
+    for _ in 0..20 {
+        fixture.run_for(PUBLISH_INTERVAL);
+        shown.push(fixture.gauge("chamber").read_at.unwrap());
+    }
+    // The recorder keeps all samples around an event.
+    fixture.services.recorder().event_now(None, profivac_recorder::EventKind::Note, "all");
+    let recorded: Vec<_> = fixture.samples("chamber").iter().map(|sample| sample.at).collect();
+    assert!(shown.iter().all(|at| recorded.contains(at)), "{shown:?} {recorded:?}");
+    assert!(recorded.windows(2).all(|pair| pair[0] < pair[1]), "an exchange is recorded once");
+}
+
+#[test]
+fn a_clock_that_is_set_makes_no_gap_and_ages_no_reading() {
+    let hour = 3600 * Micros::SECOND;
+    for set in [hour, -hour] {
+        let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+        fixture.exchanging("chamber");
+        fixture.run_for(Duration::from_secs(1));
+        let before = fixture.gauge("chamber").read_at.unwrap();
+        fixture.change(|plant| plant.clock_set = set);
+        for _ in 0..20 {
+            fixture.run_for(PUBLISH_INTERVAL);
+            let gauge = fixture.gauge("chamber");
+            assert_eq!((gauge.state, gauge.lost_at), (BusStationState::DataExchange, None), "{set}");
+            assert_eq!(gauge.readings[0].quality, Quality::Valid, "{set}");
+        }
+        let moved = fixture.gauge("chamber").read_at.unwrap().0 - before.0;
+        assert!((moved - set - 2 * Micros::SECOND).abs() < Micros::SECOND / 2, "{set}: {moved}");
+        let samples = fixture.samples("chamber");
+        assert!(samples.iter().all(|sample| sample.quality == Quality::Valid), "{samples:?}");
+    }
+}
+
+#[test]
+fn a_removed_gauge_ends_with_a_gap_and_the_others_are_not_disturbed() {
+    let mut fixture = fixture(&["bcg450@5", "psg550@6"], &["chamber bcg450 5", "fore psg550 6"]);
+    fixture.exchanging("chamber");
+    fixture.exchanging("fore");
+    fixture.commands.send(SegmentCommand::Gauges(vec![gauge("fore psg550 6")])).unwrap();
+    fixture.run_for(Duration::from_secs(1));
+    assert!(fixture.services.snapshots().gauge("chamber").is_none());
+    assert_eq!(fixture.samples("chamber").last().unwrap().quality, Quality::Stale);
+    assert!(fixture.samples("fore").iter().all(|sample| sample.quality == Quality::Valid));
+}
+
+#[test]
+fn only_the_station_ends_a_segment() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.run_for(Duration::from_secs(200));
+    fixture.change(|plant| plant.is_gone = false);
+    fixture.exchanging("chamber");
+    fixture.commands.send(SegmentCommand::Stop).unwrap();
+    while fixture.step() {}
+    assert_eq!(fixture.samples("chamber").last().unwrap().quality, Quality::Stale, "the end is a gap");
+}
