@@ -206,10 +206,13 @@ impl MqttToml {
                 return Err(located(value, MqttProblem::OnlyWithPlain(name)));
             }
         }
-        match &self.home_assistant {
-            Some(it) if *it.get_ref() => Err(located(it, MqttProblem::OnlyWithPlain("home-assistant"))),
-            _ => Ok(()),
-        }
+        let keys =
+            [("home-assistant", &self.home_assistant), ("home-assistant-object-id", &self.home_assistant_object_id)];
+        let is_on = |(name, value): (_, &Option<Spanned<bool>>)| {
+            let value = value.as_ref().filter(|value| *value.get_ref())?;
+            Some(located(value, MqttProblem::OnlyWithPlain(name)))
+        };
+        keys.into_iter().find_map(is_on).map_or(Ok(()), Err)
     }
 }
 
@@ -358,6 +361,10 @@ mod tests {
             (
                 "broker = 'mqtt://localhost'\nplain = false\nprefix = 'a'\n[mqtt.sparkplug]\ngroup = 'G'",
                 "7:10: prefix belongs to the plain topics",
+            ),
+            (
+                "broker = 'mqtt://localhost'\nplain = false\nhome-assistant-object-id = true\n[mqtt.sparkplug]\ngroup = 'G'",
+                "7:28: home-assistant-object-id belongs to the plain topics",
             ),
             (
                 "broker = 'mqtt://localhost'\n[mqtt.sparkplug]\ngroup = 'a'\ndata = 'both'",
