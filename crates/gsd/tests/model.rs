@@ -16,6 +16,13 @@ fn the_number_of_a_module_stands_anywhere_in_it() {
 }
 
 #[test]
+fn a_second_number_in_a_module_is_a_problem() {
+    let file = file("Module=\"a\" 0x10\n7\n8\nEndModule");
+    assert_eq!(file.device().modules.first().map(|module| module.number), Some(7));
+    assert_eq!(problems(&file), [(5, Fault::NoKeyword)]);
+}
+
+#[test]
 fn a_module_without_a_number_gets_its_place_or_the_next_free_number() {
     let file = file(
         "Module=\"a\" 1\nEndModule\nModule=\"b\" 1\n1\nEndModule\nModule=\"c\" 1\nEndModule\nModule=\"d\" 1\n4\nEndModule\nModule=\"e\" 1\nEndModule",
