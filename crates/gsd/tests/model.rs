@@ -161,3 +161,17 @@ fn keywords_of_dp_v1_and_of_the_bus_cycle_have_fields() {
     assert_eq!(general.slave_family.as_deref(), Some("3@Digital@24V"));
     assert_eq!(problems(&file), []);
 }
+
+#[test]
+fn the_last_octet_of_user_parameters_is_236() {
+    let file = file("Ext_User_Prm_Data_Const(236)=1\nExt_User_Prm_Data_Const(237)=1");
+    assert_eq!(problems(&file), [(4, Fault::OutOfRange)]);
+}
+
+#[test]
+fn a_range_of_a_slot_needs_its_last_module_too() {
+    let file = file(
+        "Module=\"a\" 0x10\n1\nEndModule\nModule=\"b\" 0x10\n2\nEndModule\nSlotDefinition\nSlot(1)=\"s\" 1 1-3\nEndSlotDefinition",
+    );
+    assert_eq!(problems(&file), [(10, Fault::UnknownModule)]);
+}
