@@ -16,6 +16,13 @@ fn the_number_of_a_module_stands_anywhere_in_it() {
 }
 
 #[test]
+fn a_second_number_in_a_module_is_a_problem() {
+    let file = file("Module=\"a\" 0x10\n7\n8\nEndModule");
+    assert_eq!(file.device().modules.first().map(|module| module.number), Some(7));
+    assert_eq!(problems(&file), [(5, Fault::NoKeyword)]);
+}
+
+#[test]
 fn a_module_without_a_number_gets_its_place_or_the_next_free_number() {
     let file = file(
         "Module=\"a\" 1\nEndModule\nModule=\"b\" 1\n1\nEndModule\nModule=\"c\" 1\nEndModule\nModule=\"d\" 1\n4\nEndModule\nModule=\"e\" 1\nEndModule",
@@ -153,4 +160,18 @@ fn keywords_of_dp_v1_and_of_the_bus_cycle_have_fields() {
     assert_eq!((general.wd_base_1ms_supp, general.tbase_dp), (Some(true), Some(1500)));
     assert_eq!(general.slave_family.as_deref(), Some("3@Digital@24V"));
     assert_eq!(problems(&file), []);
+}
+
+#[test]
+fn the_last_octet_of_user_parameters_is_236() {
+    let file = file("Ext_User_Prm_Data_Const(236)=1\nExt_User_Prm_Data_Const(237)=1");
+    assert_eq!(problems(&file), [(4, Fault::OutOfRange)]);
+}
+
+#[test]
+fn a_range_of_a_slot_needs_its_last_module_too() {
+    let file = file(
+        "Module=\"a\" 0x10\n1\nEndModule\nModule=\"b\" 0x10\n2\nEndModule\nSlotDefinition\nSlot(1)=\"s\" 1 1-3\nEndSlotDefinition",
+    );
+    assert_eq!(problems(&file), [(10, Fault::UnknownModule)]);
 }

@@ -62,6 +62,7 @@ fn the_text_of_a_model_is_read_as_the_same_model() {
     let written = text(read.device());
     let again = GsdFile::read(written.as_bytes());
     assert_eq!(text(again.device()), written);
+    assert!(written.contains("0x0F,\\\n0x10"), "a long list goes on in the next line: {written}");
     let octets = |file: &GsdFile| {
         let configuration = Configuration::new(file.device(), &[0, 2]).expect("a configuration");
         (configuration.chk_cfg(), configuration.user_prm())

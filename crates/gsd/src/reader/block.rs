@@ -86,7 +86,8 @@ impl Reader {
             self.problem(statement, fault, &values.brief());
             Vec::new()
         });
-        let behind_name = statement.values.raw().rsplit_once('"').map_or("", |(_, rest)| rest);
+        let behind_name =
+            statement.values.raw().rsplit_once('"').filter(|(name, _)| name.contains('"')).map_or("", |(_, rest)| rest);
         if !behind_name.is_empty() && !behind_name.starts_with([' ', '\t']) {
             self.problem(statement, Fault::ModuleBlank, &name);
         }
