@@ -163,4 +163,42 @@ mod tests {
         let limits = "chamber: its integers in Pascal show 0.01 to 327.67 mbar only";
         assert_eq!(events.iter().filter(|event| event.text.starts_with(limits)).count(), 1, "{events:?}");
     }
+
+    #[test]
+    fn an_exchange_is_one_sample_with_its_time_however_often_the_gauge_is_sampled() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("bcg450").unwrap();
+        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
+        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let begin = moment();
+        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let mut gauge = HeardGauge::new(config, begin);
+        let after =
+            |ms| Moment { at: begin.at + Duration::from_millis(ms), wall: begin.wall.after(Duration::from_millis(ms)) };
+        // Two exchanges, 10 ms and 110 ms after the beginning, each sampled three times.
+        for (bus_time, exchanged_ms, octet) in [(BitTime(100), 10, 1), (BitTime(1_100), 110, 0x7F)] {
+            for sampled_ms in [20, 40, 60].map(|later| exchanged_ms + later) {
+                let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, octet, 0]].concat());
+                let silence = Duration::from_millis(sampled_ms - exchanged_ms);
+                let heard = Heard {
+                    slave: Some(slave),
+                    values,
+                    exchanged: Some((bus_time, silence)),
+                    unknown: Vec::new(),
+                    assumed: None,
+                    problem: String::new(),
+                };
+                gauge.take_heard(&recorder, heard, after(sampled_ms));
+                assert_eq!(gauge.view_at("hall", begin).read_at, Some(after(exchanged_ms).wall));
+            }
+        }
+        let reader = recorder.open_reader().unwrap();
+        drop(recorder);
+        let spans = reader.trend("chamber", Micros(0), Micros(i64::MAX), 1).unwrap();
+        assert_eq!(spans.iter().map(|span| span.summary.count).sum::<u32>(), 2);
+        let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
+        assert!(samples.iter().all(|sample| [10, 110].map(|ms| after(ms).wall).contains(&sample.at)), "{samples:?}");
+    }
 }

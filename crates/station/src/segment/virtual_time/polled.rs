@@ -108,7 +108,7 @@ fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
     assert_eq!((Some(gap.at), vec![gap.at]), (lost.lost_at, events.iter().map(|event| event.at).collect()));
 }
 
-/// One exchange is one sample, with the time of the exchange: a gauge shows the time that the database has.
+/// A gauge shows the time that the database has.
 #[test]
 fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
@@ -122,7 +122,6 @@ fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
     fixture.services.recorder().event_now(None, profivac_recorder::EventKind::Note, "all");
     let recorded: Vec<_> = fixture.samples("chamber").iter().map(|sample| sample.at).collect();
     assert!(shown.iter().all(|at| recorded.contains(at)), "{shown:?} {recorded:?}");
-    assert!(recorded.windows(2).all(|pair| pair[0] < pair[1]), "an exchange is recorded once");
 }
 
 #[test]
@@ -133,7 +132,12 @@ fn a_clock_that_is_set_makes_no_gap_and_ages_no_reading() {
         fixture.exchanging("chamber");
         fixture.run_for(Duration::from_secs(1));
         let before = fixture.gauge("chamber").read_at.unwrap();
+        // While the gauge is silent, but not for long: its silence is not measured with this clock.
+        fixture.change(|plant| plant.is_silent = true);
+        fixture.run_for(POLL);
         fixture.change(|plant| plant.clock_set = set);
+        fixture.run_for(POLL * 2);
+        fixture.change(|plant| plant.is_silent = false);
         for _ in 0..20 {
             fixture.run_for(PUBLISH_INTERVAL);
             let gauge = fixture.gauge("chamber");
