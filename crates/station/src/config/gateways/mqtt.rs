@@ -2,6 +2,7 @@
 
 use profivac_web_server::host_name::is_loopback;
 use profivac_web_server::tables::Credentials;
+use serde::Deserialize;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -76,7 +77,7 @@ pub struct Discovery {
 }
 
 /// What identifies a metric of Sparkplug in data.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DataStyle {
     /// Its name and data type; births have no aliases.
