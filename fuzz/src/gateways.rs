@@ -17,6 +17,7 @@ use profivac_gateway_mqtt::sparkplug::edge_node::{EdgeNode, Names};
 use profivac_recorder::Micros;
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
+use profivac_station::config::gateways::mqtt::DataStyle;
 use profivac_station::gateway_status::GatewayStatuses;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
@@ -195,8 +196,9 @@ pub fn modbus(octets: &[u8]) {
 
 /// Messages to an edge node of Sparkplug B: the state of its host, and commands.
 pub fn sparkplug(octets: &[u8]) {
-    let names =
-        Names { group: "plant".to_owned(), edge_node: "hall".to_owned(), primary_host: Some("scada".to_owned()) };
+    let data = if octets.len().is_multiple_of(2) { DataStyle::Names } else { DataStyle::Aliases };
+    let primary_host = Some("scada".to_owned());
+    let names = Names { group: "plant".to_owned(), edge_node: "hall".to_owned(), primary_host, data };
     let topics = ["spBv1.0/STATE/scada", "spBv1.0/plant/NCMD/hall", "spBv1.0/plant/DCMD/hall/chamber", ""];
     let (mut script, mut now) = (Script::new(octets), NOW);
     let mut node = EdgeNode::new(names, 0, None);

@@ -217,11 +217,10 @@ impl Server {
         let Ok((mut query, limit)) = history::query(details) else { return };
         // Three pages: each has the samples behind those of the last one.
         for is_first in [true, false, false] {
-            let history::Answer { values, rest } =
-                history::read(&self.reader, "chamber", query, limit).expect("the record");
-            assert!(values.len() <= limit as usize, "{} of {limit} samples", values.len());
-            assert!(rest.is_none() || !values.is_empty(), "an answer without samples goes on");
-            let _ = history::with_bounds(values, query, is_first, rest.is_none());
+            let answer = history::read(&self.reader, "chamber", query, limit).expect("the record");
+            assert!(answer.rest.is_none() || !answer.values.is_empty(), "an answer without samples goes on");
+            let history::Answer { values, rest } = history::with_bounds(answer, query, is_first, limit);
+            assert!(values.len() <= limit as usize, "{} of {limit} values", values.len());
             let Some(rest) = rest else { return };
             assert_ne!(rest, query, "the same samples again");
             query = rest;

@@ -110,8 +110,7 @@ impl GaugeOptions {
         self.bus.check_not_own_address(self.address, "--address")?;
         let mut session = self.bus.open()?;
         identify::wait_for_slave(&mut session, self.address)?;
-        let signals = Signals::catch()?;
-        work(&mut Interruptible { records: Ms2::new(&mut session, self.address), signals, reported: false })
+        work(&mut Ms2::new(&mut session, self.address))
     }
 
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {

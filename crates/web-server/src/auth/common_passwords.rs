@@ -3,8 +3,10 @@
 //! `common_passwords.txt` has the passwords of at least eight characters from the list of 20,000 that Django 5.2 brings (file
 //! `common-passwords.txt.gz`, BSD-3-Clause), in lower case and in the order of their octets. OWASP ASVS 5.0, 6.2.4, asks for 3,000.
 
-use super::password::SHORTEST;
 use std::sync::LazyLock;
+
+/// The fewest characters of a password.
+pub const SHORTEST: usize = 8;
 
 /// One password a line, in order.
 static LINES: LazyLock<Vec<&str>> = LazyLock::new(|| include_str!("common_passwords.txt").lines().collect());

@@ -4,6 +4,7 @@
 //! guessed. Every build knows the common ones (`common_passwords`). With the feature `passwords` zxcvbn also estimates the number of
 //! guesses; it knows names, words, dates and keyboard patterns.
 
+pub use super::common_passwords::SHORTEST;
 use super::common_passwords::weakness;
 use argon2::password_hash::PasswordHasher;
 use argon2::password_hash::phc::{Output, PasswordHash};
@@ -11,9 +12,6 @@ use argon2::{Algorithm, Argon2, Block, Params, Version};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// The fewest characters.
-pub const SHORTEST: usize = 8;
 
 /// The advised number of characters.
 pub const ADVISED: usize = 15;
