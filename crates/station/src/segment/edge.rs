@@ -2,13 +2,21 @@
 //! argument, so that tests run it in virtual time.
 
 use super::moment::Moment;
-use super::runner::SegmentCommand;
+use crate::config;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Port, PortError, open_to_listen};
 use profivac_recorder::Micros;
 use profivac_virtual::open;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
+
+/// A command to a segment.
+pub enum SegmentCommand {
+    /// These are the gauges from now on.
+    Gauges(Vec<config::Gauge>),
+    /// Release the slaves and stop.
+    Stop,
+}
 
 /// What a segment has from outside.
 pub trait Edge: Send + Sync {

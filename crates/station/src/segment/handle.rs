@@ -1,9 +1,9 @@
 //! The handle of a segment's thread.
 
-use super::edge::{Edge, System};
+use super::edge::{Edge, SegmentCommand, System};
 use super::heard_line::HeardLine;
 use super::polled_line::PolledLine;
-use super::runner::{Runner, RunnerSetup, SegmentCommand};
+use super::runner::{Runner, RunnerSetup};
 use super::services::SegmentServices;
 use crate::config;
 use profivac_recorder::{EventKind, Quality, Sample};

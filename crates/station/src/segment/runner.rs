@@ -3,7 +3,7 @@
 //! The same for both kinds of [`Line`]: one that the station polls, and one that it only hears. A step takes the time from the
 //! [`Edge`]; what serves the line is blocking and gets the edge with the [`Context`].
 
-use super::edge::Edge;
+use super::edge::{Edge, SegmentCommand};
 use super::inbox::Inbox;
 use super::moment::Moment;
 use super::services::SegmentServices;
@@ -28,14 +28,6 @@ pub const FIRST_PAUSE: Duration = Duration::from_millis(500);
 
 /// The problem of a gauge on a segment that was stopped.
 const STOPPED: &str = "the segment was stopped";
-
-/// A command to a segment.
-pub enum SegmentCommand {
-    /// These are the gauges from now on.
-    Gauges(Vec<config::Gauge>),
-    /// Release the slaves and stop.
-    Stop,
-}
 
 /// Why a line is not served any more, in a sentence: it is opened again.
 #[derive(Debug)]

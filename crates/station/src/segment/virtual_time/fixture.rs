@@ -2,7 +2,8 @@
 
 use super::plant::{BAUD, Plant, VirtualEdge};
 use crate::config;
-use crate::segment::runner::{Line, Runner, RunnerSetup, SegmentCommand};
+use crate::segment::edge::SegmentCommand;
+use crate::segment::runner::{Line, Runner, RunnerSetup};
 use crate::services::Services;
 use crate::view::{BusStationState, Gauge, Segment};
 use profivac_recorder::{Event, Micros, Recorder, Sample, Settings};

@@ -3,8 +3,9 @@
 use super::fixture::{Fixture, PORT, gauge, polled};
 use super::plant::VirtualEdge;
 use crate::config;
+use crate::segment::edge::SegmentCommand;
 use crate::segment::heard_line::{HeardLine, RATE_CHECK_INTERVAL};
-use crate::segment::runner::{PUBLISH_INTERVAL, SegmentCommand};
+use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{Gauge, SegmentState};
 use profivac_dp::link::Baud;
 use profivac_recorder::Quality;

@@ -1,8 +1,7 @@
 //! Virtual devices, and the time and the ports through which a segment sees them.
 
-use crate::segment::edge::Edge;
+use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::moment::Moment;
-use crate::segment::runner::SegmentCommand;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::active::BusParameters;

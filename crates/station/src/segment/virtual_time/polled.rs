@@ -2,8 +2,9 @@
 
 use super::fixture::{Fixture, POLL, PORT, gauge, polled};
 use super::plant::VirtualEdge;
+use crate::segment::edge::SegmentCommand;
 use crate::segment::polled_line::PolledLine;
-use crate::segment::runner::{PUBLISH_INTERVAL, SegmentCommand};
+use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{BusStationState, Gauge};
 use profivac_recorder::validity::MAX_SILENCE;
 use profivac_recorder::{Micros, Quality};
