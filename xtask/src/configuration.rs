@@ -28,10 +28,10 @@ const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
 const WORDS: [(&str, &[&str]); 12] = [
     ("`true` or `false`", &["bool"]),
     ("URL", &["Uri"]),
-    ("address and port", &["SocketAddr"]),
+    ("address and port", &["Listen", "SocketAddr"]),
     ("address or network", &["Network"]),
     ("date", &["Value"]),
-    ("duration", &["Duration"]),
+    ("duration", &["Duration", "TimeSpan"]),
     ("file", &["PathBuf"]),
     ("gas", &["Gas"]),
     ("integer", &["BaudToml", "i64", "u16", "u32", "u64", "u8", "usize"]),

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::gauge::GaugeOptions;
 use crate::list::{matches_target, tree};
 use crate::output::{Progress, json, notice, out};
-use crate::read::Row;
+use crate::record_row::RecordRow;
 use crate::whole_file::{check_absent, write_text};
 use clap::Args;
 use profivac_client::ParameterReading;
@@ -50,7 +50,7 @@ Examples:
 #[derive(Debug, Serialize)]
 struct DumpRow {
     #[serde(flatten)]
-    row: Option<Row>,
+    row: Option<RecordRow>,
     /// The name of a parameter that could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     unread: Option<String>,
@@ -104,7 +104,7 @@ fn print(arguments: &Arguments, dump: &Dump) {
 }
 
 /// A reading; of a Process Value with its validity.
-fn row(dump: &Dump, named: &NamedParameter, reading: &ParameterReading) -> Row {
+fn row(dump: &Dump, named: &NamedParameter, reading: &ParameterReading) -> RecordRow {
     let valid = dump.pressures.get(&named.name).map(ChannelValue::is_valid);
-    Row { valid, reason: dump.invalid_reason(named), ..Row::of(reading) }
+    RecordRow { valid, reason: dump.invalid_reason(named), ..RecordRow::of(reading) }
 }

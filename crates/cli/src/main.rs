@@ -31,6 +31,7 @@ mod names;
 mod octets;
 mod output;
 mod read;
+mod record_row;
 mod report;
 mod restore;
 mod run;

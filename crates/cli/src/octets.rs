@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::gauge::{GaugeOptions, confirm};
 use crate::output::{json, out};
-use crate::read::raw_row;
+use crate::record_row::RecordRow;
 use crate::values;
 use profivac_client::names::numbers;
 use profivac_client::records::{RecordError, Records, WriteEffect};
@@ -91,7 +91,7 @@ pub fn read(options: &GaugeOptions, targets: &[String], as_json: bool) -> Result
         for record in &wanted {
             match *record {
                 Record::At { slot, index } => {
-                    let row = raw_row(slot, index, &get(records, options.address, slot, index)?);
+                    let row = RecordRow::raw(slot, index, &get(records, options.address, slot, index)?);
                     if !as_json {
                         out(&format!("{slot}/{index} = {}", row.octets));
                     }

@@ -5,12 +5,12 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions};
 use crate::octets;
 use crate::output::{json, notice, out};
+use crate::record_row::RecordRow;
 use clap::Args;
 use profivac_client::cyclic::ChannelValue;
 use profivac_client::names::{NamedParameter, Target};
 use profivac_client::settings::IN_IDLE;
-use profivac_client::values::{Value, hex};
-use profivac_client::{ClientError, ErrorKind, ParameterReading};
+use profivac_client::{ClientError, ErrorKind};
 use profivac_devices::model::Role;
 use profivac_devices::profile::DeviceState;
 use serde::Serialize;
@@ -46,68 +46,11 @@ Examples:
   profivac read --port /tmp/line --address 5 --json 1:2/19
   profivac read --port /tmp/line --address 9 --octets 1/19 im0     # any slave with DP-V1";
 
-/// A parameter in the JSON output.
-#[derive(Debug, Serialize)]
-pub struct Row {
-    pub name: Option<String>,
-    pub slot: u8,
-    pub instance: u8,
-    pub index: u8,
-    /// A number, a string, or octets as hexadecimal digits.
-    pub value: serde_json::Value,
-    pub text: String,
-    pub unit: Option<&'static str>,
-    pub octets: String,
-    /// Of a Process Value: whether the gauge reports it as valid.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub valid: Option<bool>,
-    /// Of a Process Value that is not valid: why.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
-}
-
-impl Row {
-    pub fn of(reading: &ParameterReading) -> Self {
-        let parameter = reading.named.parameter;
-        Self {
-            name: Some(reading.named.name.clone()),
-            slot: parameter.location.slot,
-            instance: parameter.location.instance,
-            index: parameter.row.index,
-            value: value(&reading.value),
-            text: reading.text.clone(),
-            unit: reading.unit,
-            octets: hex(&reading.octets),
-            valid: None,
-            reason: None,
-        }
-    }
-
-    /// The value, and on the same line why it is no pressure: a script may read standard output alone.
-    pub fn value_text(&self) -> String {
-        let reason = self.reason.as_ref().map(|reason| format!("  (not valid: {reason})"));
-        self.text.clone() + &reason.unwrap_or_default()
-    }
-}
-
-fn value(value: &Value) -> serde_json::Value {
-    match value {
-        Value::Integer(number) => (*number).into(),
-        // Printed with the digits of a 32-bit float.
-        #[expect(clippy::cast_possible_truncation, reason = "the value was a 32-bit float")]
-        Value::Number(number) => {
-            (*number as f32).to_string().parse::<f64>().map_or(serde_json::Value::Null, Into::into)
-        }
-        Value::Text(text) => text.clone().into(),
-        Value::Octets(octets) => hex(octets).into(),
-    }
-}
-
 /// One of several targets in the JSON output.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum JsonRow<'a> {
-    Read(Row),
+    Read(RecordRow),
     Failed { target: &'a str, error: String },
 }
 
@@ -151,10 +94,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     done.and(refused.map_or(Ok(()), Err))
 }
 
-fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
+fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<RecordRow, ClientError> {
     let names = gauge.names();
     match names.find(gauge.model().name, target)? {
-        Target::Raw { slot, index } => Ok(raw_row(slot, index, &gauge.read_raw(slot, index)?)),
+        Target::Raw { slot, index } => Ok(RecordRow::raw(slot, index, &gauge.read_raw(slot, index)?)),
         Target::Parameter(_) | Target::CurrentInstance { .. } => {
             let reading = gauge.read(target)?;
             let pressure = pressure(gauge, &reading.named)?;
@@ -163,7 +106,7 @@ fn read(gauge: &mut AnyGauge<'_>, target: &str) -> Result<Row, ClientError> {
                 // In IDLE the status bits of the reading mean nothing.
                 if is_idle(gauge) { IN_IDLE.to_owned() } else { pressure.text() }
             });
-            Ok(Row { valid, reason, ..Row::of(&reading) })
+            Ok(RecordRow { valid, reason, ..RecordRow::of(&reading) })
         }
     }
 }
@@ -181,11 +124,4 @@ fn is_idle(gauge: &mut AnyGauge<'_>) -> bool {
 fn warn_invalid(gauge: &mut AnyGauge<'_>, name: &str) {
     let advice = if is_idle(gauge) { "; the gauge is in IDLE: `profivac write ... execute` starts it" } else { "" };
     notice(&format_args!("{name} is not a valid pressure{advice}"));
-}
-
-/// The row of a record without a name.
-pub fn raw_row(slot: u8, index: u8, octets: &[u8]) -> Row {
-    let octets = hex(octets);
-    let (value, text) = (octets.clone().into(), octets.clone());
-    Row { name: None, slot, instance: 0, index, value, text, unit: None, octets, valid: None, reason: None }
 }

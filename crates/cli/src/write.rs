@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::gauge::{AnyGauge, GaugeOptions, confirm};
 use crate::octets;
 use crate::output::{json, out};
-use crate::read::Row;
+use crate::record_row::RecordRow;
 use clap::Args;
 use profivac_client::records::WriteEffect;
 use profivac_client::{ClientError, PreparedWrite, WriteResult};
@@ -62,8 +62,8 @@ struct Change {
     instance: u8,
     index: u8,
     written: String,
-    before: Option<Row>,
-    after: Option<Row>,
+    before: Option<RecordRow>,
+    after: Option<RecordRow>,
 }
 
 /// A write that failed, in the JSON output.
@@ -128,8 +128,8 @@ fn change(written: &WriteResult) -> Change {
         instance: parameter.location.instance,
         index: parameter.row.index,
         written: written.text.clone(),
-        before: written.before.as_ref().map(Row::of),
-        after: written.after.as_ref().map(Row::of),
+        before: written.before.as_ref().map(RecordRow::of),
+        after: written.after.as_ref().map(RecordRow::of),
     }
 }
 
