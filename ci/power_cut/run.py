@@ -130,7 +130,7 @@ class Gauge:
         _, complaint = process.communicate(timeout=60)
         if "damaged" in complaint:
             return complaint
-        return self.wrong(answer[0]["value"], acknowledged, begun)
+        return self.wrong(round(10 * answer[0]["value"]), acknowledged, begun)
 
 
 class Users:

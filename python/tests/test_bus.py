@@ -76,9 +76,8 @@ def test_errors_follow_the_exit_codes() -> None:
             lambda: pv.VirtualSegment("bcg450@5", seed=-1),
             lambda: pv.decode(b"", baud=-1),
             lambda: chamber.power(300, True),
-            # The annotations forbid a text, which a program without types may give.
-            lambda: gauge.read("mbar"),  # type: ignore[arg-type]
-            lambda: gauge.exchange("mbar"),  # type: ignore[arg-type]
+            lambda: gauge.read("psi"),
+            lambda: gauge.exchange("psi"),
         ):
             with pytest.raises(pv.Usage):
                 wrong()

@@ -38,7 +38,7 @@ fn options_are_checked_before_anything_is_opened() {
     simulate(&["--pressure", "-1 mbar", "bcg450@5"], "expected a pressure like '1e-3 mbar', got \"-1 mbar\"");
     simulate(&["--gas", "steam", "bcg450@5"], "expected a gas, one of n2, air, ");
     simulate(&["--scenario", "pump-down.toml", "--gas", "ar"], "cannot be used with");
-    fails(&["simulate", "bcg450@5"], 2, "--pty <PATH>|--serial <DEV>|--tcp <HOST:PORT>");
+    fails(&["simulate", "bcg450@5"], 2, "--pty <PATH>|--serial <DEV>|--show|--tcp <HOST:PORT>");
     fails(&["simulate", "--pty", "/a", "--serial", "/b", "bcg450@5"], 2, "cannot be used with");
     fails(&["simulate", "--tcp", "nonsense", "bcg450@5"], 2, "expected HOST:PORT, got \"nonsense\"");
     fails(&["hub", "--pty", "/nowhere/a"], 2, "expected at least two --pty, got one");

@@ -122,7 +122,7 @@ fn the_exit_code_reports_the_expectations_of_a_scenario() {
 fn impossible_options_are_refused() {
     for (arguments, sentence) in [
         (["--speed", "0"], "expected a speed from 0.01 to 10000, got \"0\""),
-        (["--for", "-1"], "expected a number of seconds, got \"-1\""),
+        (["--for", "-1"], "expected a number of seconds, or a time like '10 min' or 2d, got \"-1\""),
         (["--listen", "here"], "invalid socket address syntax"),
         (["--listen", "0.0.0.0:0"], "expected an address of this computer like 127.0.0.1:8080, got 0.0.0.0:0"),
         (["--scenario", "x.toml"], "x.toml: No such file or directory"),

@@ -117,7 +117,7 @@ impl<C: Stations> Segment<C> {
 
     /// [`with_reopening`](Self::with_reopening) in place.
     pub fn set_reopening(&mut self, opener: Opener) {
-        let port = std::mem::replace(&mut self.port, Box::new(NullPort));
+        let port = self.take_port();
         self.port = Box::new(Reopening::new(port, opener));
         self.generation = 0;
     }
@@ -130,6 +130,11 @@ impl<C: Stations> Segment<C> {
     /// Whether the port was opened again since the last call. A master must listen first; slaves need nothing.
     pub const fn take_reopened(&mut self) -> bool {
         std::mem::replace(&mut self.reopened, false)
+    }
+
+    /// Takes the port away; the segment ends with it.
+    pub fn take_port(&mut self) -> Box<dyn Port> {
+        std::mem::replace(&mut self.port, Box::new(NullPort))
     }
 
     /// The port.

@@ -33,11 +33,11 @@ impl Micros {
         format!("{:.decimals$}", Timestamp::try_from(self.to_system_time()).unwrap_or(Timestamp::MAX))
     }
 
-    /// The same time as a system time; the beginning of 1970 for earlier times, the end of 9999 for later ones, which only a damaged
-    /// database has: ISO 8601 writes the times between with four digits for the year.
+    /// The same time as a system time; the beginning of 1970 for earlier times, 22 h on 30 December 9999 for later ones, which only a
+    /// damaged database has: in every time zone the times between have four digits for the year.
     #[must_use]
     pub fn to_system_time(self) -> SystemTime {
-        const LAST_US: u64 = 253_402_300_799_999_999;
+        const LAST_US: u64 = 253_402_207_200_999_999;
         SystemTime::UNIX_EPOCH + Duration::from_micros(u64::try_from(self.0).unwrap_or_default().min(LAST_US))
     }
 

@@ -272,7 +272,7 @@ fn an_error_in_a_webhook_names_its_position_and_no_secret() {
         ),
         ("url = 'https://host/'\nquiet = '22:00-22:00'", "37:9: expected the beginning and the end of the quiet hours"),
         ("url = 'https://host/'\nquiet = '22:00-24:01'", "37:9: expected the beginning and the end of the quiet hours"),
-        ("url = 'https://host/'\nunacknowledged-after = '0 s'", "37:24: expected a time from 1s to 1day, found 0s"),
+        ("url = 'https://host/'\nunacknowledged-after = '0 s'", "37:24: expected a time from 1s to 1 day, found 0s"),
         ("url = 'https://host/'\ntoken-file = 'no/such'", "37:14: no/such cannot be read: "),
         ("url = 'https://host/'\nca-file = 'no/such'", "37:11: no/such cannot be read: "),
         ("url = 'https://host/'\npriority = 'off'", "expected a priority, one of high, medium, low, found \"off\""),

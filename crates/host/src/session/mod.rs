@@ -84,12 +84,7 @@ impl Drop for BusSession {
     /// Passes the token on first if other masters are in the ring. If the holder vanished with the token, the ring would
     /// stand still until another master replaces the token.
     fn drop(&mut self) {
-        self.pass_token_on();
-        let timing = self.timing();
-        if let Some(closing) = self.closing.take() {
-            self.other_readers.search(self.losses(), self.segment.port());
-            closing(&timing, std::iter::from_fn(|| self.next_notice()).collect());
-        }
+        self.close();
     }
 }
 
@@ -156,6 +151,23 @@ impl BusSession {
             if self.serve(&[], MIN_WAIT).is_err() {
                 return;
             }
+        }
+    }
+
+    /// Ends the session, and returns its port for another one: a serial device that takes no octets is not opened again for 30 s after it
+    /// was closed.
+    #[must_use]
+    pub fn into_port(mut self) -> Box<dyn Port> {
+        self.close();
+        self.segment.take_port()
+    }
+
+    fn close(&mut self) {
+        self.pass_token_on();
+        let timing = self.timing();
+        if let Some(closing) = self.closing.take() {
+            self.other_readers.search(self.losses(), self.segment.port());
+            closing(&timing, std::iter::from_fn(|| self.next_notice()).collect());
         }
     }
 
