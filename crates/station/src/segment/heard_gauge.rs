@@ -28,7 +28,7 @@ pub struct Heard {
     pub slave: Option<CyclicSlave>,
     /// The values of its last inputs.
     pub values: CyclicValues,
-    /// The last data exchange, and the time since then; `None` without one.
+    /// The last data exchange since the port was opened, and the time since then; `None` without one.
     pub exchanged: Option<(BitTime, Duration)>,
     /// The unknown facts, in sentences.
     pub unknown: Vec<String>,
@@ -50,18 +50,15 @@ impl HeardGauge {
         self
     }
 
-    /// Whether the gauge is to be sampled now. If so, sets the time of the next sample.
-    pub fn takes_sample_turn(&mut self, now: Moment) -> bool {
-        let is_due = self.sample_at <= now.at;
-        if is_due {
-            self.sample_at = now.at + self.shown.config.poll;
-        }
-        is_due
+    /// Whether the gauge is to be sampled now.
+    pub fn is_due(&self, now: Moment) -> bool {
+        self.sample_at <= now.at
     }
 
-    /// Takes what was observed on the line. Validity and age follow the rules for a polled gauge.
+    /// Takes what was observed on the line, and sets the time of the next sample. Validity and age follow the rules for a polled gauge.
     pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard, now: Moment) {
         let Heard { slave, values, exchanged, unknown, assumed, problem } = heard;
+        self.sample_at = now.at + self.shown.config.poll;
         self.assumptions = unknown;
         match (slave, exchanged.filter(|(_, silence)| *silence < MAX_SILENCE)) {
             (Some(slave), Some((at, silence))) => {

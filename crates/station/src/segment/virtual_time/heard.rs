@@ -3,7 +3,7 @@
 use super::fixture::{Fixture, PORT, gauge, polled};
 use super::plant::VirtualEdge;
 use crate::config;
-use crate::segment::edge::SegmentCommand;
+use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::heard_line::{HeardLine, RATE_CHECK_INTERVAL};
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{Gauge, SegmentState};
@@ -59,6 +59,36 @@ fn a_lost_port_is_opened_again_and_what_was_heard_is_kept() {
     let again = fixture.exchanging("chamber");
     assert_eq!(again.assumptions, heard.assumptions);
     assert_eq!(fixture.events("listening on").len(), 2);
+}
+
+/// The time of the line stands still while no port is open: the last data exchange looks as young as before the loss.
+#[test]
+fn a_data_exchange_from_before_a_lost_port_is_no_reading_of_the_port_that_was_opened_again() {
+    for gone in [Duration::from_millis(100), Duration::from_secs(30)] {
+        let mut fixture = fixture(Baud::B187500, false);
+        fixture.exchanging("chamber");
+        fixture.run_for(Duration::from_secs(1));
+        let returns = |fixture: &Fixture<HeardLine>| fixture.events("chamber: in data exchange").len();
+        let before = returns(&fixture);
+        fixture.change(|plant| plant.is_gone = true);
+        let lost = fixture.until_problem("chamber", &format!("lost {PORT}"));
+        fixture.run_for(gone);
+        fixture.change(|plant| (plant.is_gone, plant.is_silent) = (false, true));
+        fixture.run_for(Duration::from_secs(10));
+        let silent = fixture.gauge("chamber");
+        assert_eq!((fixture.segment().state, silent.lost_at), (SegmentState::Listening, lost.lost_at), "{gone:?}");
+        let gap = *fixture.samples("chamber").last().unwrap();
+        assert_eq!((gap.quality, Some(gap.at)), (Quality::Stale, lost.lost_at), "{gone:?}");
+        assert_eq!(returns(&fixture), before, "{gone:?}");
+
+        let begin = fixture.edge.now().wall;
+        fixture.change(|plant| plant.is_silent = false);
+        fixture.exchanging("chamber");
+        let samples = fixture.samples("chamber");
+        let after: Vec<_> = samples.iter().filter(|sample| sample.at > gap.at).collect();
+        assert!(!after.is_empty() && after.iter().all(|sample| sample.at > begin), "{gone:?}: {samples:?}");
+        assert_eq!(returns(&fixture), before + 1, "{gone:?}");
+    }
 }
 
 #[test]
