@@ -1,7 +1,7 @@
 //! A gauge that the station polls: it brings the gauge into data exchange, samples it, and searches it again when it is missing.
 
 use super::find::FindError;
-use super::moment::Moment;
+use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
 use super::watched::{self, WatchedParameters};
@@ -38,7 +38,7 @@ const MAX_INPUTS: usize = 244;
 pub struct PolledGauge {
     /// What it shows and records.
     pub shown: ShownGauge,
-    /// The last data exchange in bus time, and when the station noticed it; at first the time of adding the slave.
+    /// The last data exchange on the line and on the clocks of the station; at first the time of adding the slave.
     exchange: (Option<BitTime>, Moment),
     search_at: Instant,
     sample_at: Instant,
@@ -137,13 +137,13 @@ impl PolledGauge {
     }
 
     /// Takes the present reading, if its time has come.
-    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, now: Moment) {
+    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
+        let now = line.now;
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
         let address = self.shown.config.address;
-        let exchanged_at = master.exchanged_at(address);
-        if exchanged_at.is_some() && exchanged_at != self.exchange.0 {
-            self.exchange = (exchanged_at, now);
+        if let Some(at) = master.exchanged_at(address).filter(|at| self.exchange.0 != Some(*at)) {
+            self.exchange = (Some(at), line.of(at));
         }
         let read = self.exchange.1;
         let silence = now.since(read);

@@ -2,7 +2,8 @@
 
 use super::fixture::{Fixture, POLL, PORT, gauge, polled};
 use super::plant::VirtualEdge;
-use crate::segment::edge::SegmentCommand;
+use crate::config;
+use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::polled_line::PolledLine;
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{BusStationState, Gauge};
@@ -123,6 +124,34 @@ fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
     fixture.services.recorder().event_now(None, profivac_recorder::EventKind::Note, "all");
     let recorded: Vec<_> = fixture.samples("chamber").iter().map(|sample| sample.at).collect();
     assert!(shown.iter().all(|at| recorded.contains(at)), "{shown:?} {recorded:?}");
+}
+
+/// The line stands still before the sample, as while another master keeps the token: the inputs stay those of the last exchange.
+#[test]
+fn the_reading_of_a_gauge_that_is_sampled_seldom_has_the_time_of_its_exchange_and_ends_with_a_silence() {
+    let slow = config::Gauge { poll: Duration::from_secs(5), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow.clone()], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.exchanging("chamber");
+    for (stall, is_lost) in [(Duration::from_millis(600), false), (Duration::from_secs(2), true)] {
+        fixture.run_for(slow.poll - Duration::from_millis(500));
+        let before = fixture.edge.now().wall;
+        fixture.change(|plant| plant.stall(stall));
+        assert!(fixture.step());
+        let gauge = fixture.gauge("chamber");
+        let read_at = gauge.read_at.unwrap();
+        assert!(read_at <= before, "{stall:?}: {read_at:?} {before:?}");
+        assert_eq!(gauge.readings[0].quality == Quality::Stale, is_lost, "{stall:?}");
+        // The recorder keeps all samples around an event.
+        fixture.services.recorder().event_now(None, profivac_recorder::EventKind::Note, "all");
+        let last = *fixture.samples("chamber").last().unwrap();
+        if is_lost {
+            assert_eq!((last.quality, Some(last.at)), (Quality::Stale, gauge.lost_at));
+        } else {
+            assert!(read_at > before.before(PUBLISH_INTERVAL), "{read_at:?} {before:?}");
+            assert_eq!((last.quality, last.at), (Quality::Valid, read_at));
+        }
+    }
 }
 
 #[test]
