@@ -44,9 +44,11 @@ impl HeardGauge {
         Self { shown: ShownGauge::new(config), exchange: None, sample_at: now.at, assumptions: Vec::new() }
     }
 
-    /// The same slave with another configuration.
-    pub fn with_config(mut self, config: config::Gauge) -> Self {
-        self.shown.config = config;
+    /// The same slave with another configuration. Under another name it is sampled at once.
+    pub fn with_config(mut self, recorder: &RecorderHandle, config: config::Gauge, now: Moment) -> Self {
+        if self.shown.reconfigure(recorder, config, now) {
+            self.sample_at = now.at;
+        }
         self
     }
 

@@ -159,7 +159,7 @@ impl Line for HeardLine {
         for config in configs {
             let kept = old.iter().position(|gauge| gauge.shown.config.is_same_slave(&config));
             self.gauges.push(match kept {
-                Some(index) => old.remove(index).with_config(config),
+                Some(index) => old.remove(index).with_config(&context.services.recorder, config, now),
                 None => HeardGauge::new(config, now),
             });
         }

@@ -126,7 +126,7 @@ impl Line for PolledLine {
         for config in configs {
             let kept = old.iter().position(|gauge| gauge.shown.config.is_same_slave(&config));
             gauges.push(match kept {
-                Some(index) => old.remove(index).with_config(config),
+                Some(index) => old.remove(index).with_config(&context.services.recorder, config, now),
                 None => PolledGauge::new(config, now),
             });
         }

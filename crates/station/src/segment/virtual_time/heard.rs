@@ -122,6 +122,19 @@ fn a_gauge_that_the_file_got_is_heard_also_at_another_rate() {
 }
 
 #[test]
+fn a_heard_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
+    let mut fixture = fixture(Baud::B187500, false);
+    fixture.exchanging("chamber");
+    let slow = config::Gauge { poll: Duration::from_mins(1), ..gauge("target bcg450 5") };
+    fixture.commands.send(SegmentCommand::Gauges(vec![slow])).unwrap();
+    fixture.run_for(PUBLISH_INTERVAL * 2);
+    assert_eq!(fixture.samples("chamber").last().unwrap().quality, Quality::Stale);
+    assert_eq!(fixture.gauge("target").readings[0].series, "target");
+    let [first] = fixture.samples("target")[..] else { panic!("{:?}", fixture.samples("target")) };
+    assert_eq!(first.quality, Quality::Valid);
+}
+
+#[test]
 fn no_loss_ends_a_listening_segment() {
     let mut fixture = fixture(Baud::B187500, true);
     for _ in 0..2 {

@@ -194,6 +194,25 @@ fn a_removed_gauge_ends_with_a_gap_and_the_others_are_not_disturbed() {
 }
 
 #[test]
+fn a_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
+    let slow = |text| config::Gauge { poll: Duration::from_mins(1), ..gauge(text) };
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    let renamed = fixture.edge.now().wall;
+    fixture.commands.send(SegmentCommand::Gauges(vec![slow("target bcg450 5")])).unwrap();
+    fixture.run_for(PUBLISH_INTERVAL * 2);
+    let former = fixture.samples("chamber");
+    let [.., last, gap] = former[..] else { panic!("{former:?}") };
+    assert_eq!((last.quality, gap.quality), (Quality::Valid, Quality::Stale));
+    assert!(last.at <= gap.at && gap.at >= renamed, "{former:?}");
+    assert!(fixture.services.snapshots().gauge("chamber").is_none());
+    assert_eq!(fixture.gauge("target").readings[0].series, "target");
+    let [first] = fixture.samples("target")[..] else { panic!("{:?}", fixture.samples("target")) };
+    assert_eq!(first.quality, Quality::Valid);
+}
+
+#[test]
 fn only_the_station_ends_a_segment() {
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
     fixture.change(|plant| plant.is_gone = true);
