@@ -68,11 +68,11 @@ impl PolledGauge {
         Self { shown: ShownGauge::starting(config.clone(), slave), ..Self::new(config, now) }
     }
 
-    /// The same slave with another configuration. Under another name it is sampled at once.
+    /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
     pub fn with_config(mut self, recorder: &RecorderHandle, config: config::Gauge, now: Moment) -> Self {
-        if self.shown.reconfigure(recorder, config, now) {
-            self.sample_at = now.at;
-        }
+        let is_renamed = self.shown.reconfigure(recorder, config, now);
+        let latest = if is_renamed { now.at } else { now.at + self.shown.config.poll };
+        self.sample_at = self.sample_at.min(latest);
         self
     }
 

@@ -122,6 +122,16 @@ fn a_gauge_that_the_file_got_is_heard_also_at_another_rate() {
 }
 
 #[test]
+fn a_shorter_interval_of_a_heard_gauge_holds_at_once_and_not_after_the_former_one() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let config = config::Segment { listen_only: true, gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<HeardLine>::new(config, VirtualEdge::with_foreign(Baud::B187500));
+    let first = fixture.exchanging("chamber");
+    fixture.commands.send(SegmentCommand::Gauges(vec![gauge("chamber bcg450 5")])).unwrap();
+    fixture.until("chamber", Duration::from_secs(1), |gauge| gauge.read_at > first.read_at);
+}
+
+#[test]
 fn a_heard_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
     let mut fixture = fixture(Baud::B187500, false);
     fixture.exchanging("chamber");

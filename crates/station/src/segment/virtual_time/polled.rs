@@ -194,6 +194,20 @@ fn a_removed_gauge_ends_with_a_gap_and_the_others_are_not_disturbed() {
 }
 
 #[test]
+fn a_shorter_interval_holds_at_once_and_not_after_the_former_one() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.run_for(Duration::from_secs(5));
+    fixture.commands.send(SegmentCommand::Gauges(vec![gauge("chamber bcg450 5")])).unwrap();
+    let second = Duration::from_secs(1);
+    fixture.until("chamber", second, |gauge| gauge.state == BusStationState::DataExchange);
+    let before = fixture.count("chamber");
+    fixture.run_for(second);
+    assert!(u128::from(fixture.count("chamber") - before) * 10 >= second.as_millis() / POLL.as_millis() * 9);
+}
+
+#[test]
 fn a_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
     let slow = |text| config::Gauge { poll: Duration::from_mins(1), ..gauge(text) };
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
