@@ -69,8 +69,18 @@ impl HeardGauge {
                 self.exchange = Some((at, read));
                 self.shown.take_exchange(recorder, &Exchange { slave: &slave, values: &values, read, assumed }, now);
             }
-            _ => self.shown.lose_because(recorder, BusStationState::Missing, Some(problem), now),
+            _ => {
+                self.shown.lose_because(recorder, BusStationState::Missing, Some(problem), now);
+                // It may have a reading soon, however seldom it is sampled.
+                self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
+            }
         }
+    }
+
+    /// Ends the readings because the port is lost, the segment stops or the gauge is removed.
+    pub fn disconnect(&mut self, recorder: &RecorderHandle, problem: &str, now: Moment) {
+        self.shown.disconnect(recorder, problem, now);
+        self.sample_at = now.at;
     }
 
     /// The gauge as the API shows it.

@@ -164,7 +164,7 @@ impl Line for HeardLine {
             });
         }
         for mut removed in old {
-            removed.shown.disconnect(&context.services.recorder, "it was removed from the station's file", now);
+            removed.disconnect(&context.services.recorder, "it was removed from the station's file", now);
         }
     }
 
@@ -176,7 +176,7 @@ impl Line for HeardLine {
     }
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
-        self.gauges.iter_mut().for_each(|gauge| gauge.shown.disconnect(&context.services.recorder, problem, now));
+        self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
     }
 
     fn snapshot(&self, context: &Context, open: Option<&mut Listening>, now: Moment) -> SegmentSnapshot {

@@ -155,7 +155,11 @@ impl PolledGauge {
                 let exchange = Exchange { slave: &slave, values: &values, read, assumed: None };
                 self.shown.take_exchange(recorder, &exchange, now);
             }
-            None => self.take_no_reading(recorder, master, now),
+            None => {
+                self.take_no_reading(recorder, master, now);
+                // It may have a reading soon, however seldom it is sampled.
+                self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
+            }
         }
         self.plan_defects(now);
         if silence > SEARCH_AFTER {

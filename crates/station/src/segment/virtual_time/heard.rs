@@ -122,6 +122,20 @@ fn a_gauge_that_the_file_got_is_heard_also_at_another_rate() {
 }
 
 #[test]
+fn a_heard_gauge_that_is_sampled_seldom_has_a_reading_soon_after_it_was_lost() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let config = config::Segment { listen_only: true, gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<HeardLine>::new(config, VirtualEdge::with_foreign(Baud::B187500));
+    fixture.exchanging("chamber");
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.until_problem("chamber", "lost");
+    fixture.change(|plant| (plant.is_gone, plant.is_silent) = (false, true));
+    fixture.until_problem("chamber", "not heard any more");
+    fixture.change(|plant| plant.is_silent = false);
+    fixture.exchanging("chamber");
+}
+
+#[test]
 fn a_shorter_interval_of_a_heard_gauge_holds_at_once_and_not_after_the_former_one() {
     let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
     let config = config::Segment { listen_only: true, gauges: vec![slow], ..polled(&[]) };

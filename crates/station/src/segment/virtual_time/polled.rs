@@ -194,14 +194,26 @@ fn a_removed_gauge_ends_with_a_gap_and_the_others_are_not_disturbed() {
 }
 
 #[test]
+fn a_gauge_that_is_sampled_seldom_has_its_first_reading_soon_after_it_was_found_or_lost() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.exchanging("chamber");
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.until_problem("chamber", "lost");
+    fixture.change(|plant| plant.is_gone = false);
+    fixture.exchanging("chamber");
+}
+
+#[test]
 fn a_shorter_interval_holds_at_once_and_not_after_the_former_one() {
     let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
     let segment = config::Segment { gauges: vec![slow], ..polled(&[]) };
     let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
-    fixture.run_for(Duration::from_secs(5));
+    let first = fixture.exchanging("chamber");
     fixture.commands.send(SegmentCommand::Gauges(vec![gauge("chamber bcg450 5")])).unwrap();
     let second = Duration::from_secs(1);
-    fixture.until("chamber", second, |gauge| gauge.state == BusStationState::DataExchange);
+    fixture.until("chamber", second, |gauge| gauge.read_at > first.read_at);
     let before = fixture.count("chamber");
     fixture.run_for(second);
     assert!(u128::from(fixture.count("chamber") - before) * 10 >= second.as_millis() / POLL.as_millis() * 9);
