@@ -76,7 +76,10 @@ fn commands_are_answered_and_quit_removes_the_ptys() {
     let folder = Folder::new();
     let (mut hub, ..) = hub(&folder, &[]);
     let a = folder.name("a");
-    assert_eq!(hub.tell(&format!("mute {a} soon")), "error: expected a number of seconds, or a time like '10 min' or 2d, got \"soon\"");
+    assert_eq!(
+        hub.tell(&format!("mute {a} soon")),
+        "error: expected a number of seconds, or a time like '10 min' or 2d, got \"soon\""
+    );
     let unknown = hub.tell("mute c 1");
     assert_eq!(unknown, format!("error: no pty c; known: {a}, {}", folder.name("b")));
     assert_eq!(hub.tell("sing"), "error: expected mute PATH SECONDS or quit, got \"sing\"");

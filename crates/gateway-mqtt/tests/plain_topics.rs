@@ -214,6 +214,35 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
     assert_eq!(ids.len(), sensors.len());
 }
 
+/// A gauge that is sampled every ten minutes is published every ten minutes, and its station shows it as stale after five of them.
+#[test]
+fn a_sensor_of_a_gauge_that_is_sampled_seldom_stays_until_its_reading_is_stale() {
+    for (poll, expire_after_s) in [("200 ms", 60), ("8 s", 60), ("9 s", 65), ("10 min", 3020), ("1 h", 18_020)] {
+        let file = FILE.replace("device = \"bcg450\"", &format!("device = \"bcg450\"\npoll = \"{poll}\""));
+        let config = profivac_config::parse(&file, Path::new("plant.toml")).unwrap();
+        let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(0));
+        let sensors = described(&snapshot, false);
+        let (chamber, others): (Vec<_>, Vec<_>) = sensors.iter().partition(|it| it.topic.contains("_chamber/"));
+        assert_eq!((chamber.len(), others.len()), (3, 3 * 4));
+        for (sensors, expected) in [(chamber, expire_after_s), (others, 60)] {
+            for sensor in sensors {
+                let description: Value = serde_json::from_slice(&sensor.payload).unwrap();
+                assert_eq!(description["expire_after"], json!(expected), "{poll} {}", sensor.topic);
+            }
+        }
+    }
+}
+
+/// Sensors are described again when the file gives a gauge another interval.
+#[test]
+fn another_interval_of_a_gauge_changes_the_points() {
+    let mut modeller = Modeller::default();
+    let before = modeller.next(measuring(Some(1.0), Micros(1)), Micros(1));
+    let mut inputs = measuring(Some(1.0), Micros(2));
+    inputs.gauges[0].stale_after_ms = 3_000_000;
+    assert!(!modeller.next(inputs, Micros(2)).has_points_of(&before));
+}
+
 /// The manufacturer of a real gauge is not this program.
 #[test]
 fn only_virtual_gauges_have_a_manufacturer() {

@@ -80,7 +80,7 @@ impl Inputs {
         }
     }
 
-    /// A number that differs if the points differ: their subjects, segments, labels, ranges and limits, not their values.
+    /// A number that differs if the points differ: their subjects, segments, labels, ranges, limits and ages, not their values.
     #[must_use]
     pub fn structure(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
@@ -88,8 +88,8 @@ impl Inputs {
             (&segment.name, is_virtual(&segment.port)).hash(&mut hasher);
         }
         for gauge in &self.gauges {
-            (&gauge.name, &gauge.segment, &gauge.device, gauge.readings.len(), gauge.parameters.len())
-                .hash(&mut hasher);
+            (&gauge.name, &gauge.segment, &gauge.device, gauge.stale_after_ms).hash(&mut hasher);
+            (gauge.readings.len(), gauge.parameters.len()).hash(&mut hasher);
             gauge.parameters.iter().for_each(|parameter| parameter.target.hash(&mut hasher));
             for reading in &gauge.readings {
                 let principle = reading.principle.map(|principle| principle as u8);
@@ -201,13 +201,16 @@ pub struct PointOf {
     pub limits: Limits,
     /// The unit of the values that have the unit of an alarm's limit.
     pub limit_unit: Option<&'static str>,
+    /// The age in milliseconds from which it is stale, of a reading.
+    pub stale_after_ms: Option<u64>,
     /// It is virtual.
     pub is_simulated: bool,
 }
 
 impl PointOf {
     fn plain(subject: Subject, segment: Option<Arc<str>>, is_simulated: bool) -> Self {
-        Self { subject, segment, range_pa: None, limits: Limits::default(), limit_unit: None, is_simulated }
+        let (range_pa, limits, limit_unit, stale_after_ms) = (None, Limits::default(), None, None);
+        Self { subject, segment, range_pa, limits, limit_unit, stale_after_ms, is_simulated }
     }
 }
 
@@ -224,10 +227,8 @@ impl Sink for Collector {
     }
 
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
-        let Some(PointOf { subject, segment, range_pa, limits, limit_unit, is_simulated }) = self.present.clone()
-        else {
-            return;
-        };
+        let Some(of) = self.present.clone() else { return };
+        let PointOf { subject, segment, range_pa, limits, limit_unit, stale_after_ms, is_simulated } = of;
         let has_unit_of_limit = matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue);
         self.points.push(Point {
             subject,
@@ -236,6 +237,7 @@ impl Sink for Collector {
             unit: signal.unit().or(limit_unit.filter(|_| has_unit_of_limit)),
             range: range_pa.and_then(|range| range_of(signal, range)),
             limits: if signal == Signal::Pressure { limits } else { Limits::default() },
+            stale_after_ms,
             is_simulated,
         });
     }
@@ -481,6 +483,7 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
         limit_unit: None,
         range_pa: range_pa(gauge, reading),
         limits: limits(&inputs.alarms, &reading.series),
+        stale_after_ms: Some(gauge.stale_after_ms),
         is_simulated: inputs.is_simulated(&gauge.segment),
     });
     let state = State::of(gauge, reading);

@@ -100,6 +100,8 @@ pub struct Point {
     pub range: Option<(f64, f64)>,
     /// The limits of its alarms, of a pressure.
     pub limits: Limits,
+    /// The age in milliseconds from which it is stale; `None` unless it belongs to a reading.
+    pub stale_after_ms: Option<u64>,
     /// Its gauge is virtual.
     pub is_simulated: bool,
 }

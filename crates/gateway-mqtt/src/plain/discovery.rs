@@ -7,9 +7,12 @@ use profivac_gateway::{Kind, Point, Signal, Subject};
 use profivac_station::config::gateways::mqtt::Discovery;
 use serde_json::{Value as Json, json};
 
-/// The time after which a reading that is not published again is unavailable, in seconds: six times the period in which the time of the
-/// reading is published.
-const EXPIRE_AFTER: u32 = 60;
+/// The shortest time after which a reading that is not published again is unavailable, in seconds: six times the period in which the time
+/// of the reading is published.
+const EXPIRE_AFTER_S: u64 = 60;
+
+/// Two of these periods, in seconds: a reading that is stale was published by then.
+const PUBLISHED_WITHIN_S: u64 = 20;
 
 /// Where Home Assistant publishes `online` after its start.
 #[must_use]
@@ -97,7 +100,7 @@ fn describe(
         "value_template": sensor.template,
         "json_attributes_topic": topic.object,
         "json_attributes_template": ATTRIBUTES,
-        "expire_after": EXPIRE_AFTER,
+        "expire_after": expire_after_s(topic, points),
         "availability_mode": "all",
         "availability": availability(sensor, topic, prefix),
         "device": {
@@ -134,6 +137,14 @@ fn describe(
     }
     let name = format!("{}/sensor/{node}/{}/config", discovery.prefix, sensor.key);
     retained(name, description.to_string(), Delivery::AtLeastOnce)
+}
+
+/// The time after which a reading that is not published again is unavailable, in seconds. A gauge that is sampled seldom is published
+/// seldom: its reading stays until the station itself shows it as stale.
+fn expire_after_s(topic: &Topic, points: &[Point]) -> u64 {
+    let mut ages_ms = topic.positions.iter().filter_map(|position| points.get(*position)?.stale_after_ms);
+    let stale_after_s = ages_ms.next().unwrap_or_default().div_ceil(1000);
+    stale_after_s.saturating_add(PUBLISHED_WITHIN_S).max(EXPIRE_AFTER_S)
 }
 
 /// The decimals of a sensor's number in its unit. With fewer, Home Assistant shows and records a small pressure as 0 in another unit.

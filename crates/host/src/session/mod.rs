@@ -71,8 +71,8 @@ pub struct BusSession {
 /// Runs when the session ends.
 type Closing = Box<dyn FnOnce(&SessionTiming, Vec<Notice>) + Send>;
 
-/// Runs each time the line was served.
-type BackgroundTask = Box<dyn FnMut(&mut BusMaster) + Send>;
+/// Runs each time the line was served, with the time of the line.
+type BackgroundTask = Box<dyn FnMut(&mut BusMaster, BitTime) + Send>;
 
 /// Whether the program wants to end.
 type Cancellation = Box<dyn Fn() -> bool + Send>;
@@ -171,9 +171,9 @@ impl BusSession {
         }
     }
 
-    /// Runs `work` each time the line was served while a request waits, so that requests do not delay the evaluation of
-    /// cyclic data.
-    pub fn set_background_task(&mut self, work: impl FnMut(&mut BusMaster) + Send + 'static) {
+    /// Runs `work` with the time of the line each time the line was served while a request waits, so that requests do not delay the
+    /// evaluation of cyclic data.
+    pub fn set_background_task(&mut self, work: impl FnMut(&mut BusMaster, BitTime) + Send + 'static) {
         self.background = Some(Box::new(work));
     }
 
@@ -395,9 +395,10 @@ impl BusSession {
         if self.is_cancelled() {
             return Err(SessionError::Interrupted);
         }
+        let now = self.segment.now();
         let [BoxedStation(station)] = self.segment.stations_mut();
         if let Some(work) = &mut self.background {
-            work(&mut station.user);
+            work(&mut station.user, now);
         }
         Ok(())
     }

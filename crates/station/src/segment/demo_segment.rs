@@ -4,7 +4,7 @@ use super::bus_map::{milliseconds, own_master};
 use super::edge::{Edge, System};
 use super::inbox::Inbox;
 use super::line_observer::LineObserver;
-use super::moment::Moment;
+use super::moment::{LineMoment, Moment};
 use super::polled_gauge::{PolledGauge, next_defects};
 use super::records::{defects_of, records_of};
 use super::runner::PUBLISH_INTERVAL;
@@ -85,13 +85,14 @@ impl DemoSegment {
 
     fn sample(&mut self, segment: &mut MemorySegment, now: Moment) {
         let (slaves, baud) = (segment.slaves().to_vec(), segment.baud());
+        let line = LineMoment { now, bus_time: segment.now(), baud };
         let master = segment.master_mut();
         for (gauge, slave) in self.gauges.iter_mut().zip(slaves) {
             if gauge.takes_search_turn(now) {
                 // The gauge was switched off for a while; in memory it is the same device again.
                 gauge.search_finished(&self.services.recorder, master, baud, Ok(slave), now);
             }
-            gauge.sample(&self.services.recorder, master, now);
+            gauge.sample(&self.services.recorder, master, line);
         }
     }
 

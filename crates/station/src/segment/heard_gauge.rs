@@ -28,7 +28,7 @@ pub struct Heard {
     pub slave: Option<CyclicSlave>,
     /// The values of its last inputs.
     pub values: CyclicValues,
-    /// The last data exchange, and the time since then; `None` without one.
+    /// The last data exchange since the port was opened, and the time since then; `None` without one.
     pub exchanged: Option<(BitTime, Duration)>,
     /// The unknown facts, in sentences.
     pub unknown: Vec<String>,
@@ -44,24 +44,23 @@ impl HeardGauge {
         Self { shown: ShownGauge::new(config), exchange: None, sample_at: now.at, assumptions: Vec::new() }
     }
 
-    /// The same slave with another configuration.
-    pub fn with_config(mut self, config: config::Gauge) -> Self {
-        self.shown.config = config;
+    /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
+    pub fn with_config(mut self, recorder: &RecorderHandle, config: config::Gauge, now: Moment) -> Self {
+        let is_renamed = self.shown.reconfigure(recorder, config, now);
+        let latest = if is_renamed { now.at } else { now.at + self.shown.config.poll };
+        self.sample_at = self.sample_at.min(latest);
         self
     }
 
-    /// Whether the gauge is to be sampled now. If so, sets the time of the next sample.
-    pub fn takes_sample_turn(&mut self, now: Moment) -> bool {
-        let is_due = self.sample_at <= now.at;
-        if is_due {
-            self.sample_at = now.at + self.shown.config.poll;
-        }
-        is_due
+    /// Whether the gauge is to be sampled now.
+    pub fn is_due(&self, now: Moment) -> bool {
+        self.sample_at <= now.at
     }
 
-    /// Takes what was observed on the line. Validity and age follow the rules for a polled gauge.
+    /// Takes what was observed on the line, and sets the time of the next sample. Validity and age follow the rules for a polled gauge.
     pub fn take_heard(&mut self, recorder: &RecorderHandle, heard: Heard, now: Moment) {
         let Heard { slave, values, exchanged, unknown, assumed, problem } = heard;
+        self.sample_at = now.at + self.shown.config.poll;
         self.assumptions = unknown;
         match (slave, exchanged.filter(|(_, silence)| *silence < MAX_SILENCE)) {
             (Some(slave), Some((at, silence))) => {
@@ -70,8 +69,18 @@ impl HeardGauge {
                 self.exchange = Some((at, read));
                 self.shown.take_exchange(recorder, &Exchange { slave: &slave, values: &values, read, assumed }, now);
             }
-            _ => self.shown.lose_because(recorder, BusStationState::Missing, Some(problem), now),
+            _ => {
+                self.shown.lose_because(recorder, BusStationState::Missing, Some(problem), now);
+                // It may have a reading soon, however seldom it is sampled.
+                self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
+            }
         }
+    }
+
+    /// Ends the readings because the port is lost, the segment stops or the gauge is removed.
+    pub fn disconnect(&mut self, recorder: &RecorderHandle, problem: &str, now: Moment) {
+        self.shown.disconnect(recorder, problem, now);
+        self.sample_at = now.at;
     }
 
     /// The gauge as the API shows it.

@@ -21,6 +21,7 @@ use profivac_listen::gauge::{GaugeFacts, Origin};
 use profivac_listen::observer::Totals;
 use profivac_listen::station::{Station, StationState};
 use profivac_listen::{MAX_TELEGRAM, Tap, TapEvent};
+use profivac_recorder::validity::MAX_SILENCE;
 use profivac_virtual::device_spec::entry;
 use std::time::{Duration, Instant};
 
@@ -70,6 +71,8 @@ pub struct HeardLine {
 /// An open port, and the line behind it.
 pub struct Listening {
     tap: Tap,
+    /// When the port was opened. The time of the line stands still while no port is open, so it does not age a data exchange from before.
+    opened: BitTime,
     observer: LineObserver,
     rate: RateCheck,
 }
@@ -96,9 +99,10 @@ impl Line for HeardLine {
         let observer = kept.unwrap_or_else(|| {
             LineObserver::new(&context.config, &self.configs(), baud, &context.services.recorder.captures(), now)
         });
-        let tap = Tap::starting_at(opened, baud, observer.observer().now());
+        let first = observer.observer().now();
+        let tap = Tap::starting_at(opened, baud, first);
         let rate = RateCheck::new(now.at, observer.observer().totals());
-        Ok(Listening { tap, observer, rate })
+        Ok(Listening { tap, opened: first, observer, rate })
     }
 
     fn opened(config: &config::Segment) -> String {
@@ -106,7 +110,7 @@ impl Line for HeardLine {
     }
 
     fn serve(&mut self, context: &mut Context, open: &mut Listening) -> Result<(), Lost> {
-        let Listening { tap, observer, rate } = open;
+        let Listening { tap, opened, observer, rate } = open;
         let (event, _) = tap.receive(&[], SERVE_INTERVAL)?;
         let (bus_time, now) = (tap.now(), context.now());
         match event {
@@ -119,9 +123,11 @@ impl Line for HeardLine {
         if std::mem::replace(&mut self.telegrams, telegrams) != telegrams {
             self.telegram_at = Some(now.at);
         }
-        for gauge in &mut self.gauges {
-            if gauge.takes_sample_turn(now) {
-                let heard = heard(observer, &gauge.shown.config, bus_time);
+        // Right after the opening no telegram may have come yet: a gauge is missing after the silence that ends every reading.
+        let is_loss_known = duration_of(observer.observer().baud(), bus_time - *opened) >= MAX_SILENCE;
+        for gauge in self.gauges.iter_mut().filter(|gauge| gauge.is_due(now)) {
+            let heard = heard(observer, &gauge.shown.config, *opened, bus_time);
+            if heard.exchanged.is_some() || is_loss_known {
                 gauge.take_heard(&context.services.recorder, heard, now);
             }
         }
@@ -153,12 +159,12 @@ impl Line for HeardLine {
         for config in configs {
             let kept = old.iter().position(|gauge| gauge.shown.config.is_same_slave(&config));
             self.gauges.push(match kept {
-                Some(index) => old.remove(index).with_config(config),
+                Some(index) => old.remove(index).with_config(&context.services.recorder, config, now),
                 None => HeardGauge::new(config, now),
             });
         }
         for mut removed in old {
-            removed.shown.disconnect(&context.services.recorder, "it was removed from the station's file", now);
+            removed.disconnect(&context.services.recorder, "it was removed from the station's file", now);
         }
     }
 
@@ -170,7 +176,7 @@ impl Line for HeardLine {
     }
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
-        self.gauges.iter_mut().for_each(|gauge| gauge.shown.disconnect(&context.services.recorder, problem, now));
+        self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
     }
 
     fn snapshot(&self, context: &Context, open: Option<&mut Listening>, now: Moment) -> SegmentSnapshot {
@@ -222,8 +228,9 @@ fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
     }
 }
 
-/// The heard facts about a gauge of the station's file. Another device at its address is no reading, as for a gauge that the station polls.
-fn heard(line: &LineObserver, gauge: &config::Gauge, now: BitTime) -> Heard {
+/// The heard facts about a gauge of the station's file. Another device at its address is no reading, as for a gauge that the station polls,
+/// and neither is a data exchange from before the port was `opened`.
+fn heard(line: &LineObserver, gauge: &config::Gauge, opened: BitTime, now: BitTime) -> Heard {
     let observer = line.observer();
     let station = observer.station(gauge.address);
     let exchanged_at = station.and_then(|station| station.knowledge.exchanged_at());
@@ -236,13 +243,15 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, now: BitTime) -> Heard {
         (Some(other), _) => other,
         (None, _) if is_undecoded => unknown.join("; "),
         (None, None) => "no telegram of a station at its address was heard".to_owned(),
+        // Of the last seconds, or before the port was lost.
+        (None, Some(StationState::Exchanging)) => "its data exchange is not heard any more".to_owned(),
         (None, Some(state)) => format!("the station at its address is {}", state.text()),
     };
     Heard {
         assumed: reading.as_ref().and_then(|reading| assumed(&reading.facts)),
         slave: reading.as_ref().map(|reading| reading.facts.slave),
         values: reading.map_or_else(CyclicValues::default, |reading| reading.values),
-        exchanged: exchanged_at.map(|at| (at, duration_of(observer.baud(), now - at))),
+        exchanged: exchanged_at.filter(|at| *at > opened).map(|at| (at, duration_of(observer.baud(), now - at))),
         unknown: if exchanged_at.is_some() { unknown } else { Vec::new() },
         problem,
     }

@@ -1,7 +1,7 @@
 //! A gauge that the station polls: it brings the gauge into data exchange, samples it, and searches it again when it is missing.
 
 use super::find::FindError;
-use super::moment::Moment;
+use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
 use super::watched::{self, WatchedParameters};
@@ -38,7 +38,7 @@ const MAX_INPUTS: usize = 244;
 pub struct PolledGauge {
     /// What it shows and records.
     pub shown: ShownGauge,
-    /// The last data exchange in bus time, and when the station noticed it; at first the time of adding the slave.
+    /// The last data exchange on the line and on the clocks of the station; at first the time of adding the slave.
     exchange: (Option<BitTime>, Moment),
     search_at: Instant,
     sample_at: Instant,
@@ -68,9 +68,11 @@ impl PolledGauge {
         Self { shown: ShownGauge::starting(config.clone(), slave), ..Self::new(config, now) }
     }
 
-    /// The same slave with another configuration.
-    pub fn with_config(mut self, config: config::Gauge) -> Self {
-        self.shown.config = config;
+    /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
+    pub fn with_config(mut self, recorder: &RecorderHandle, config: config::Gauge, now: Moment) -> Self {
+        let is_renamed = self.shown.reconfigure(recorder, config, now);
+        let latest = if is_renamed { now.at } else { now.at + self.shown.config.poll };
+        self.sample_at = self.sample_at.min(latest);
         self
     }
 
@@ -137,13 +139,13 @@ impl PolledGauge {
     }
 
     /// Takes the present reading, if its time has come.
-    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, now: Moment) {
+    pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
+        let now = line.now;
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
         let address = self.shown.config.address;
-        let exchanged_at = master.exchanged_at(address);
-        if exchanged_at.is_some() && exchanged_at != self.exchange.0 {
-            self.exchange = (exchanged_at, now);
+        if let Some(at) = master.exchanged_at(address).filter(|at| self.exchange.0 != Some(*at)) {
+            self.exchange = (Some(at), line.of(at));
         }
         let read = self.exchange.1;
         let silence = now.since(read);
@@ -153,7 +155,11 @@ impl PolledGauge {
                 let exchange = Exchange { slave: &slave, values: &values, read, assumed: None };
                 self.shown.take_exchange(recorder, &exchange, now);
             }
-            None => self.take_no_reading(recorder, master, now),
+            None => {
+                self.take_no_reading(recorder, master, now);
+                // It may have a reading soon, however seldom it is sampled.
+                self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
+            }
         }
         self.plan_defects(now);
         if silence > SEARCH_AFTER {

@@ -4,7 +4,7 @@ use super::bus_map::{BusState, own_master};
 use super::find::{FindError, find_gauge};
 use super::inbox::PortLost;
 use super::line_observer::LineObserver;
-use super::moment::Moment;
+use super::moment::{LineMoment, Moment};
 use super::polled_gauge::{PolledGauge, next_defects, next_parameter, next_search};
 use super::records::{defects_of, records_of};
 use super::runner::{Context, Line, Lost, PUBLISH_INTERVAL, SERVE_INTERVAL};
@@ -95,9 +95,9 @@ impl Line for PolledLine {
         }
         self.observe_line(context);
         self.search_next(context, session)?;
-        let now = context.now();
-        let recorder = &context.services.recorder;
-        self.gauges().iter_mut().for_each(|gauge| gauge.sample(recorder, session.master(), now));
+        let (bus_time, baud, recorder) = (session.now(), session.baud(), &context.services.recorder);
+        let line = LineMoment { now: context.now(), bus_time, baud };
+        self.gauges().iter_mut().for_each(|gauge| gauge.sample(recorder, session.master(), line));
         self.name_defects(context, session);
         self.read_watched(context, session);
         Ok(())
@@ -126,7 +126,7 @@ impl Line for PolledLine {
         for config in configs {
             let kept = old.iter().position(|gauge| gauge.shown.config.is_same_slave(&config));
             gauges.push(match kept {
-                Some(index) => old.remove(index).with_config(config),
+                Some(index) => old.remove(index).with_config(&context.services.recorder, config, now),
                 None => PolledGauge::new(config, now),
             });
         }
@@ -192,14 +192,15 @@ impl PolledLine {
     }
 
     /// Samples and publishes the gauges while a request takes long.
-    fn background_task(&self, context: &Context) -> impl FnMut(&mut BusMaster) + Send + use<> {
+    fn background_task(&self, context: &Context) -> impl FnMut(&mut BusMaster, BitTime) + Send + use<> {
         let (gauges, services, edge) = (Arc::clone(&self.gauges), context.services.clone(), Arc::clone(&context.edge));
         let (is_abandoned, name) = (Arc::clone(&context.is_abandoned), context.config.name.clone());
-        let mut publish_at = edge.now().at;
-        move |master| {
+        let (baud, mut publish_at) = (context.config.baud, edge.now().at);
+        move |master, bus_time| {
             let Ok(mut gauges) = gauges.try_lock() else { return };
             let now = edge.now();
-            gauges.iter_mut().for_each(|gauge| gauge.sample(&services.recorder, master, now));
+            let line = LineMoment { now, bus_time, baud };
+            gauges.iter_mut().for_each(|gauge| gauge.sample(&services.recorder, master, line));
             if now.at >= publish_at && !is_abandoned.load(Ordering::Relaxed) {
                 publish_at = now.at + PUBLISH_INTERVAL;
                 let views = gauges.iter().map(|gauge| gauge.view_at(&name, now)).collect();

@@ -97,7 +97,7 @@ impl ShownGauge {
         self.note_problem(recorder, None, now);
         match assumed {
             // With another configuration the inputs have other series: none of them is recorded.
-            Some(Assumed::Configuration) => self.record_gap(recorder, now),
+            Some(Assumed::Configuration) => self.record_gap(recorder, now.wall),
             _ if is_new => self.record(recorder, read.wall),
             _ if was_lost || self.readings != before => self.record(recorder, now.wall),
             _ => {}
@@ -175,7 +175,7 @@ impl ShownGauge {
 
     /// Begins a gap in each recorded series, and shows no pressure.
     fn begin_gap(&mut self, recorder: &RecorderHandle, now: Moment) {
-        self.record_gap(recorder, now);
+        self.record_gap(recorder, now.wall);
         for reading in &mut self.readings {
             reading.pa = None;
             reading.limit_pa = None;
@@ -209,18 +209,32 @@ impl ShownGauge {
         }
     }
 
-    fn record(&mut self, recorder: &RecorderHandle, at: Micros) {
-        self.recorded.clear();
-        for reading in &self.readings {
-            let series: Arc<str> = Arc::from(reading.series.as_str());
-            recorder.push(&series, Sample::new(at, reading.bound_pa(), reading.quality));
-            self.recorded.push(series);
+    /// Takes another configuration of the same slave. Returns whether its series have another name: the former ones end with a gap, and
+    /// their readings are not shown any more.
+    pub fn reconfigure(&mut self, recorder: &RecorderHandle, config: config::Gauge, now: Moment) -> bool {
+        let is_renamed = self.config.name != config.name;
+        if is_renamed {
+            self.record_gap(recorder, now.wall);
+            self.readings.clear();
         }
+        self.config = config;
+        is_renamed
     }
 
-    fn record_gap(&mut self, recorder: &RecorderHandle, now: Moment) {
+    /// Records a sample of each reading. A series without a reading any more ends with a gap.
+    fn record(&mut self, recorder: &RecorderHandle, at: Micros) {
+        let present: Vec<Arc<str>> = self.readings.iter().map(|reading| Arc::from(reading.series.as_str())).collect();
+        self.recorded.retain(|series| !present.contains(series));
+        self.record_gap(recorder, at);
+        for (series, reading) in present.iter().zip(&self.readings) {
+            recorder.push(series, Sample::new(at, reading.bound_pa(), reading.quality));
+        }
+        self.recorded = present;
+    }
+
+    fn record_gap(&mut self, recorder: &RecorderHandle, at: Micros) {
         for series in self.recorded.drain(..) {
-            recorder.push(&series, Sample::gap(now.wall));
+            recorder.push(&series, Sample::gap(at));
         }
     }
 
@@ -284,6 +298,8 @@ impl ShownGauge {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
     use profivac_recorder::{Recorder, Settings};
     use std::time::Instant;
 
@@ -303,6 +319,41 @@ mod tests {
         ] {
             gauge.lose(&recorder, state, Moment { at, wall: Micros(second * Micros::SECOND) });
             assert_eq!(gauge.view("hall").lost_at, Some(Micros(lost_second * Micros::SECOND)), "{second} {state:?}");
+        }
+    }
+
+    #[test]
+    fn a_series_that_another_configuration_does_not_have_ends_with_a_gap() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        let model = model_named("tpg300").unwrap();
+        let exchanged = |configuration| {
+            let (unit, channels) = (model.units.first().unwrap(), ReportedChannels::default());
+            let slave = CyclicSlave { address: 5, model, configuration, unit, channels };
+            (slave, slave.decode_inputs(&[0; 64]))
+        };
+        let number = |(_, values): &(CyclicSlave, CyclicValues)| values.values.len();
+        // The only reading of a gauge has the name of the gauge.
+        let several = model.configurations.iter().map(exchanged).filter(|exchanged| number(exchanged) > 1);
+        let (most, least) = (several.clone().max_by_key(number).unwrap(), several.min_by_key(number).unwrap());
+        assert!(number(&most) > number(&least));
+        let mut gauge = ShownGauge::new(config::Gauge::plain("chamber".to_owned(), 5, "tpg300".to_owned()));
+        let begin = Instant::now();
+        let mut series = Vec::new();
+        for (second, (slave, values)) in (1..).zip([most, least]) {
+            let wall = Micros(i64::try_from(second).unwrap() * Micros::SECOND);
+            let now = Moment { at: begin + Duration::from_secs(second), wall };
+            let exchange = Exchange { slave: &slave, values: &values, read: now, assumed: None };
+            gauge.take_exchange(&recorder, &exchange, now);
+            series.push(gauge.view("hall").readings.into_iter().map(|reading| reading.series).collect::<Vec<_>>());
+        }
+        let reader = recorder.open_reader().unwrap();
+        drop(recorder);
+        for name in &series[0] {
+            let last = *reader.samples(name, Micros(0), Micros(i64::MAX)).unwrap().last().unwrap();
+            assert_eq!(last.at, Micros(2 * Micros::SECOND), "{name}");
+            assert_eq!(last == Sample::gap(last.at), !series[1].contains(name), "{name}: {last:?}");
         }
     }
 }

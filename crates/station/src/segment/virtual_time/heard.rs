@@ -3,7 +3,7 @@
 use super::fixture::{Fixture, PORT, gauge, polled};
 use super::plant::VirtualEdge;
 use crate::config;
-use crate::segment::edge::SegmentCommand;
+use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::heard_line::{HeardLine, RATE_CHECK_INTERVAL};
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{Gauge, SegmentState};
@@ -61,6 +61,36 @@ fn a_lost_port_is_opened_again_and_what_was_heard_is_kept() {
     assert_eq!(fixture.events("listening on").len(), 2);
 }
 
+/// The time of the line stands still while no port is open: the last data exchange looks as young as before the loss.
+#[test]
+fn a_data_exchange_from_before_a_lost_port_is_no_reading_of_the_port_that_was_opened_again() {
+    for gone in [Duration::from_millis(100), Duration::from_secs(30)] {
+        let mut fixture = fixture(Baud::B187500, false);
+        fixture.exchanging("chamber");
+        fixture.run_for(Duration::from_secs(1));
+        let returns = |fixture: &Fixture<HeardLine>| fixture.events("chamber: in data exchange").len();
+        let before = returns(&fixture);
+        fixture.change(|plant| plant.is_gone = true);
+        let lost = fixture.until_problem("chamber", &format!("lost {PORT}"));
+        fixture.run_for(gone);
+        fixture.change(|plant| (plant.is_gone, plant.is_silent) = (false, true));
+        fixture.run_for(Duration::from_secs(10));
+        let silent = fixture.gauge("chamber");
+        assert_eq!((fixture.segment().state, silent.lost_at), (SegmentState::Listening, lost.lost_at), "{gone:?}");
+        let gap = *fixture.samples("chamber").last().unwrap();
+        assert_eq!((gap.quality, Some(gap.at)), (Quality::Stale, lost.lost_at), "{gone:?}");
+        assert_eq!(returns(&fixture), before, "{gone:?}");
+
+        let begin = fixture.edge.now().wall;
+        fixture.change(|plant| plant.is_silent = false);
+        fixture.exchanging("chamber");
+        let samples = fixture.samples("chamber");
+        let after: Vec<_> = samples.iter().filter(|sample| sample.at > gap.at).collect();
+        assert!(!after.is_empty() && after.iter().all(|sample| sample.at > begin), "{gone:?}: {samples:?}");
+        assert_eq!(returns(&fixture), before + 1, "{gone:?}");
+    }
+}
+
 #[test]
 fn the_loss_of_a_heard_gauge_has_the_time_of_the_decision_everywhere() {
     let mut fixture = fixture(Baud::B187500, false);
@@ -89,6 +119,43 @@ fn a_gauge_that_the_file_got_is_heard_also_at_another_rate() {
     fixture.change(|plant| plant.set_foreign(Baud::B93750));
     fixture.until_problem("chamber", "its baud rate is searched again");
     fixture.exchanging("chamber");
+}
+
+#[test]
+fn a_heard_gauge_that_is_sampled_seldom_has_a_reading_soon_after_it_was_lost() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let config = config::Segment { listen_only: true, gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<HeardLine>::new(config, VirtualEdge::with_foreign(Baud::B187500));
+    fixture.exchanging("chamber");
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.until_problem("chamber", "lost");
+    fixture.change(|plant| (plant.is_gone, plant.is_silent) = (false, true));
+    fixture.until_problem("chamber", "not heard any more");
+    fixture.change(|plant| plant.is_silent = false);
+    fixture.exchanging("chamber");
+}
+
+#[test]
+fn a_shorter_interval_of_a_heard_gauge_holds_at_once_and_not_after_the_former_one() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let config = config::Segment { listen_only: true, gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<HeardLine>::new(config, VirtualEdge::with_foreign(Baud::B187500));
+    let first = fixture.exchanging("chamber");
+    fixture.commands.send(SegmentCommand::Gauges(vec![gauge("chamber bcg450 5")])).unwrap();
+    fixture.until("chamber", Duration::from_secs(1), |gauge| gauge.read_at > first.read_at);
+}
+
+#[test]
+fn a_heard_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
+    let mut fixture = fixture(Baud::B187500, false);
+    fixture.exchanging("chamber");
+    let slow = config::Gauge { poll: Duration::from_mins(1), ..gauge("target bcg450 5") };
+    fixture.commands.send(SegmentCommand::Gauges(vec![slow])).unwrap();
+    fixture.run_for(PUBLISH_INTERVAL * 2);
+    assert_eq!(fixture.samples("chamber").last().unwrap().quality, Quality::Stale);
+    assert_eq!(fixture.gauge("target").readings[0].series, "target");
+    let [first] = fixture.samples("target")[..] else { panic!("{:?}", fixture.samples("target")) };
+    assert_eq!(first.quality, Quality::Valid);
 }
 
 #[test]

@@ -135,6 +135,11 @@ impl Plant {
         slave.answers_ms2 = answers;
     }
 
+    /// Time passes while the segment does nothing.
+    pub fn stall(&mut self, time: Duration) {
+        self.now += time;
+    }
+
     /// A foreign master and its slave at another rate. They exchange data already: nobody heard how they began.
     pub fn set_foreign(&mut self, baud: Baud) {
         let (mut segment, began) = (foreign(baud), Duration::from_secs(3));

@@ -2,7 +2,8 @@
 
 use super::fixture::{Fixture, POLL, PORT, gauge, polled};
 use super::plant::VirtualEdge;
-use crate::segment::edge::SegmentCommand;
+use crate::config;
+use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::polled_line::PolledLine;
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{BusStationState, Gauge};
@@ -125,6 +126,34 @@ fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
     assert!(shown.iter().all(|at| recorded.contains(at)), "{shown:?} {recorded:?}");
 }
 
+/// The line stands still before the sample, as while another master keeps the token: the inputs stay those of the last exchange.
+#[test]
+fn the_reading_of_a_gauge_that_is_sampled_seldom_has_the_time_of_its_exchange_and_ends_with_a_silence() {
+    let slow = config::Gauge { poll: Duration::from_secs(5), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow.clone()], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.exchanging("chamber");
+    for (stall, is_lost) in [(Duration::from_millis(600), false), (Duration::from_secs(2), true)] {
+        fixture.run_for(slow.poll - Duration::from_millis(500));
+        let before = fixture.edge.now().wall;
+        fixture.change(|plant| plant.stall(stall));
+        assert!(fixture.step());
+        let gauge = fixture.gauge("chamber");
+        let read_at = gauge.read_at.unwrap();
+        assert!(read_at <= before, "{stall:?}: {read_at:?} {before:?}");
+        assert_eq!(gauge.readings[0].quality == Quality::Stale, is_lost, "{stall:?}");
+        // The recorder keeps all samples around an event.
+        fixture.services.recorder().event_now(None, profivac_recorder::EventKind::Note, "all");
+        let last = *fixture.samples("chamber").last().unwrap();
+        if is_lost {
+            assert_eq!((last.quality, Some(last.at)), (Quality::Stale, gauge.lost_at));
+        } else {
+            assert!(read_at > before.before(PUBLISH_INTERVAL), "{read_at:?} {before:?}");
+            assert_eq!((last.quality, last.at), (Quality::Valid, read_at));
+        }
+    }
+}
+
 #[test]
 fn a_clock_that_is_set_makes_no_gap_and_ages_no_reading() {
     let hour = 3600 * Micros::SECOND;
@@ -162,6 +191,51 @@ fn a_removed_gauge_ends_with_a_gap_and_the_others_are_not_disturbed() {
     assert!(fixture.services.snapshots().gauge("chamber").is_none());
     assert_eq!(fixture.samples("chamber").last().unwrap().quality, Quality::Stale);
     assert!(fixture.samples("fore").iter().all(|sample| sample.quality == Quality::Valid));
+}
+
+#[test]
+fn a_gauge_that_is_sampled_seldom_has_its_first_reading_soon_after_it_was_found_or_lost() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.exchanging("chamber");
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.until_problem("chamber", "lost");
+    fixture.change(|plant| plant.is_gone = false);
+    fixture.exchanging("chamber");
+}
+
+#[test]
+fn a_shorter_interval_holds_at_once_and_not_after_the_former_one() {
+    let slow = config::Gauge { poll: Duration::from_hours(1), ..gauge("chamber bcg450 5") };
+    let segment = config::Segment { gauges: vec![slow], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(segment, VirtualEdge::with_slaves(&["bcg450@5"]));
+    let first = fixture.exchanging("chamber");
+    fixture.commands.send(SegmentCommand::Gauges(vec![gauge("chamber bcg450 5")])).unwrap();
+    let second = Duration::from_secs(1);
+    fixture.until("chamber", second, |gauge| gauge.read_at > first.read_at);
+    let before = fixture.count("chamber");
+    fixture.run_for(second);
+    assert!(u128::from(fixture.count("chamber") - before) * 10 >= second.as_millis() / POLL.as_millis() * 9);
+}
+
+#[test]
+fn a_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_at_once() {
+    let slow = |text| config::Gauge { poll: Duration::from_mins(1), ..gauge(text) };
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    let renamed = fixture.edge.now().wall;
+    fixture.commands.send(SegmentCommand::Gauges(vec![slow("target bcg450 5")])).unwrap();
+    fixture.run_for(PUBLISH_INTERVAL * 2);
+    let former = fixture.samples("chamber");
+    let [.., last, gap] = former[..] else { panic!("{former:?}") };
+    assert_eq!((last.quality, gap.quality), (Quality::Valid, Quality::Stale));
+    assert!(last.at <= gap.at && gap.at >= renamed, "{former:?}");
+    assert!(fixture.services.snapshots().gauge("chamber").is_none());
+    assert_eq!(fixture.gauge("target").readings[0].series, "target");
+    let [first] = fixture.samples("target")[..] else { panic!("{:?}", fixture.samples("target")) };
+    assert_eq!(first.quality, Quality::Valid);
 }
 
 #[test]
