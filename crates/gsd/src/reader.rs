@@ -125,7 +125,8 @@ impl Reader {
         if module.numbered {
             return Err(Fault::NoKeyword);
         }
-        module.number = statement.values.number()?;
+        // A module reference is an Unsigned16.
+        module.number = statement.values.number::<u16>()?.into();
         module.numbered = true;
         Ok(())
     }

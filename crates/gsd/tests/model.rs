@@ -1,7 +1,7 @@
 //! What the model holds.
 
 use crate::support::{file, problems};
-use profivac_gsd::{DataType, Fault, PrmContent};
+use profivac_gsd::{DataType, Fault, GsdFile, PrmContent};
 
 #[test]
 fn the_number_of_a_module_stands_anywhere_in_it() {
@@ -29,6 +29,23 @@ fn a_module_without_a_number_gets_its_place_or_the_next_free_number() {
     );
     let numbers: Vec<_> = file.device().modules.iter().map(|module| module.number).collect();
     assert_eq!(numbers, [5, 1, 3, 4, 6]);
+}
+
+#[test]
+fn a_module_number_above_65535_is_refused_and_the_search_for_a_free_one_ends() {
+    let modules = |first: &str| {
+        file(&format!(
+            "Module=\"a\" 0\n{first}\nEndModule\nModule=\"b\" 0\n3\nEndModule\nModule=\"c\" 0\nEndModule\nModule=\"d\" 0\nEndModule"
+        ))
+    };
+    let numbers = |file: &GsdFile| file.device().modules.iter().map(|module| module.number).collect::<Vec<_>>();
+    let refused = modules("65536");
+    assert_eq!(problems(&refused), [(4, Fault::OutOfRange)]);
+    assert_eq!(numbers(&refused), [1, 3, 4, 5]);
+    assert_eq!(numbers(&modules("4294967294")), [1, 3, 4, 5]);
+    let highest = modules("65535");
+    assert_eq!(problems(&highest), []);
+    assert_eq!(numbers(&highest), [65535, 3, 1, 4]);
 }
 
 #[test]

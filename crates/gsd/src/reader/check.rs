@@ -48,6 +48,7 @@ fn check_names(device: &Device, problems: &mut Vec<Problem>) {
 }
 
 /// A module without a number gets its place among the modules, or if another module has this number the next one above all.
+/// If 65535 leaves no room above all, it gets the lowest free one.
 fn number_modules(device: &mut Device, problems: &mut Vec<Problem>) {
     let mut names = HashSet::new();
     let mut numbers = HashSet::new();
@@ -59,11 +60,12 @@ fn number_modules(device: &mut Device, problems: &mut Vec<Problem>) {
             problems.push(Problem::new(module.line, Fault::ModuleNumberTwice, module.number.to_string()));
         }
     }
-    let mut next = numbers.iter().max().map_or(1, |most| most.checked_add(1).unwrap_or(1));
+    let open = device.modules.iter().filter(|module| !module.numbered).count();
+    let most = numbers.iter().max().copied().unwrap_or(0);
+    let above = u32::try_from(open).is_ok_and(|open| most.saturating_add(open) <= u32::from(u16::MAX));
+    let mut next = if above { most.saturating_add(1) } else { 1 };
     for (module, place) in device.modules.iter_mut().zip(1_u32..).filter(|(module, _)| !module.numbered) {
-        while numbers.contains(&next) {
-            next = next.saturating_add(1);
-        }
+        next = (next..u32::MAX).find(|number| !numbers.contains(number)).unwrap_or(u32::MAX);
         module.number = if numbers.contains(&place) { next } else { place };
         numbers.insert(module.number);
     }
