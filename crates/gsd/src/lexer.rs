@@ -39,6 +39,8 @@ pub(crate) struct Lexer<'a> {
     octets: &'a [u8],
     at: usize,
     line: usize,
+    /// A part of a physical line up to its end: a line of many texts asks for its end at each of them.
+    measured: Range<usize>,
     tokens: Vec<Token>,
     pub(crate) problems: Vec<Problem>,
     /// Octets looked at, the measure of the work.
@@ -47,7 +49,8 @@ pub(crate) struct Lexer<'a> {
 
 impl<'a> Lexer<'a> {
     pub(crate) fn new(text: &'a str) -> Self {
-        Self { text, octets: text.as_bytes(), at: 0, line: 1, tokens: Vec::new(), problems: Vec::new(), steps: 0 }
+        let octets = text.as_bytes();
+        Self { text, octets, at: 0, line: 1, measured: 0..0, tokens: Vec::new(), problems: Vec::new(), steps: 0 }
     }
 
     /// The next logical line; none at the end of the text.
@@ -103,10 +106,13 @@ impl<'a> Lexer<'a> {
 
     /// The position of the end of the physical line, before its end-of-line characters.
     fn end_of_text_line(&mut self, from: usize) -> usize {
-        let rest = self.octets.get(from..).unwrap_or_default();
-        let length = rest.iter().position(|octet| matches!(octet, b'\n' | b'\r')).unwrap_or(rest.len());
-        self.steps = self.steps.saturating_add(length);
-        from.saturating_add(length)
+        if !self.measured.contains(&from) {
+            let rest = self.octets.get(from..).unwrap_or_default();
+            let length = rest.iter().position(|octet| matches!(octet, b'\n' | b'\r')).unwrap_or(rest.len());
+            self.steps = self.steps.saturating_add(length);
+            self.measured = from..from.saturating_add(length);
+        }
+        self.measured.end
     }
 
     /// Passes over `\n`, `\r` or `\r\n`.
