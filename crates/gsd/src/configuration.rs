@@ -5,6 +5,7 @@ mod parameters;
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
 
 use crate::device::{Device, Module};
+use crate::parameter::Parameter;
 use parameters::Changes;
 use profivac_wire::cfg::{self, Identifiers};
 use std::fmt;
@@ -88,6 +89,15 @@ pub enum ConfigurationError {
         /// The module.
         module: String,
     },
+    /// The module sends the number of its slot, and this number is not allowed.
+    SlotNumber {
+        /// The number of the slot.
+        slot: u32,
+        /// The module.
+        module: String,
+        /// The numbers of slots that are allowed.
+        possible: String,
+    },
     /// More octets than the file or the protocol allows.
     TooLong {
         /// What is too long.
@@ -111,6 +121,9 @@ impl fmt::Display for ConfigurationError {
             Self::TooManyModules { given, most } => write!(f, "{given} modules; the station takes at most {most}"),
             Self::Fixed { module } => {
                 write!(f, "{module} is always plugged, in the order of the file; add it to the modules")
+            }
+            Self::SlotNumber { slot, module, possible } => {
+                write!(f, "{module} sends the number of its slot, which cannot be {slot}; possible are {possible}")
             }
             Self::TooLong { what, octets, most } => {
                 write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules")
@@ -205,6 +218,7 @@ impl<'a> Configuration<'a> {
         }
         self.check_fixed()?;
         self.check_slots()?;
+        self.check_slot_numbers()?;
         self.check_lengths()
     }
 
@@ -223,6 +237,17 @@ impl<'a> Configuration<'a> {
             let Some(slot) = self.device.slots.get(number).filter(|slot| !slot.allows(module.number)) else { continue };
             let possible = names(self.device.modules.iter().filter(|module| slot.allows(module.number)));
             return Err(ConfigurationError::Slot { slot: *number, module: name(module), possible });
+        }
+        Ok(())
+    }
+
+    fn check_slot_numbers(&self) -> Result<(), ConfigurationError> {
+        for Plugged { slot, module } in &self.plugged {
+            let wrong = |parameter: &&Parameter| parameter.is_slot_number() && !parameter.allows(i64::from(*slot));
+            if let Some(parameter) = self.device.parameters_of(&module.prm).find(wrong) {
+                let possible = self.device.values_of(parameter);
+                return Err(ConfigurationError::SlotNumber { slot: *slot, module: name(module), possible });
+            }
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::Diagnosis;
 use crate::general::{General, Rate};
-use crate::parameter::{Parameter, PrmArea, PrmText};
+use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
 use std::collections::BTreeMap;
 
 /// A device as its GSD file describes it.
@@ -121,6 +121,14 @@ impl Device {
             return 1;
         }
         self.general.max_module.map_or(244, |most| usize::try_from(most).unwrap_or(usize::MAX))
+    }
+
+    /// The parameters to which an area refers.
+    pub(crate) fn parameters_of<'a>(&'a self, area: &'a PrmArea) -> impl Iterator<Item = &'a Parameter> {
+        area.items.iter().filter_map(|item| match item.content {
+            PrmContent::Ref(number) => self.parameters.get(&number),
+            PrmContent::Const(_) => None,
+        })
     }
 
     /// The text for a value of a parameter.

@@ -114,6 +114,26 @@ fn a_name_that_occurs_several_times_asks_for_slot_and_offset() {
 }
 
 #[test]
+fn a_parameter_slot_number_is_the_slot_of_its_module() {
+    let file = file(
+        "Modular_Station=1\nExtUserPrmData=1 \" [slotNumber] \"\nUnsigned8 1 1-2\nEndExtUserPrmData\n\
+         Module=\"m\" 0x10\nExt_User_Prm_Data_Ref(0)=1\nEndModule",
+    );
+    let mut configuration = Configuration::new(file.device(), &[1, 1]).expect("a configuration");
+    assert_eq!(configuration.user_prm(), Ok(vec![1, 2]));
+    assert_eq!(configuration.parameters().iter().map(|one| one.value).collect::<Vec<_>>(), [1, 2]);
+    let target = Target { name: "[slotNumber]", place: Some(Place::Slot(2)), offset: None };
+    let error = configuration.set(target, "1").expect_err("no value to set");
+    assert_eq!(
+        error.to_string(),
+        "[slotNumber] is always the number of its slot, here 2; plug the module in another slot"
+    );
+    assert_eq!(configuration.user_prm(), Ok(vec![1, 2]), "nothing has changed");
+    let error = Configuration::new(file.device(), &[1, 1, 1]).expect_err("slot 3 is out of range");
+    assert_eq!(error.to_string(), "1 (m) sends the number of its slot, which cannot be 3; possible are 1 to 2");
+}
+
+#[test]
 fn a_fixed_parameter_and_a_covered_one_cannot_change() {
     let file = device("Ext_User_Prm_Data_Ref(0)=3\nExt_User_Prm_Data_Ref(1)=2\nExt_User_Prm_Data_Const(2)=5");
     let mut configuration = Configuration::new(file.device(), &[2]).expect("a configuration");

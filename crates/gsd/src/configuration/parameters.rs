@@ -88,6 +88,13 @@ pub enum PrmError {
         /// The possible values.
         possible: String,
     },
+    /// The parameter is the number of its slot.
+    SlotNumber {
+        /// The name.
+        name: String,
+        /// The slot.
+        slot: u32,
+    },
     /// The file says that the parameter cannot be changed.
     NotChangeable {
         /// The name.
@@ -117,6 +124,9 @@ impl fmt::Display for PrmError {
                 write!(f, "several parameters {name}; say slot and offset: {possible}")
             }
             Self::Value { name, value, possible } => write!(f, "{name} cannot be {value}; possible are {possible}"),
+            Self::SlotNumber { name, slot } => {
+                write!(f, "{name} is always the number of its slot, here {slot}; plug the module in another slot")
+            }
             Self::NotChangeable { name } => write!(f, "the file does not let users change {name}"),
             Self::Covered { name, line } => {
                 write!(
@@ -137,13 +147,14 @@ impl<'a> Configuration<'a> {
     /// The user parameters of Set_Prm, the octets from 7 on: those of the station, then those of the modules by slot.
     ///
     /// Ext_User_Prm_Data replace User_Prm_Data as a whole. On a DP-V1 slave the first three octets are the DP-V1 status, as the file
-    /// gives them. The parameters for PROFIsafe are left out.
+    /// gives them. The parameters for PROFIsafe are left out. A parameter `[SlotNumber]` of a module is the number of its slot.
     ///
     /// # Errors
     ///
     /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
     pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
-        let octets: Vec<u8> = self.areas().flat_map(|(index, _, area)| self.octets_of(index, area)).collect();
+        let octets: Vec<u8> =
+            self.areas().flat_map(|(index, place, area)| self.octets_of(index, place, area)).collect();
         let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
         let most = most.unwrap_or(MAX_USER_PRM).min(MAX_USER_PRM);
         if octets.len() > most { Err(PrmError::TooLong { octets: octets.len(), most }) } else { Ok(octets) }
@@ -164,6 +175,9 @@ impl<'a> Configuration<'a> {
         let target = target.into();
         let found = self.find(&target)?;
         let name = || found.parameter.name.clone();
+        if let Some(slot) = slot_number(found.place, found.parameter) {
+            return Err(PrmError::SlotNumber { name: name(), slot });
+        }
         if !found.parameter.changeable {
             return Err(PrmError::NotChangeable { name: name() });
         }
@@ -186,7 +200,7 @@ impl<'a> Configuration<'a> {
 
     /// The value of a parameter in the octets.
     fn sent(&self, placed: &PlacedParameter<'_>) -> Option<i64> {
-        let octets = self.octets_of(placed.area, self.area(placed.area)?);
+        let octets = self.octets_of(placed.area, placed.place, self.area(placed.area)?);
         placed.parameter.kind.get(octets.get(usize::from(placed.offset)..)?)
     }
 
@@ -196,18 +210,24 @@ impl<'a> Configuration<'a> {
         station.chain(modules).enumerate().map(|(index, (place, area))| (index, place, area))
     }
 
-    fn octets_of(&self, index: usize, area: &PrmArea) -> Vec<u8> {
-        if index == 0 && area.items.is_empty() {
+    fn octets_of(&self, index: usize, place: Place, area: &PrmArea) -> Vec<u8> {
+        if place == Place::Station && area.items.is_empty() {
             return plain(self.device);
         }
-        area.octets(&self.device.parameters, |item| self.changes.0.get(&(index, item)).copied())
+        area.octets(&self.device.parameters, |item, parameter| self.value(index, place, item, parameter))
+    }
+
+    /// The number of the slot, the change or the default.
+    fn value(&self, area: usize, place: Place, item: usize, parameter: &Parameter) -> i64 {
+        let changed = || self.changes.0.get(&(area, item)).copied().unwrap_or(parameter.default);
+        slot_number(place, parameter).map_or_else(changed, i64::from)
     }
 
     fn placed(&self, area: usize, place: Place, content: &'a PrmArea) -> Vec<PlacedParameter<'a>> {
         let one = |(item, definition): (usize, &'a crate::parameter::PrmItem)| {
             let PrmContent::Ref(number) = definition.content else { return None };
             let parameter = self.device.parameters.get(&number)?;
-            let value = self.changes.0.get(&(area, item)).copied().unwrap_or(parameter.default);
+            let value = self.value(area, place, item, parameter);
             Some(PlacedParameter { place, offset: definition.offset, parameter, value, area, item })
         };
         content.items.iter().enumerate().filter_map(one).collect()
@@ -233,6 +253,14 @@ impl<'a> Configuration<'a> {
                 Err(PrmError::Ambiguous { name: name.to_owned(), possible: words::list(places) })
             }
         }
+    }
+}
+
+/// The slot if the parameter stands for its number. chosen: of the station it is a parameter like others, because it has no slot.
+fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
+    match place {
+        Place::Slot(slot) if parameter.is_slot_number() => Some(slot),
+        _ => None,
     }
 }
 

@@ -101,7 +101,7 @@ fn check_user_prm(device: &Device, list: &mut impl FnMut(usize, Fault, String)) 
     if let Some(length) = length.filter(|length| *length != octets.len()) {
         list(1, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
     }
-    let ext = device.prm.octets(&device.parameters, |_| None);
+    let ext = device.prm.octets(&device.parameters, |_, parameter| parameter.default);
     if !ext.is_empty() && ext != *octets {
         list(1, Fault::BothPrm, String::new());
     }
