@@ -7,11 +7,14 @@ pub use parameters::{Place, PlacedParameter, PrmError, Target};
 use crate::device::{Device, Module};
 use crate::parameter::Parameter;
 use parameters::Changes;
-use profivac_wire::cfg::{self, Identifiers};
+use profivac_wire::cfg::{Area, Identifiers};
 use std::fmt;
 
 /// The longest Chk_Cfg, profibus-wire 2.6.
 const MAX_CHK_CFG: usize = 244;
+
+/// The greatest number of octets in one direction, profibus-wire 2.6.
+const MAX_DATA: usize = 244;
 
 /// Modules in their slots, with changed parameters.
 ///
@@ -98,6 +101,8 @@ pub enum ConfigurationError {
         /// The numbers of slots that are allowed.
         possible: String,
     },
+    /// The modules have no identifiers, so that there is nothing to send in Chk_Cfg.
+    NoIdentifier,
     /// More octets than the file or the protocol allows.
     TooLong {
         /// What is too long.
@@ -124,6 +129,9 @@ impl fmt::Display for ConfigurationError {
             }
             Self::SlotNumber { slot, module, possible } => {
                 write!(f, "{module} sends the number of its slot, which cannot be {slot}; possible are {possible}")
+            }
+            Self::NoIdentifier => {
+                f.write_str("the modules have no identifier, and Chk_Cfg needs one; choose a module that has")
             }
             Self::TooLong { what, octets, most } => {
                 write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules")
@@ -254,9 +262,13 @@ impl<'a> Configuration<'a> {
 
     fn check_lengths(&self) -> Result<(), ConfigurationError> {
         let octets = self.chk_cfg();
+        if octets.is_empty() {
+            return Err(ConfigurationError::NoIdentifier);
+        }
         at_most("Chk_Cfg", octets.len(), MAX_CHK_CFG)?;
-        let Ok(lengths) = cfg::lengths(&octets) else { return Ok(()) };
-        let (inputs, outputs) = (usize::from(lengths.inputs), usize::from(lengths.outputs));
+        let (inputs, outputs) = lengths(&octets);
+        at_most("inputs", inputs, MAX_DATA)?;
+        at_most("outputs", outputs, MAX_DATA)?;
         let general = &self.device.general;
         // Max_Input_Len and the others are keywords of modular stations.
         if !self.device.is_modular() {
@@ -267,6 +279,14 @@ impl<'a> Configuration<'a> {
         at_most("outputs", outputs, limit(general.max_output_len))?;
         at_most("inputs and outputs", inputs.saturating_add(outputs), limit(general.max_data_len))
     }
+}
+
+/// Octets of inputs and of outputs. An identifier that is cut counts nothing: the reader reports it, and its octets are sent as they are.
+fn lengths(octets: &[u8]) -> (usize, usize) {
+    let add = |sum: usize, area: Option<Area>| sum.saturating_add(area.map_or(0, |area| usize::from(area.octets())));
+    Identifiers::new(octets)
+        .flatten()
+        .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
 }
 
 fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {

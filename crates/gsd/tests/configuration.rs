@@ -103,3 +103,25 @@ fn chk_cfg_has_at_most_244_octets() {
     assert!(Configuration::new(file.device(), &[1; 244]).is_ok());
     assert_eq!(error(&file, &[1; 245]), "245 modules; the station takes at most 244");
 }
+
+#[test]
+fn each_direction_has_at_most_244_octets_on_every_station() {
+    let large = "Module=\"in\" 0x40,0xBF\nEndModule\nModule=\"out\" 0x80,0xBF\nEndModule\nModule=\"53 in\" 0x40,0xB4\nEndModule\nModule=\"52 in\" 0x40,0xB3\nEndModule\n";
+    let modular = file(&format!("Modular_Station=1\n{large}"));
+    assert!(Configuration::new(modular.device(), &[1, 1, 1, 4]).is_ok());
+    let most = "at most 244 are possible; choose fewer modules";
+    assert_eq!(error(&modular, &[1, 1, 1, 3]), format!("245 octets of inputs; {most}"));
+    assert_eq!(error(&modular, &[2, 2, 2, 2]), format!("256 octets of outputs; {most}"));
+    let compact = file("Module=\"in\" 0x40,0xFF,0x40,0xFF\nEndModule");
+    assert_eq!(error(&compact, &[1]), format!("256 octets of inputs; {most}"));
+}
+
+#[test]
+fn modules_without_an_identifier_are_no_configuration_and_a_cut_identifier_is_sent() {
+    let file = file("Modular_Station=1\nModule=\"none\"\nEndModule\nModule=\"cut\" 0xC6\nEndModule");
+    assert_eq!(
+        error(&file, &[1, 1]),
+        "the modules have no identifier, and Chk_Cfg needs one; choose a module that has"
+    );
+    assert_eq!(Configuration::new(file.device(), &[1, 2]).map(|one| one.chk_cfg()), Ok(vec![0xC6]));
+}
