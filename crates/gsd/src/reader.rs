@@ -161,7 +161,7 @@ impl Reader {
         let safe = keyword.strip_prefix("f_");
         let content = match safe.unwrap_or(keyword) {
             "ext_module_prm_data_len" => None,
-            "ext_user_prm_data_const" => Some(PrmContent::Const(statement.values.octets()?)),
+            "ext_user_prm_data_const" => Some(PrmContent::Const(self.octets(statement)?)),
             "ext_user_prm_data_ref" => Some(PrmContent::Ref(statement.values.number()?)),
             _ => return Err(Fault::UnknownKeyword),
         };
@@ -174,6 +174,17 @@ impl Reader {
             u8::try_from(statement.index()?).ok().filter(|offset| *offset <= MAX_OFFSET).ok_or(Fault::OutOfRange)?;
         area.items.push(PrmItem { offset, content, line: statement.line });
         Ok(())
+    }
+
+    /// The octets of a list. Those in front of a wrong value count, if there are any.
+    fn octets(&mut self, statement: &Statement<'_>) -> Result<Vec<u8>, Fault> {
+        let (octets, fault) = statement.values.octets();
+        match fault {
+            Some(fault @ (Fault::BadValue | Fault::OutOfRange)) if octets.is_empty() => return Err(fault),
+            Some(fault) => self.problem(statement, fault.in_list(), &statement.values.brief()),
+            None => {}
+        }
+        Ok(octets)
     }
 
     fn prm_area(&mut self, safe: bool) -> Result<&mut PrmArea, Fault> {
@@ -208,7 +219,7 @@ impl Reader {
         }
         let read = match keyword {
             "user_prm_data" => {
-                Some(statement.values.octets().map(|octets| self.device.user_prm_data.replace(octets).is_some()))
+                Some(self.octets(statement).map(|octets| self.device.user_prm_data.replace(octets).is_some()))
             }
             _ => read_rate(&mut self.device.rates, statement).or_else(|| self.device.general.read(statement)),
         };

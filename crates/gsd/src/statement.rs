@@ -135,14 +135,23 @@ impl<'a> Values<'a> {
         self.text.get(first.span.start..last.span.end).unwrap_or_default()
     }
 
-    /// The rest as octets.
-    pub(crate) fn octets(mut self) -> Result<Vec<u8>, Fault> {
+    /// The rest as octets, up to the first value that is none, and what is wrong with the list.
+    pub(crate) fn octets(mut self) -> (Vec<u8>, Option<Fault>) {
         let mut octets = Vec::new();
-        while let Some(value) = self.unsigned() {
-            octets.push(u8::try_from(value).map_err(|_| Fault::OutOfRange)?);
+        let mut fault = None;
+        while !self.is_empty() {
+            match self.unsigned().map(u8::try_from) {
+                Some(Ok(octet)) => octets.push(octet),
+                Some(Err(_)) => return (octets, Some(Fault::OutOfRange)),
+                None if self.next_if(&Kind::Comma) => {
+                    fault = Some(Fault::RepeatedComma);
+                    continue;
+                }
+                None => return (octets, Some(Fault::BadValue)),
+            }
             self.next_if(&Kind::Comma);
         }
-        if self.is_empty() { Ok(octets) } else { Err(Fault::BadValue) }
+        (octets, fault)
     }
 
     /// The rest as values and ranges of values: `0-5`, `-5--1` or `1,3,8-9`.

@@ -132,6 +132,33 @@ fn words_behind_a_text_are_ignored() {
 }
 
 #[test]
+fn the_octets_before_a_wrong_value_count_and_the_rest_is_a_problem() {
+    let module = |octets: &str| file(&format!("Module=\"m\" {octets}\nEndModule"));
+    let config = |file: &GsdFile| file.device().modules.first().map(|module| module.config.clone());
+    for (octets, kept, fault) in [
+        ("0x10 valve", vec![0x10], Fault::BadOctet),
+        ("0x10,0x100,0x20", vec![0x10], Fault::BadOctet),
+        ("valve", vec![], Fault::BadOctet),
+        ("0x10,,0x20", vec![0x10, 0x20], Fault::RepeatedComma),
+        ("0x10,,0x20 valve", vec![0x10, 0x20], Fault::BadOctet),
+    ] {
+        let file = module(octets);
+        assert_eq!(config(&file), Some(kept), "{octets}");
+        let faults: Vec<_> =
+            problems(&file).into_iter().filter(|(_, fault)| *fault != Fault::TextBehindString).collect();
+        assert_eq!(faults, [(3, fault)], "{octets}");
+    }
+    let constant = file("Ext_User_Prm_Data_Const(0)=0x80,,0x00");
+    is_constant(&constant, &[0x80, 0x00]);
+    assert_eq!(problems(&constant), [(3, Fault::RepeatedComma)]);
+    let plain = file("User_Prm_Data=1,2 three");
+    assert_eq!(plain.device().user_prm_data, Some(vec![1, 2]));
+    assert_eq!(problems(&plain), [(3, Fault::BadOctet)]);
+    let none = file("Ext_User_Prm_Data_Const(0)=all");
+    assert_eq!(problems(&none), [(3, Fault::BadValue)], "no octet, so the line is kept as it is");
+}
+
+#[test]
 fn blanks_may_be_missing() {
     let file = file("ExtUserPrmData=1\"p\"\nBitArea(1-2)1 0-3\nEndExtUserPrmData\nModule=\"m\"0x10,0x20\nEndModule");
     let parameter = file.device().parameters.get(&1).expect("a parameter");

@@ -82,10 +82,10 @@ impl Reader {
     fn module(&mut self, statement: &Statement<'_>) -> Module {
         let mut values = statement.values;
         let name = values.quoted().unwrap_or_default().trim().to_owned();
-        let config = values.octets().unwrap_or_else(|fault| {
-            self.problem(statement, fault, &values.brief());
-            Vec::new()
-        });
+        let (config, fault) = values.octets();
+        if let Some(fault) = fault {
+            self.problem(statement, fault.in_list(), &values.brief());
+        }
         let behind_name =
             statement.values.raw().rsplit_once('"').filter(|(name, _)| name.contains('"')).map_or("", |(_, rest)| rest);
         if !behind_name.is_empty() && !behind_name.starts_with([' ', '\t']) {
