@@ -54,12 +54,17 @@ impl DataType {
         matches!(self, DataType::Signed8 | DataType::Signed16 | DataType::Signed32)
     }
 
-    /// The lowest bit of the type in its octets.
-    fn shift(self) -> u32 {
+    /// The lowest bit of the type in its octets, 0 to 7.
+    #[must_use]
+    pub fn first_bit(self) -> u8 {
         match self {
-            DataType::Bit(bit) | DataType::BitArea(bit, _) => u32::from(bit.min(7)),
+            DataType::Bit(bit) | DataType::BitArea(bit, _) => bit.min(7),
             _ => 0,
         }
+    }
+
+    fn shift(self) -> u32 {
+        self.first_bit().into()
     }
 
     fn mask(self) -> u64 {

@@ -2,7 +2,7 @@
 
 use super::Configuration;
 use crate::device::Device;
-use crate::parameter::{MAX_USER_PRM, Parameter, PrmArea, PrmContent};
+use crate::parameter::{DataType, MAX_USER_PRM, Parameter, PrmArea, PrmContent};
 use crate::words;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -29,8 +29,8 @@ impl fmt::Display for Place {
     }
 }
 
-/// A parameter to change. Place and offset are needed only if several parameters have the name.
-#[derive(Clone, Copy, Debug)]
+/// A parameter to change. Place, offset and bit are needed only if several parameters have the name.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Target<'a> {
     /// Its name in the file; blanks at its ends do not count.
     pub name: &'a str,
@@ -38,11 +38,13 @@ pub struct Target<'a> {
     pub place: Option<Place>,
     /// Its first octet within the parameters of this place.
     pub offset: Option<u8>,
+    /// Its first bit, 0 to 7: parameters in one octet can have one name.
+    pub bit: Option<u8>,
 }
 
 impl<'a> From<&'a str> for Target<'a> {
     fn from(name: &'a str) -> Self {
-        Self { name, place: None, offset: None }
+        Self { name, ..Self::default() }
     }
 }
 
@@ -59,6 +61,18 @@ pub struct PlacedParameter<'a> {
     pub value: i64,
     area: usize,
     item: usize,
+}
+
+impl PlacedParameter<'_> {
+    /// Its place, as messages name it: `slot 1 offset 23 bits 2-3`.
+    fn words(&self) -> String {
+        let octet = format!("{} offset {}", self.place, self.offset);
+        match self.parameter.kind {
+            DataType::Bit(bit) => format!("{octet} bit {bit}"),
+            DataType::BitArea(first, last) => format!("{octet} bits {first}-{last}"),
+            _ => octet,
+        }
+    }
 }
 
 /// Why a parameter cannot be changed, or why there are no user parameters.
@@ -121,7 +135,7 @@ impl fmt::Display for PrmError {
         match self {
             Self::Unknown { name, possible } => write!(f, "no parameter {name}; there are {possible}"),
             Self::Ambiguous { name, possible } => {
-                write!(f, "several parameters {name}; say slot and offset: {possible}")
+                write!(f, "several parameters {name}; say slot, offset and first bit: {possible}")
             }
             Self::Value { name, value, possible } => write!(f, "{name} cannot be {value}; possible are {possible}"),
             Self::SlotNumber { name, slot } => {
@@ -238,6 +252,7 @@ impl<'a> Configuration<'a> {
         let there = |one: &PlacedParameter<'_>| {
             target.place.is_none_or(|place| place == one.place)
                 && target.offset.is_none_or(|offset| offset == one.offset)
+                && target.bit.is_none_or(|bit| bit == one.parameter.kind.first_bit())
         };
         let all = self.parameters();
         let found: Vec<_> = all.iter().filter(|one| one.parameter.name == name && there(one)).copied().collect();
@@ -248,10 +263,10 @@ impl<'a> Configuration<'a> {
                     all.iter().map(|one| one.parameter.name.clone()).collect();
                 Err(PrmError::Unknown { name: name.to_owned(), possible: words::list(possible.into_iter()) })
             }
-            several => {
-                let places = several.iter().map(|one| format!("{} offset {}", one.place, one.offset));
-                Err(PrmError::Ambiguous { name: name.to_owned(), possible: words::list(places) })
-            }
+            several => Err(PrmError::Ambiguous {
+                name: name.to_owned(),
+                possible: words::list(several.iter().map(PlacedParameter::words)),
+            }),
         }
     }
 }
