@@ -127,11 +127,29 @@ impl<'a> Lexer<'a> {
         let open_list = self.tokens.last().is_some_and(|last| last.kind == Kind::Comma);
         self.pass_line_end();
         let next = self.skip_blanks(self.at);
-        let goes_on = open_list && self.octet(next).is_some_and(|octet| octet.is_ascii_digit());
+        let goes_on = open_list && self.continues_list(next);
         if goes_on {
             self.fault(Fault::ListWithoutContinuation, "");
         }
         goes_on
+    }
+
+    /// Whether a number starts here, and neither a keyword like `9.6_supp` nor the number of the module that was just named.
+    /// chosen: a hexadecimal number in a line of its own is an octet of the module.
+    fn continues_list(&mut self, start: usize) -> bool {
+        let length = self.word_length(start);
+        self.steps = self.steps.saturating_add(length);
+        let word = self.octets.get(start..start.saturating_add(length)).unwrap_or_default();
+        let alone = word.iter().all(u8::is_ascii_digit) && {
+            let after = self.skip_blanks(start.saturating_add(length));
+            self.at_line_end(after) || self.octet(after) == Some(b';')
+        };
+        number(word).is_some() && !(alone && self.names_module())
+    }
+
+    fn names_module(&self) -> bool {
+        let first = self.tokens.first().and_then(|token| self.text.get(token.span.clone()));
+        first.is_some_and(|word| word.eq_ignore_ascii_case("module"))
     }
 
     fn skip_blanks(&mut self, from: usize) -> usize {
@@ -210,12 +228,16 @@ impl<'a> Lexer<'a> {
         closes || (word.iter().any(u8::is_ascii_alphabetic) && matches!(self.octet(after), Some(b'=' | b'(')))
     }
 
-    fn word(&mut self) {
-        let start = self.at;
+    fn word_length(&self, start: usize) -> usize {
         let rest = self.octets.get(start..).unwrap_or_default();
         let ends = |octet: &u8| BLANKS.contains(octet) || b"\r\n;\\\"=(),".contains(octet);
-        let length = rest.iter().position(ends).unwrap_or(rest.len());
-        let number = number(rest.get(..length).unwrap_or_default());
+        rest.iter().position(ends).unwrap_or(rest.len())
+    }
+
+    fn word(&mut self) {
+        let start = self.at;
+        let length = self.word_length(start);
+        let number = number(self.octets.get(start..start.saturating_add(length)).unwrap_or_default());
         let (kind, length) = match number {
             Some((value, octets)) => (Kind::Number(value), octets),
             None => (Kind::Word, length),

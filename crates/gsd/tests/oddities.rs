@@ -78,6 +78,29 @@ fn a_list_goes_on_behind_a_comma_without_a_backslash() {
 }
 
 #[test]
+fn a_list_that_ends_with_a_comma_takes_no_keyword_that_starts_with_a_digit() {
+    for keyword in ["9.6_supp=1", "500_supp = 1", "12M_supp=1", "24V_Pins=2"] {
+        let file = file(&format!("Ext_User_Prm_Data_Const(0)=0x80,\n{keyword}"));
+        is_constant(&file, &[0x80]);
+        let (rates, pins) = (file.device().rates.len(), file.device().general.pins_24v);
+        assert!(rates == 1 || pins == Some(2), "{keyword}");
+        assert_eq!(problems(&file), [], "{keyword}");
+    }
+}
+
+#[test]
+fn a_number_alone_behind_a_module_that_ends_with_a_comma_is_its_number() {
+    let module = |lines: &str| {
+        let file = file(&format!("Module=\"m\" 0x10,\n{lines}\nEndModule"));
+        file.device().modules.first().map(|module| (module.config.clone(), module.number, module.numbered))
+    };
+    assert_eq!(module("7"), Some((vec![0x10], 7, true)));
+    assert_eq!(module("7 ; number"), Some((vec![0x10], 7, true)));
+    assert_eq!(module("0x20\n7"), Some((vec![0x10, 0x20], 7, true)));
+    assert_eq!(module("32,33\n7"), Some((vec![0x10, 32, 33], 7, true)));
+}
+
+#[test]
 fn a_text_goes_on_in_the_next_line() {
     let marked = file("Info_Text=\"one \\\ntwo; three \\ \nfour\" ; comment\nMax_Module=3");
     assert_eq!(marked.device().general.info_text.as_deref(), Some("one two; three four"));
