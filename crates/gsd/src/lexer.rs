@@ -31,6 +31,9 @@ pub(crate) struct Line {
     pub(crate) tokens: Vec<Token>,
 }
 
+/// The keyword that starts the section of PROFIBUS DP, in small letters.
+pub(crate) const HEADER: &str = "#profibus_dp";
+
 /// A keyword with a character in front that joins no line before it.
 const BLANKS: &[u8] = b" \t\x0b\x0c\x1a\0";
 
@@ -215,7 +218,7 @@ impl<'a> Lexer<'a> {
         matches!(self.octet(at), None | Some(b'\n' | b'\r'))
     }
 
-    /// Whether a keyword with its sign or an end of a block starts here.
+    /// Whether a keyword with its sign, a section or an end of a block starts here.
     fn starts_statement(&mut self, start: usize) -> bool {
         let rest = self.octets.get(start..).unwrap_or_default();
         let is_word = |octet: &u8| octet.is_ascii_alphanumeric() || b"_.!".contains(octet);
@@ -225,7 +228,9 @@ impl<'a> Lexer<'a> {
         let after = self.skip_blanks(start.saturating_add(length));
         let starts_block_end = word.get(..3).is_some_and(|start| start.eq_ignore_ascii_case(b"end"));
         let closes = starts_block_end && (self.at_line_end(after) || self.octet(after) == Some(b';'));
-        closes || (word.iter().any(u8::is_ascii_alphabetic) && matches!(self.octet(after), Some(b'=' | b'(')))
+        closes
+            || self.octet(start) == Some(b'#')
+            || (word.iter().any(u8::is_ascii_alphabetic) && matches!(self.octet(after), Some(b'=' | b'(')))
     }
 
     fn word_length(&self, start: usize) -> usize {
@@ -326,7 +331,7 @@ impl<'a> Lexer<'a> {
         }
         let pair = self.octets.get(end..end.saturating_add(2)) == Some(b"\r\n");
         let next = end.saturating_add(if pair { 2 } else { 1 });
-        if !marked && !self.ends_a_text(next) {
+        if self.starts_section(next) || (!marked && !self.ends_a_text(next)) {
             return false;
         }
         if !marked {
@@ -335,6 +340,13 @@ impl<'a> Lexer<'a> {
         }
         self.pass_line_end();
         true
+    }
+
+    /// Whether this line is `#Profibus_DP`, which no text before it takes.
+    fn starts_section(&mut self, line: usize) -> bool {
+        let start = self.skip_blanks(line);
+        let word = self.octets.get(start..start.saturating_add(HEADER.len()));
+        word.is_some_and(|word| word.eq_ignore_ascii_case(HEADER.as_bytes()))
     }
 
     /// Whether this line is the rest of a text: no statement and no comment, but a quotation mark.

@@ -122,7 +122,8 @@ faults! {
     NoHeader Fault "no line #Profibus_DP", "the file is read anyway; write #Profibus_DP above the first keyword", Pyprofibus, GsdParser;
     TextBehindHeader Remark "text behind #Profibus_DP", "move the comment to the next line", Pyprofibus, GsdParser;
     HeaderCapitals Remark "#Profibus_DP in other capitals", "write #Profibus_DP", Pyprofibus;
-    KeywordBeforeHeader Fault "keyword before the line #Profibus_DP", "it is read anyway; move #Profibus_DP to the top";
+    TextBeforeHeader Remark "lines before the line #Profibus_DP", "they are ignored; move #Profibus_DP to the top if they describe the slave";
+    SectionEnd Remark "line with # ends the section of PROFIBUS DP", "this line and all behind it are ignored; remove it if they describe the slave";
     Capitals Remark "keyword in other capitals", "write the keyword as the specification does", Pyprofibus;
     CapitalX Remark "0X in front of a hexadecimal number", "write 0x", Pyprofibus, GsdParser;
     InvertedBit Remark "Unit_Diag_!Bit", "the line is right; remove it for the tool", GsdParser;

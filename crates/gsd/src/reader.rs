@@ -7,6 +7,7 @@ mod keywords;
 
 use crate::device::{Device, Module, Other, Slot};
 use crate::general::read_rate;
+use crate::lexer::HEADER;
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmItem, PrmText};
 use crate::problem::{Fault, Problem};
 use crate::statement::Statement;
@@ -24,13 +25,19 @@ pub(crate) struct Reader {
     device: Device,
     block: Block,
     area: Option<OpenArea>,
-    header: bool,
+    /// The line of `#Profibus_DP`, where the section starts.
+    header: Option<usize>,
+    /// The line with the next `#`, where the section ends.
+    end: Option<usize>,
     before_header: Option<usize>,
     problems: Vec<Problem>,
 }
 
 impl Reader {
     pub(crate) fn statement(&mut self, statement: &Statement<'_>) {
+        if !self.is_in_section(statement) {
+            return;
+        }
         self.look_at_keyword(statement);
         if let Err(fault) = self.interpret(statement) {
             let found = if statement.values.is_empty() || fault == Fault::UnknownKeyword {
@@ -43,16 +50,38 @@ impl Reader {
         }
     }
 
+    /// Whether the statement belongs to the section of PROFIBUS DP. The lines before it are read until its header comes, because a
+    /// file may have none.
+    fn is_in_section(&mut self, statement: &Statement<'_>) -> bool {
+        let is_header = statement.keyword == HEADER;
+        match self.header {
+            None if is_header => {
+                let (header, before_header) = (Some(statement.line), self.before_header);
+                *self = Self { header, before_header, ..Self::default() };
+            }
+            None => {
+                self.before_header.get_or_insert(statement.line);
+            }
+            Some(_) if self.end.is_none() && !is_header && statement.keyword.starts_with('#') => {
+                self.problem(statement, Fault::SectionEnd, statement.spelled);
+                self.end = Some(statement.line);
+            }
+            Some(_) => {}
+        }
+        self.end.is_none()
+    }
+
     /// The model, and all problems by line.
     pub(crate) fn finish(mut self, lexical: Vec<Problem>) -> (Device, Vec<Problem>) {
         self.close_block(None);
         check::check(&mut self.device, &mut self.problems);
+        let (start, end) = (self.header.unwrap_or(0), self.end.unwrap_or(usize::MAX));
+        self.problems.extend(lexical.into_iter().filter(|problem| (start..end).contains(&problem.line)));
         match (self.header, self.before_header) {
-            (false, _) => self.problems.push(Problem::new(1, Fault::NoHeader, "")),
-            (true, Some(line)) => self.problems.push(Problem::new(line, Fault::KeywordBeforeHeader, "")),
-            (true, None) => {}
+            (None, _) => self.problems.push(Problem::new(1, Fault::NoHeader, "")),
+            (Some(_), Some(line)) => self.problems.push(Problem::new(line, Fault::TextBeforeHeader, "")),
+            (Some(_), None) => {}
         }
-        self.problems.extend(lexical);
         self.problems.sort_by_key(|problem| problem.line);
         (self.device, self.problems)
     }
@@ -74,7 +103,7 @@ impl Reader {
         if statement.spelled.contains([' ', '\t']) {
             self.problem(statement, Fault::BlankInKeyword, statement.spelled);
         } else if let Some(right) = keywords::known(&statement.keyword).filter(|right| *right != statement.spelled) {
-            let fault = if statement.keyword == "#profibus_dp" { Fault::HeaderCapitals } else { Fault::Capitals };
+            let fault = if statement.keyword == HEADER { Fault::HeaderCapitals } else { Fault::Capitals };
             self.problem(statement, fault, &format!("{} for {right}", statement.spelled));
         }
         if statement.values.has_capital_x() {
@@ -84,13 +113,8 @@ impl Reader {
 
     fn interpret(&mut self, statement: &Statement<'_>) -> Outcome {
         let keyword = statement.keyword.as_str();
-        if keyword == "#profibus_dp" {
-            return self.read_header(statement);
-        }
-        if !self.header && self.before_header.is_none() {
-            self.before_header = Some(statement.line);
-        }
         match keyword {
+            HEADER => self.read_header(statement),
             "" => self.bare(statement),
             "module" | "prmtext" | "extuserprmdata" | "slotdefinition" | "unitdiagtype" => self.open_block(statement),
             "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype" => {
@@ -112,7 +136,6 @@ impl Reader {
     }
 
     fn read_header(&mut self, statement: &Statement<'_>) -> Outcome {
-        self.header = true;
         if !statement.values.is_empty() || !statement.comment.is_empty() {
             self.problem(statement, Fault::TextBehindHeader, "");
         }

@@ -35,8 +35,24 @@ fn the_header_may_have_other_capitals_or_be_missing() {
     let file = GsdFile::read(b"Ident_Number=7\n");
     assert_eq!(problems(&file), [(1, Fault::NoHeader)]);
     assert_eq!(file.device().general.ident_number, Some(7));
-    let file = GsdFile::read(b"; first\nIdent_Number=7\n#Profibus_DP\n");
-    assert_eq!(problems(&file), [(2, Fault::KeywordBeforeHeader)]);
+}
+
+#[test]
+fn only_the_section_of_profibus_dp_is_read() {
+    let file = GsdFile::read(
+        b"; first\nIdent_Number=7\nThis is a \"file, \\\n#Profibus_DP\nIdent_Number=8\nPrmText=1\n#Other\nVendor_Name=\"x\nModel_Name=\"y\"\n",
+    );
+    let general = &file.device().general;
+    assert_eq!(
+        (general.ident_number, general.vendor_name.as_deref(), general.model_name.as_deref()),
+        (Some(8), None, None)
+    );
+    assert_eq!(problems(&file), [(2, Fault::TextBeforeHeader), (7, Fault::SectionEnd)]);
+    assert!(file.device().others.is_empty());
+    let file = GsdFile::read(b"#Profibus_DP\nIdent_Number=7\n#profibus_dp\nMax_Module=2\n");
+    assert_eq!((file.device().general.ident_number, file.device().general.max_module), (Some(7), Some(2)));
+    let file = GsdFile::read(b"Max_Module=2\n#Other\nIdent_Number=7\n");
+    assert_eq!((file.device().general.ident_number, file.device().general.max_module), (Some(7), Some(2)), "no header");
 }
 
 #[test]
