@@ -156,7 +156,8 @@ impl Reader {
 
     fn prm_text(&mut self, statement: &Statement<'_>) -> Outcome {
         let Block::Texts(texts) = &mut self.block else { return Err(Fault::MisplacedKeyword) };
-        let value = i64::from(statement.index()?);
+        let value = statement.argument.first().ok_or(Fault::BadValue)?;
+        let value = i64::try_from(*value).map_err(|_| Fault::OutOfRange)?;
         texts.texts.push((value, statement.values.text()));
         Ok(())
     }

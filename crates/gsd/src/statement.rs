@@ -11,8 +11,8 @@ pub(crate) struct Statement<'a> {
     pub(crate) spelled: &'a str,
     /// In small letters, with `_` in place of blanks.
     pub(crate) keyword: String,
-    /// The number in brackets behind the keyword, or the two numbers.
-    pub(crate) argument: Vec<u64>,
+    /// The number in brackets behind the keyword, or the two numbers. Each fits an `i64` or a `u64`.
+    pub(crate) argument: Vec<i128>,
     pub(crate) values: Values<'a>,
     /// The comment behind the values, with its semicolon; empty if there is none.
     pub(crate) comment: &'a str,
@@ -73,15 +73,30 @@ fn has_number(tokens: &[Token]) -> bool {
     tokens.iter().any(|token| matches!(token.kind, Kind::Number(_)))
 }
 
-fn argument(tokens: &[Token]) -> (Vec<u64>, &[Token]) {
+fn argument(tokens: &[Token]) -> (Vec<i128>, &[Token]) {
     let open = tokens.first().is_some_and(|token| token.kind == Kind::Open);
     let close = tokens.iter().position(|token| token.kind == Kind::Close).filter(|_| open);
     let Some((inside, rest)) = close.and_then(|close| tokens.split_at_checked(close)) else {
         return (Vec::new(), tokens);
     };
-    let numbers =
-        inside.iter().filter_map(|token| if let Kind::Number(value) = token.kind { Some(value) } else { None });
-    (numbers.collect(), rest.get(1..).unwrap_or_default())
+    (signed_numbers(inside), rest.get(1..).unwrap_or_default())
+}
+
+/// The numbers among the tokens. `-` behind a number is a range, elsewhere it is a sign.
+fn signed_numbers(tokens: &[Token]) -> Vec<i128> {
+    let mut numbers = Vec::new();
+    let mut negative = false;
+    let mut before = &Kind::Open;
+    for Token { kind, .. } in tokens {
+        match kind {
+            Kind::Number(value) if negative => numbers.push(i128::from(*value).saturating_neg()),
+            Kind::Number(value) => numbers.push(i128::from(*value)),
+            _ => {}
+        }
+        negative = *kind == Kind::Minus && !matches!(before, Kind::Number(_));
+        before = kind;
+    }
+    numbers
 }
 
 impl<'a> Values<'a> {

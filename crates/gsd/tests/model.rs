@@ -1,7 +1,7 @@
 //! What the model holds.
 
 use crate::support::{file, problems};
-use profivac_gsd::{DataType, Fault, GsdFile, PrmContent};
+use profivac_gsd::{DataType, Fault, GsdFile, PrmContent, text};
 
 #[test]
 fn the_number_of_a_module_stands_anywhere_in_it() {
@@ -100,6 +100,18 @@ fn a_parameter_has_texts_and_may_be_fixed_or_hidden() {
     assert_eq!(file.device().text_of(parameter, 2), Some("on"));
     assert_eq!(file.device().values_of(parameter), "0 (off), 2 (on)");
     assert_eq!(problems(&file), []);
+}
+
+#[test]
+fn a_text_belongs_to_a_value_with_its_sign() {
+    let file = file(
+        "PrmText=4\nText(-1)=\"below\"\nText(1)=\"above\"\nEndPrmText\nExtUserPrmData=9 \"p\"\nSigned8 -1 -1-1\nPrm_Text_Ref=4\nEndExtUserPrmData\n\
+         Unit_Diag_Bit(-1)=\"none\"",
+    );
+    let parameter = file.device().parameters.get(&9).expect("a parameter");
+    assert_eq!([-1, 1].map(|value| file.device().text_of(parameter, value)), [Some("below"), Some("above")]);
+    assert!(text(file.device()).contains("Text(-1) = \"below\""));
+    assert_eq!(problems(&file), [(11, Fault::BadValue)]);
 }
 
 #[test]

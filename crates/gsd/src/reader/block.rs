@@ -169,10 +169,10 @@ fn data_type(statement: &Statement<'_>) -> Option<DataType> {
     })
 }
 
-fn bits(kind: DataType) -> Vec<u64> {
+fn bits(kind: DataType) -> Vec<i128> {
     match kind {
-        DataType::Bit(bit) => vec![u64::from(bit)],
-        DataType::BitArea(first, last) => vec![u64::from(first), u64::from(last)],
+        DataType::Bit(bit) => vec![i128::from(bit)],
+        DataType::BitArea(first, last) => vec![i128::from(first), i128::from(last)],
         _ => Vec::new(),
     }
 }
