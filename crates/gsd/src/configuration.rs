@@ -4,7 +4,7 @@ mod parameters;
 
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
 
-use crate::device::{Device, Module};
+use crate::device::{Device, Module, Slot};
 use crate::parameter::Parameter;
 use parameters::Changes;
 use profivac_wire::cfg::{Area, Identifiers};
@@ -49,7 +49,7 @@ pub struct Configuration<'a> {
 /// A module in its slot.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugged<'a> {
-    /// The number of the slot. chosen: from 1, or from 0 if the file defines a slot 0.
+    /// The number of the slot.
     pub slot: u32,
     /// The module.
     pub module: &'a Module,
@@ -87,10 +87,17 @@ pub enum ConfigurationError {
         /// Greatest number of modules.
         most: usize,
     },
-    /// A module that is always plugged is missing, or not in the order of the file.
+    /// A module that is always plugged is missing, or in another slot than its own.
     Fixed {
         /// The module.
         module: String,
+        /// Its slot; none if the slots of the file say where it may be.
+        slot: Option<u32>,
+    },
+    /// Two modules in one slot.
+    SlotTwice {
+        /// The number of the slot.
+        slot: u32,
     },
     /// The module sends the number of its slot, and this number is not allowed.
     SlotNumber {
@@ -124,9 +131,11 @@ impl fmt::Display for ConfigurationError {
             Self::NoModule { possible } => write!(f, "expected modules, and the file presets none; it has {possible}"),
             Self::TooManyModules { given, most: 1 } => write!(f, "{given} modules for a compact station; choose one"),
             Self::TooManyModules { given, most } => write!(f, "{given} modules; the station takes at most {most}"),
-            Self::Fixed { module } => {
-                write!(f, "{module} is always plugged, in the order of the file; add it to the modules")
+            Self::Fixed { module, slot: Some(slot) } => {
+                write!(f, "{module} is always plugged, in slot {slot}; put it there")
             }
+            Self::Fixed { module, slot: None } => write!(f, "{module} is always plugged; add it to the modules"),
+            Self::SlotTwice { slot } => write!(f, "two modules in slot {slot}; put one into another slot"),
             Self::SlotNumber { slot, module, possible } => {
                 write!(f, "{module} sends the number of its slot, which cannot be {slot}; possible are {possible}")
             }
@@ -163,8 +172,45 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
-        let first = u32::from(!device.slots.contains_key(&0));
-        let plugged = (first..).zip(modules).map(|(slot, module)| Plugged { slot, module }).collect();
+        let first = first_slot(device);
+        Self::in_slots(device, (first..).zip(modules))
+    }
+
+    /// These modules in these slots, in any order: slots may be free. chosen: a free slot sends nothing, because files have modules for
+    /// that.
+    ///
+    /// ```
+    /// use profivac_gsd::{Configuration, GsdFile};
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP
+    /// Ident_Number = 0x1234
+    /// Modular_Station = 1
+    /// Max_Module = 5
+    /// Module = \"valve\" 0x20
+    /// EndModule
+    /// ");
+    /// let valve = &file.device().modules[0];
+    /// let configuration = Configuration::in_slots(file.device(), [1, 2, 5].map(|slot| (slot, valve)))?;
+    /// assert_eq!(configuration.modules()[2].slot, 5);
+    /// # Ok::<(), profivac_gsd::ConfigurationError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigurationError`] says which module or slot, and what is possible.
+    pub fn in_slots(
+        device: &'a Device,
+        modules: impl IntoIterator<Item = (u32, &'a Module)>,
+    ) -> Result<Self, ConfigurationError> {
+        let mut plugged: Vec<_> = modules.into_iter().map(|(slot, module)| Plugged { slot, module }).collect();
+        plugged.sort_by_key(|one| one.slot);
+        let twice = plugged.windows(2).find_map(|pair| match pair {
+            [one, other] if one.slot == other.slot => Some(one.slot),
+            _ => None,
+        });
+        if let Some(slot) = twice {
+            return Err(ConfigurationError::SlotTwice { slot });
+        }
         let configuration = Self { device, plugged, changes: Changes::default() };
         configuration.check()?;
         Ok(configuration)
@@ -176,9 +222,10 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError::NoModule`] if the file does not say.
     pub fn preset(device: &'a Device) -> Result<Self, ConfigurationError> {
-        let slots: Vec<_> = device.slots.values().filter_map(|slot| device.module(slot.default)).collect();
+        let default = |slot: &'a Slot| device.module(slot.default).map(|module| (slot.number, module));
+        let slots: Vec<_> = device.slots.values().filter_map(default).collect();
         if !slots.is_empty() && slots.len() == device.slots.len() {
-            return Self::of(device, slots);
+            return Self::in_slots(device, slots);
         }
         let presets: Vec<_> = device.modules.iter().filter(|module| module.preset).collect();
         match (presets.is_empty(), device.modules.as_slice()) {
@@ -234,10 +281,15 @@ impl<'a> Configuration<'a> {
         if self.device.general.fix_preset_modules != Some(true) || !self.device.is_modular() {
             return Ok(());
         }
-        let mut plugged = self.plugged.iter();
-        let mut fixed = self.device.modules.iter().filter(|module| module.preset);
-        let missing = fixed.find(|fixed| !plugged.any(|plugged| std::ptr::eq(plugged.module, *fixed)));
-        missing.map_or(Ok(()), |module| Err(ConfigurationError::Fixed { module: name(module) }))
+        let is_free = !self.device.slots.is_empty();
+        let plugged = |fixed: &Module, slot: u32| {
+            self.plugged.iter().any(|one| std::ptr::eq(one.module, fixed) && (is_free || one.slot == slot))
+        };
+        let fixed = self.device.modules.iter().filter(|module| module.preset);
+        let missing = (first_slot(self.device)..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
+        let error =
+            |(slot, module)| ConfigurationError::Fixed { module: name(module), slot: (!is_free).then_some(slot) };
+        missing.map_or(Ok(()), |missing| Err(error(missing)))
     }
 
     fn check_slots(&self) -> Result<(), ConfigurationError> {
@@ -287,6 +339,11 @@ fn lengths(octets: &[u8]) -> (usize, usize) {
     Identifiers::new(octets)
         .flatten()
         .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
+}
+
+/// chosen: slots count from 1, or from 0 if the file defines a slot 0.
+fn first_slot(device: &Device) -> u32 {
+    u32::from(!device.slots.contains_key(&0))
 }
 
 fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {

@@ -1,7 +1,7 @@
 //! Chk_Cfg from modules.
 
 use crate::support::file;
-use profivac_gsd::{Configuration, ConfigurationError, GsdFile};
+use profivac_gsd::{Configuration, ConfigurationError, GsdFile, Module};
 
 const MODULES: &str = "Module=\"in\" 0x10\n5\nEndModule\nModule=\"out\" 0x20\n7\nEndModule\nModule=\"both\" 0x10,0x42,0x84,0x08,0x05\n9\nEndModule\nModule=\"free\" 0x00\n0\nEndModule\n";
 
@@ -79,9 +79,14 @@ fn fixed_modules_stay_and_preset_modules_may_go() {
     let lines = "Module=\"head\" 0x30\n20\nPreset=1\nEndModule\nModule=\"tail\" 0x31\n21\nPreset=1\nEndModule";
     let fixed = modular(&format!("FixPresetModules=1\n{lines}"));
     assert_eq!(Configuration::preset(fixed.device()).map(|one| one.chk_cfg()), Ok(vec![0x30, 0x31]));
-    assert!(Configuration::new(fixed.device(), &[20, 5, 21]).is_ok());
-    assert_eq!(error(&fixed, &[20, 5]), "21 (tail) is always plugged, in the order of the file; add it to the modules");
-    assert!(Configuration::new(fixed.device(), &[21, 20]).is_err());
+    assert!(Configuration::new(fixed.device(), &[20, 21, 5]).is_ok());
+    assert_eq!(error(&fixed, &[20, 5]), "21 (tail) is always plugged, in slot 2; put it there");
+    assert_eq!(error(&fixed, &[20, 5, 21]), "21 (tail) is always plugged, in slot 2; put it there");
+    assert_eq!(error(&fixed, &[21, 20]), "20 (head) is always plugged, in slot 1; put it there");
+    let slots = "SlotDefinition\nSlot(1)=\"one\" 21 5,21\nSlot(2)=\"two\" 20 20\nEndSlotDefinition";
+    let defined = modular(&format!("FixPresetModules=1\n{lines}\n{slots}"));
+    assert!(Configuration::new(defined.device(), &[21, 20]).is_ok());
+    assert_eq!(error(&defined, &[5, 20]), "21 (tail) is always plugged; add it to the modules");
     let free = modular(lines);
     assert_eq!(Configuration::preset(free.device()).map(|one| one.chk_cfg()), Ok(vec![0x30, 0x31]));
     assert!(Configuration::new(free.device(), &[5]).is_ok());
@@ -124,4 +129,21 @@ fn modules_without_an_identifier_are_no_configuration_and_a_cut_identifier_is_se
         "the modules have no identifier, and Chk_Cfg needs one; choose a module that has"
     );
     assert_eq!(Configuration::new(file.device(), &[1, 2]).map(|one| one.chk_cfg()), Ok(vec![0xC6]));
+}
+
+#[test]
+fn modules_are_in_the_slots_that_are_given_and_slots_may_be_free() {
+    let file = modular("SlotDefinition\nSlot(2)=\"second\" 5 5\nSlot(5)=\"fifth\" 7 7\nEndSlotDefinition");
+    let [input, output, ..] = file.device().modules.as_slice() else { panic!("modules") };
+    let slots = |one: &Configuration<'_>| one.modules().iter().map(|plugged| plugged.slot).collect::<Vec<_>>();
+    let configuration =
+        Configuration::in_slots(file.device(), [(5, output), (1, output), (2, input)]).expect("a configuration");
+    assert_eq!((slots(&configuration), configuration.chk_cfg()), (vec![1, 2, 5], vec![0x20, 0x10, 0x20]));
+    let preset = Configuration::preset(file.device()).expect("a configuration");
+    assert_eq!((slots(&preset), preset.chk_cfg()), (vec![2, 5], vec![0x10, 0x20]));
+    let error = |modules: &[(u32, &Module)]| {
+        Configuration::in_slots(file.device(), modules.iter().copied()).expect_err("no configuration").to_string()
+    };
+    assert_eq!(error(&[(5, input)]), "slot 5 does not take 5 (in); it takes 7 (out)");
+    assert_eq!(error(&[(1, input), (2, input), (1, output)]), "two modules in slot 1; put one into another slot");
 }
