@@ -180,6 +180,7 @@ impl<'a> Lexer<'a> {
     }
 
     fn continuation(&mut self, next: usize) -> bool {
+        let line = self.line;
         if self.octet(next) == Some(b';') {
             self.fault(Fault::CommentBehindContinuation, "");
         } else if next > self.at.saturating_add(1) {
@@ -194,7 +195,7 @@ impl<'a> Lexer<'a> {
         let start = self.skip_blanks(self.at);
         let ends = self.at_line_end(start) || self.starts_statement(start);
         if ends {
-            self.fault(Fault::ContinuationOfNothing, "");
+            self.problems.push(Problem::new(line, Fault::ContinuationOfNothing, ""));
         }
         !ends
     }

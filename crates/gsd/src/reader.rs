@@ -12,6 +12,7 @@ use crate::parameter::{Parameter, PrmArea, PrmContent, PrmItem, PrmText};
 use crate::problem::{Fault, Problem};
 use crate::statement::Statement;
 use block::Block;
+use check::Lines;
 use diagnosis::OpenArea;
 
 /// The last octet of user parameters, profibus-wire 2.4.
@@ -30,6 +31,8 @@ pub(crate) struct Reader {
     /// The line with the next `#`, where the section ends.
     end: Option<usize>,
     before_header: Option<usize>,
+    /// The lines of Ident_Number and User_Prm_Data.
+    lines: Lines,
     problems: Vec<Problem>,
 }
 
@@ -74,7 +77,7 @@ impl Reader {
     /// The model, and all problems by line.
     pub(crate) fn finish(mut self, lexical: Vec<Problem>) -> (Device, Vec<Problem>) {
         self.close_block(None);
-        check::check(&mut self.device, &mut self.problems);
+        check::check(&mut self.device, self.lines, &mut self.problems);
         let (start, end) = (self.header.unwrap_or(0), self.end.unwrap_or(usize::MAX));
         self.problems.extend(lexical.into_iter().filter(|problem| (start..end).contains(&problem.line)));
         match (self.header, self.before_header) {
@@ -242,7 +245,17 @@ impl Reader {
             }
         }
         let read = match keyword {
+            "ident_number" => {
+                self.lines.ident = Some(statement.line);
+                Some(
+                    statement
+                        .values
+                        .number::<u16>()
+                        .map(|ident| self.device.general.ident_number.replace(ident.into()).is_some()),
+                )
+            }
             "user_prm_data" => {
+                self.lines.user_prm = Some(statement.line);
                 Some(self.octets(statement).map(|octets| self.device.user_prm_data.replace(octets).is_some()))
             }
             _ => read_rate(&mut self.device.rates, statement).or_else(|| self.device.general.read(statement)),

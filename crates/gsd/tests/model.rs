@@ -135,6 +135,20 @@ fn wrong_parameters_are_problems_with_lines() {
 }
 
 #[test]
+fn problems_of_user_prm_data_and_of_the_ident_name_its_line() {
+    let ident = |value: &str| {
+        let text = format!("#Profibus_DP\nVendor_Name=\"v\"\n{value}");
+        let file = GsdFile::read(text.as_bytes());
+        (problems(&file), file.device().general.ident_number)
+    };
+    assert_eq!(ident("Ident_Number=0x12345"), (vec![(3, Fault::OutOfRange)], None));
+    assert_eq!(ident("Ident_Number=0xFFFF"), (vec![], Some(0xFFFF)));
+    assert_eq!(ident(""), (vec![(1, Fault::NoIdent)], None));
+    let file = file("Max_Module=1\nUser_Prm_Data=1,2\nUser_Prm_Data_Len=3\nExt_User_Prm_Data_Const(0)=1,3");
+    assert_eq!(problems(&file), [(4, Fault::PrmLength), (4, Fault::BothPrm)]);
+}
+
+#[test]
 fn slots_name_their_modules_and_missing_ones_are_problems() {
     let modules = "Module=\"a\" 0x10\n1\nEndModule\nModule=\"b\" 0x10\n2\nEndModule\nModule=\"d\" 0x10\n4\nEndModule\n";
     let file = file(&format!(

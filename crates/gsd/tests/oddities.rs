@@ -83,7 +83,7 @@ fn a_backslash_in_front_of_a_keyword_ends_nothing() {
     is_constant(&file, &[0x80, 1]);
     assert_eq!(file.device().general.max_module, Some(3));
     assert_eq!(file.device().modules.len(), 1);
-    assert_eq!(problems(&file), [(4, Fault::ContinuationOfNothing), (6, Fault::ContinuationOfNothing)]);
+    assert_eq!(problems(&file), [(3, Fault::ContinuationOfNothing), (5, Fault::ContinuationOfNothing)]);
 }
 
 #[test]

@@ -4,12 +4,20 @@ use super::{Device, Fault, Module, Problem};
 use crate::parameter::{PrmArea, PrmContent};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+/// The lines that problems of the whole file name; none if the file lacks them.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Lines {
+    pub(super) ident: Option<usize>,
+    pub(super) user_prm: Option<usize>,
+}
+
 /// Numbers the modules, and compares the parts of the file with each other.
-pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
+pub(super) fn check(device: &mut Device, lines: Lines, problems: &mut Vec<Problem>) {
     number_modules(device, problems);
     check_names(device, problems);
     let mut list = |line: usize, fault: Fault, found: String| problems.push(Problem::new(line, fault, found));
-    if device.general.ident_number.is_none_or(|ident| ident > 0xFFFF) {
+    // A wrong Ident_Number has a problem of its own.
+    if lines.ident.is_none() {
         list(1, Fault::NoIdent, String::new());
     }
     if device.modules.is_empty() {
@@ -25,7 +33,7 @@ pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
         check_area(device, &module.prm, module.prm.length.map(u32::from), &mut list);
         check_area(device, &module.safety, module.safety.length.map(u32::from), &mut list);
     }
-    check_user_prm(device, &mut list);
+    check_user_prm(device, lines.user_prm.unwrap_or(1), &mut list);
     check_slots(device, &mut list);
 }
 
@@ -95,15 +103,15 @@ fn check_area(device: &Device, area: &PrmArea, limit: Option<u32>, list: &mut im
     }
 }
 
-fn check_user_prm(device: &Device, list: &mut impl FnMut(usize, Fault, String)) {
+fn check_user_prm(device: &Device, line: usize, list: &mut impl FnMut(usize, Fault, String)) {
     let Some(octets) = &device.user_prm_data else { return };
     let length = device.general.user_prm_data_len.and_then(|length| usize::try_from(length).ok());
     if let Some(length) = length.filter(|length| *length != octets.len()) {
-        list(1, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
+        list(line, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
     }
     let ext = device.prm.octets(&device.parameters, |_, parameter| parameter.default);
     if !ext.is_empty() && ext != *octets {
-        list(1, Fault::BothPrm, String::new());
+        list(line, Fault::BothPrm, String::new());
     }
 }
 
