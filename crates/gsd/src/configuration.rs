@@ -5,7 +5,7 @@ mod parameters;
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
 
 use crate::device::{Device, Module, Slot};
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, PrmArea};
 use parameters::Changes;
 use profivac_wire::cfg::{Area, Identifiers};
 use std::fmt;
@@ -53,6 +53,30 @@ pub struct Plugged<'a> {
     pub slot: u32,
     /// The module.
     pub module: &'a Module,
+}
+
+/// What the octets of a configuration lack.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The module has parameters for PROFIsafe, and these are not among the user parameters.
+    Safety {
+        /// The number of the slot.
+        slot: u32,
+        /// The module.
+        module: String,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Safety { slot, module } => write!(
+                f,
+                "slot {slot}: {module} has parameters for PROFIsafe, which are not in the user parameters; take them from the safety controller"
+            ),
+        }
+    }
 }
 
 /// Why modules are no configuration of the device.
@@ -238,6 +262,13 @@ impl<'a> Configuration<'a> {
     #[must_use]
     pub fn modules(&self) -> &[Plugged<'a>] {
         &self.plugged
+    }
+
+    /// What the octets lack: the parameters of modules for PROFIsafe.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let safe = self.plugged.iter().filter(|plugged| plugged.module.safety != PrmArea::default());
+        safe.map(|plugged| Warning::Safety { slot: plugged.slot, module: name(plugged.module) }).collect()
     }
 
     /// The octets of Chk_Cfg: the identifiers of the modules, one after the other.

@@ -47,7 +47,8 @@ pub struct Module {
     pub info: Option<String>,
     /// Its part of the user parameters; its length is Ext_Module_Prm_Data_Len.
     pub prm: PrmArea,
-    /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets.
+    /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets;
+    /// [`Configuration::warnings`](crate::Configuration::warnings) names such modules.
     pub safety: PrmArea,
     /// Texts for diagnosis of this module.
     pub diagnosis: Diagnosis,

@@ -147,3 +147,21 @@ fn modules_are_in_the_slots_that_are_given_and_slots_may_be_free() {
     assert_eq!(error(&[(5, input)]), "slot 5 does not take 5 (in); it takes 7 (out)");
     assert_eq!(error(&[(1, input), (2, input), (1, output)]), "two modules in slot 1; put one into another slot");
 }
+
+#[test]
+fn a_configuration_with_a_module_for_safety_says_that_its_octets_lack_parameters() {
+    let safe = "Module=\"safe\" 0x30\n20\nF_Ext_Module_Prm_Data_Len=1\nF_Ext_User_Prm_Data_Const(0)=5\nEndModule";
+    let file = modular(safe);
+    let warnings = |numbers: &[u32]| {
+        let configuration = Configuration::new(file.device(), numbers).expect("a configuration");
+        assert_eq!(configuration.user_prm(), Ok(vec![]));
+        configuration.warnings().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        warnings(&[5, 20]),
+        [
+            "slot 2: 20 (safe) has parameters for PROFIsafe, which are not in the user parameters; take them from the safety controller"
+        ]
+    );
+    assert_eq!(warnings(&[5, 7]), [""; 0]);
+}

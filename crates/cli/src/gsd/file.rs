@@ -137,6 +137,8 @@ struct ShownConfiguration {
     modules: Vec<u32>,
     chk_cfg: String,
     user_prm: Option<String>,
+    /// What the octets lack.
+    warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -199,11 +201,12 @@ impl Shown {
             lines.push("slots".to_owned());
             lines.extend(self.slots.iter().map(ShownSlot::line));
         }
-        if let Some(ShownConfiguration { modules, chk_cfg, user_prm }) = &self.preset {
+        if let Some(ShownConfiguration { modules, chk_cfg, user_prm, warnings }) = &self.preset {
             lines.push(format!(
                 "at first  modules {modules:?}, Chk_Cfg {chk_cfg}, user parameters {}",
                 or_none(user_prm)
             ));
+            lines.extend(warnings.iter().map(|warning| format!("warning   {warning}")));
         }
         if !self.diagnosis.is_empty() {
             lines.push("diagnosis".to_owned());
@@ -280,6 +283,7 @@ fn configuration(preset: &Configuration<'_>) -> ShownConfiguration {
         modules: preset.modules().iter().map(|plugged| plugged.module.number).collect(),
         chk_cfg: hex(&preset.chk_cfg()),
         user_prm: preset.user_prm().ok().map(|octets| hex(&octets)),
+        warnings: preset.warnings().iter().map(ToString::to_string).collect(),
     }
 }
 
@@ -343,6 +347,17 @@ EndModule
         ] {
             assert!(text.lines().any(|shown| shown == line), "{line} is missing in\n{text}");
         }
+    }
+
+    #[test]
+    fn the_octets_at_first_have_a_warning_if_parameters_for_safety_are_missing() {
+        let file = GsdFile::read(b"#Profibus_DP\nModule=\"safe\" 0x10\nF_Ext_User_Prm_Data_Const(0)=5\nEndModule\n");
+        let text = Shown::of(&file).text();
+        assert!(
+            text.lines().any(|line| line.starts_with("warning   slot 1: 1 (safe) has parameters for PROFIsafe")),
+            "{text}"
+        );
+        assert!(!Shown::of(&GsdFile::read(FILE)).text().contains("warning"));
     }
 
     #[test]
