@@ -3,6 +3,7 @@
 use crate::diagnosis::Diagnosis;
 use crate::general::{General, Rate};
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
+use crate::words::list;
 use std::collections::BTreeMap;
 
 /// A device as its GSD file describes it.
@@ -139,7 +140,7 @@ impl Device {
         texts.iter().find(|(number, _)| *number == value).map(|(_, text)| text.as_str())
     }
 
-    /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`.
+    /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`. The first twenty; the others are counted.
     #[must_use]
     pub fn values_of(&self, parameter: &Parameter) -> String {
         let whole = [parameter.kind.limits()];
@@ -147,10 +148,8 @@ impl Device {
         let texts = parameter.texts.and_then(|number| self.texts.get(&number)).map(|texts| texts.texts.as_slice());
         let named: Vec<_> = texts.unwrap_or_default().iter().filter(|(value, _)| parameter.allows(*value)).collect();
         if !named.is_empty() {
-            return named.iter().map(|(value, text)| format!("{value} ({text})")).collect::<Vec<_>>().join(", ");
+            return list(named.iter().map(|(value, text)| format!("{value} ({text})")));
         }
-        let words =
-            allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") });
-        words.collect::<Vec<_>>().join(", ")
+        list(allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") }))
     }
 }

@@ -115,6 +115,19 @@ fn a_text_belongs_to_a_value_with_its_sign() {
 }
 
 #[test]
+fn of_many_possible_values_the_first_twenty_are_listed() {
+    let texts: String = (0..30).map(|value| format!("Text({value})=\"t\"\n")).collect();
+    let values: String = (0..30).map(|value| format!("{},", value * 2)).collect();
+    let file = file(&format!(
+        "PrmText=1\n{texts}EndPrmText\nExtUserPrmData=1 \"named\"\nUnsigned8 0\nPrm_Text_Ref=1\nEndExtUserPrmData\n\
+         ExtUserPrmData=2 \"plain\"\nUnsigned8 0 {values}60\nEndExtUserPrmData"
+    ));
+    let words = |number: u32| file.device().parameters.get(&number).map(|one| file.device().values_of(one));
+    assert!(words(1).is_some_and(|words| words.ends_with("18 (t), 19 (t) and 10 more")), "{:?}", words(1));
+    assert!(words(2).is_some_and(|words| words.ends_with("36, 38 and 11 more")), "{:?}", words(2));
+}
+
+#[test]
 fn wrong_parameters_are_problems_with_lines() {
     let file = file(
         "ExtUserPrmData=1 \"p\"\nUnsigned8 9 0-2\nPrm_Text_Ref=4\nEndExtUserPrmData\n\
