@@ -1,7 +1,7 @@
 //! `profivac gsd check` and `gsd show`: GSD files of any slave.
 
 use crate::failure::Failure;
-use crate::output::{json, out};
+use crate::output::{json, notice, out};
 use clap::{Args, Subcommand};
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
@@ -54,18 +54,25 @@ fn read(path: &Path) -> Result<GsdFile, Failure> {
 fn check(paths: &[PathBuf]) -> Result<(), Failure> {
     let mut wrong = 0_usize;
     for path in paths {
-        let file = read(path)?;
+        let file = match read(path) {
+            Ok(file) => file,
+            Err(failure) => {
+                notice(&visible(&failure.to_string()));
+                wrong = wrong.saturating_add(1);
+                continue;
+            }
+        };
         let faults = file.faults().count();
         let remarks = file.problems().len().saturating_sub(faults);
         let name = path.display();
-        out(&format!(
+        out(&visible(&format!(
             "{name}: {}, {} modules, {faults} faults, {remarks} remarks",
             file.encoding(),
             file.device().modules.len()
-        ));
+        )));
         for problem in file.problems() {
             let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
-            out(&format!("  {kind}, {problem}"));
+            out(&visible(&format!("  {kind}, {problem}")));
         }
         wrong = wrong.saturating_add(usize::from(faults > 0));
     }
@@ -73,8 +80,23 @@ fn check(paths: &[PathBuf]) -> Result<(), Failure> {
     if wrong == 0 {
         Ok(())
     } else {
-        Err(Failure::usage(format!("{wrong} of {all} GSD files have faults; the lines above say where")))
+        Err(Failure::usage(format!(
+            "{wrong} of {all} GSD files have faults or cannot be read; the lines above say where"
+        )))
     }
+}
+
+/// A line without control characters, which a file can contain and a terminal would obey.
+fn visible(line: &str) -> String {
+    let mut visible = String::with_capacity(line.len());
+    for one in line.chars() {
+        if one.is_control() {
+            visible.extend(one.escape_default());
+        } else {
+            visible.push(one);
+        }
+    }
+    visible
 }
 
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
@@ -212,7 +234,7 @@ impl Shown {
             lines.push("diagnosis".to_owned());
             lines.extend(self.diagnosis.iter().map(|one| one.line("  ")));
         }
-        lines.join("\n")
+        lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -358,6 +380,20 @@ EndModule
             "{text}"
         );
         assert!(!Shown::of(&GsdFile::read(FILE)).text().contains("warning"));
+    }
+
+    #[test]
+    fn check_goes_on_after_a_file_that_cannot_be_read() {
+        let missing = ["missing-1.gsd", "missing-2.gsd"].map(PathBuf::from);
+        let failure = check(&missing).err().map(|failure| failure.to_string()).unwrap_or_default();
+        assert!(failure.starts_with("2 of 2 GSD files have faults or cannot be read"), "{failure}");
+    }
+
+    #[test]
+    fn control_characters_of_a_file_are_shown_escaped() {
+        let file = GsdFile::read(b"#Profibus_DP\nVendor_Name=\"\x1b[2Jx\"\n");
+        let text = Shown::of(&file).text();
+        assert!(text.lines().any(|line| line == "vendor    \\u{1b}[2Jx"), "{text}");
     }
 
     #[test]
