@@ -4,13 +4,17 @@ mod parameters;
 
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
 
-use crate::device::{Device, Module};
+use crate::device::{Device, Module, Slot};
+use crate::parameter::{Parameter, PrmArea};
 use parameters::Changes;
-use profivac_wire::cfg::{self, Identifiers};
+use profivac_wire::cfg::{Area, Identifiers};
 use std::fmt;
 
 /// The longest Chk_Cfg, profibus-wire 2.6.
 const MAX_CHK_CFG: usize = 244;
+
+/// The greatest number of octets in one direction, profibus-wire 2.6.
+const MAX_DATA: usize = 244;
 
 /// Modules in their slots, with changed parameters.
 ///
@@ -45,10 +49,34 @@ pub struct Configuration<'a> {
 /// A module in its slot.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugged<'a> {
-    /// The number of the slot. chosen: from 1, or from 0 if the file defines a slot 0.
+    /// The number of the slot.
     pub slot: u32,
     /// The module.
     pub module: &'a Module,
+}
+
+/// What the octets of a configuration lack.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The module has parameters for PROFIsafe, and these are not among the user parameters.
+    Safety {
+        /// The number of the slot.
+        slot: u32,
+        /// The module.
+        module: String,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Safety { slot, module } => write!(
+                f,
+                "slot {slot}: {module} has parameters for PROFIsafe, which are not in the user parameters; take them from the safety controller"
+            ),
+        }
+    }
 }
 
 /// Why modules are no configuration of the device.
@@ -83,11 +111,29 @@ pub enum ConfigurationError {
         /// Greatest number of modules.
         most: usize,
     },
-    /// A module that is always plugged is missing, or not in the order of the file.
+    /// A module that is always plugged is missing, or in another slot than its own.
     Fixed {
         /// The module.
         module: String,
+        /// Its slot; none if the slots of the file say where it may be.
+        slot: Option<u32>,
     },
+    /// Two modules in one slot.
+    SlotTwice {
+        /// The number of the slot.
+        slot: u32,
+    },
+    /// The module sends the number of its slot, and this number is not allowed.
+    SlotNumber {
+        /// The number of the slot.
+        slot: u32,
+        /// The module.
+        module: String,
+        /// The numbers of slots that are allowed.
+        possible: String,
+    },
+    /// The modules have no identifiers, so that there is nothing to send in Chk_Cfg.
+    NoIdentifier,
     /// More octets than the file or the protocol allows.
     TooLong {
         /// What is too long.
@@ -109,8 +155,16 @@ impl fmt::Display for ConfigurationError {
             Self::NoModule { possible } => write!(f, "expected modules, and the file presets none; it has {possible}"),
             Self::TooManyModules { given, most: 1 } => write!(f, "{given} modules for a compact station; choose one"),
             Self::TooManyModules { given, most } => write!(f, "{given} modules; the station takes at most {most}"),
-            Self::Fixed { module } => {
-                write!(f, "{module} is always plugged, in the order of the file; add it to the modules")
+            Self::Fixed { module, slot: Some(slot) } => {
+                write!(f, "{module} is always plugged, in slot {slot}; put it there")
+            }
+            Self::Fixed { module, slot: None } => write!(f, "{module} is always plugged; add it to the modules"),
+            Self::SlotTwice { slot } => write!(f, "two modules in slot {slot}; put one into another slot"),
+            Self::SlotNumber { slot, module, possible } => {
+                write!(f, "{module} sends the number of its slot, which cannot be {slot}; possible are {possible}")
+            }
+            Self::NoIdentifier => {
+                f.write_str("the modules have no identifier, and Chk_Cfg needs one; choose a module that has")
             }
             Self::TooLong { what, octets, most } => {
                 write!(f, "{octets} octets of {what}; at most {most} are possible; choose fewer modules")
@@ -142,8 +196,45 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
-        let first = u32::from(!device.slots.contains_key(&0));
-        let plugged = (first..).zip(modules).map(|(slot, module)| Plugged { slot, module }).collect();
+        let first = first_slot(device);
+        Self::in_slots(device, (first..).zip(modules))
+    }
+
+    /// These modules in these slots, in any order: slots may be free. chosen: a free slot sends nothing, because files have modules for
+    /// that.
+    ///
+    /// ```
+    /// use profivac_gsd::{Configuration, GsdFile};
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP
+    /// Ident_Number = 0x1234
+    /// Modular_Station = 1
+    /// Max_Module = 5
+    /// Module = \"valve\" 0x20
+    /// EndModule
+    /// ");
+    /// let valve = &file.device().modules[0];
+    /// let configuration = Configuration::in_slots(file.device(), [1, 2, 5].map(|slot| (slot, valve)))?;
+    /// assert_eq!(configuration.modules()[2].slot, 5);
+    /// # Ok::<(), profivac_gsd::ConfigurationError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigurationError`] says which module or slot, and what is possible.
+    pub fn in_slots(
+        device: &'a Device,
+        modules: impl IntoIterator<Item = (u32, &'a Module)>,
+    ) -> Result<Self, ConfigurationError> {
+        let mut plugged: Vec<_> = modules.into_iter().map(|(slot, module)| Plugged { slot, module }).collect();
+        plugged.sort_by_key(|one| one.slot);
+        let twice = plugged.windows(2).find_map(|pair| match pair {
+            [one, other] if one.slot == other.slot => Some(one.slot),
+            _ => None,
+        });
+        if let Some(slot) = twice {
+            return Err(ConfigurationError::SlotTwice { slot });
+        }
         let configuration = Self { device, plugged, changes: Changes::default() };
         configuration.check()?;
         Ok(configuration)
@@ -155,9 +246,10 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError::NoModule`] if the file does not say.
     pub fn preset(device: &'a Device) -> Result<Self, ConfigurationError> {
-        let slots: Vec<_> = device.slots.values().filter_map(|slot| device.module(slot.default)).collect();
+        let default = |slot: &'a Slot| device.module(slot.default).map(|module| (slot.number, module));
+        let slots: Vec<_> = device.slots.values().filter_map(default).collect();
         if !slots.is_empty() && slots.len() == device.slots.len() {
-            return Self::of(device, slots);
+            return Self::in_slots(device, slots);
         }
         let presets: Vec<_> = device.modules.iter().filter(|module| module.preset).collect();
         match (presets.is_empty(), device.modules.as_slice()) {
@@ -170,6 +262,13 @@ impl<'a> Configuration<'a> {
     #[must_use]
     pub fn modules(&self) -> &[Plugged<'a>] {
         &self.plugged
+    }
+
+    /// What the octets lack: the parameters of modules for PROFIsafe.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let safe = self.plugged.iter().filter(|plugged| plugged.module.safety != PrmArea::default());
+        safe.map(|plugged| Warning::Safety { slot: plugged.slot, module: name(plugged.module) }).collect()
     }
 
     /// The octets of Chk_Cfg: the identifiers of the modules, one after the other.
@@ -205,6 +304,7 @@ impl<'a> Configuration<'a> {
         }
         self.check_fixed()?;
         self.check_slots()?;
+        self.check_slot_numbers()?;
         self.check_lengths()
     }
 
@@ -212,10 +312,15 @@ impl<'a> Configuration<'a> {
         if self.device.general.fix_preset_modules != Some(true) || !self.device.is_modular() {
             return Ok(());
         }
-        let mut plugged = self.plugged.iter();
-        let mut fixed = self.device.modules.iter().filter(|module| module.preset);
-        let missing = fixed.find(|fixed| !plugged.any(|plugged| std::ptr::eq(plugged.module, *fixed)));
-        missing.map_or(Ok(()), |module| Err(ConfigurationError::Fixed { module: name(module) }))
+        let is_free = !self.device.slots.is_empty();
+        let plugged = |fixed: &Module, slot: u32| {
+            self.plugged.iter().any(|one| std::ptr::eq(one.module, fixed) && (is_free || one.slot == slot))
+        };
+        let fixed = self.device.modules.iter().filter(|module| module.preset);
+        let missing = (first_slot(self.device)..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
+        let error =
+            |(slot, module)| ConfigurationError::Fixed { module: name(module), slot: (!is_free).then_some(slot) };
+        missing.map_or(Ok(()), |missing| Err(error(missing)))
     }
 
     fn check_slots(&self) -> Result<(), ConfigurationError> {
@@ -227,11 +332,26 @@ impl<'a> Configuration<'a> {
         Ok(())
     }
 
+    fn check_slot_numbers(&self) -> Result<(), ConfigurationError> {
+        for Plugged { slot, module } in &self.plugged {
+            let wrong = |parameter: &&Parameter| parameter.is_slot_number() && !parameter.allows(i64::from(*slot));
+            if let Some(parameter) = self.device.parameters_of(&module.prm).find(wrong) {
+                let possible = self.device.values_of(parameter);
+                return Err(ConfigurationError::SlotNumber { slot: *slot, module: name(module), possible });
+            }
+        }
+        Ok(())
+    }
+
     fn check_lengths(&self) -> Result<(), ConfigurationError> {
         let octets = self.chk_cfg();
+        if octets.is_empty() {
+            return Err(ConfigurationError::NoIdentifier);
+        }
         at_most("Chk_Cfg", octets.len(), MAX_CHK_CFG)?;
-        let Ok(lengths) = cfg::lengths(&octets) else { return Ok(()) };
-        let (inputs, outputs) = (usize::from(lengths.inputs), usize::from(lengths.outputs));
+        let (inputs, outputs) = lengths(&octets);
+        at_most("inputs", inputs, MAX_DATA)?;
+        at_most("outputs", outputs, MAX_DATA)?;
         let general = &self.device.general;
         // Max_Input_Len and the others are keywords of modular stations.
         if !self.device.is_modular() {
@@ -242,6 +362,19 @@ impl<'a> Configuration<'a> {
         at_most("outputs", outputs, limit(general.max_output_len))?;
         at_most("inputs and outputs", inputs.saturating_add(outputs), limit(general.max_data_len))
     }
+}
+
+/// Octets of inputs and of outputs. An identifier that is cut counts nothing: the reader reports it, and its octets are sent as they are.
+fn lengths(octets: &[u8]) -> (usize, usize) {
+    let add = |sum: usize, area: Option<Area>| sum.saturating_add(area.map_or(0, |area| usize::from(area.octets())));
+    Identifiers::new(octets)
+        .flatten()
+        .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
+}
+
+/// chosen: slots count from 1, or from 0 if the file defines a slot 0.
+fn first_slot(device: &Device) -> u32 {
+    u32::from(!device.slots.contains_key(&0))
 }
 
 fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {

@@ -2,7 +2,8 @@
 
 use crate::diagnosis::Diagnosis;
 use crate::general::{General, Rate};
-use crate::parameter::{Parameter, PrmArea, PrmText};
+use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
+use crate::words::list;
 use std::collections::BTreeMap;
 
 /// A device as its GSD file describes it.
@@ -47,7 +48,8 @@ pub struct Module {
     pub info: Option<String>,
     /// Its part of the user parameters; its length is Ext_Module_Prm_Data_Len.
     pub prm: PrmArea,
-    /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets.
+    /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets;
+    /// [`Configuration::warnings`](crate::Configuration::warnings) names such modules.
     pub safety: PrmArea,
     /// Texts for diagnosis of this module.
     pub diagnosis: Diagnosis,
@@ -123,6 +125,14 @@ impl Device {
         self.general.max_module.map_or(244, |most| usize::try_from(most).unwrap_or(usize::MAX))
     }
 
+    /// The parameters to which an area refers.
+    pub(crate) fn parameters_of<'a>(&'a self, area: &'a PrmArea) -> impl Iterator<Item = &'a Parameter> {
+        area.items.iter().filter_map(|item| match item.content {
+            PrmContent::Ref(number) => self.parameters.get(&number),
+            PrmContent::Const(_) => None,
+        })
+    }
+
     /// The text for a value of a parameter.
     #[must_use]
     pub fn text_of<'a>(&'a self, parameter: &Parameter, value: i64) -> Option<&'a str> {
@@ -130,7 +140,7 @@ impl Device {
         texts.iter().find(|(number, _)| *number == value).map(|(_, text)| text.as_str())
     }
 
-    /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`.
+    /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`. The first twenty; the others are counted.
     #[must_use]
     pub fn values_of(&self, parameter: &Parameter) -> String {
         let whole = [parameter.kind.limits()];
@@ -138,10 +148,8 @@ impl Device {
         let texts = parameter.texts.and_then(|number| self.texts.get(&number)).map(|texts| texts.texts.as_slice());
         let named: Vec<_> = texts.unwrap_or_default().iter().filter(|(value, _)| parameter.allows(*value)).collect();
         if !named.is_empty() {
-            return named.iter().map(|(value, text)| format!("{value} ({text})")).collect::<Vec<_>>().join(", ");
+            return list(named.iter().map(|(value, text)| format!("{value} ({text})")));
         }
-        let words =
-            allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") });
-        words.collect::<Vec<_>>().join(", ")
+        list(allowed.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") }))
     }
 }

@@ -115,8 +115,10 @@ mod tests {
     /// Each pattern would cost the square of its length if a mark, a continuation or a comment were searched again and again.
     #[test]
     fn the_work_grows_with_the_length_of_the_file() {
-        let patterns: [&str; 14] = [
+        let patterns: [&str; 16] = [
             "\"",
+            "\"\"\\",
+            "\"a\"\\ ",
             "\"a",
             "\"1,2 ",
             "a\"b\\\n",

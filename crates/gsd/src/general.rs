@@ -2,11 +2,12 @@
 
 use crate::problem::Fault;
 use crate::statement::Statement;
+use crate::words::quoted;
 
 /// A value of a keyword.
 trait Value: Sized {
     fn read(statement: &Statement<'_>) -> Result<Self, Fault>;
-    fn write(&self, hexadecimal: bool) -> String;
+    fn write(&self, keyword: &str) -> String;
 }
 
 impl Value for u32 {
@@ -14,8 +15,8 @@ impl Value for u32 {
         statement.values.number()
     }
 
-    fn write(&self, hexadecimal: bool) -> String {
-        if hexadecimal { format!("0x{self:04X}") } else { self.to_string() }
+    fn write(&self, keyword: &str) -> String {
+        if keyword == "Ident_Number" { format!("0x{self:04X}") } else { self.to_string() }
     }
 }
 
@@ -24,7 +25,7 @@ impl Value for bool {
         statement.values.number::<u64>().map(|value| value != 0)
     }
 
-    fn write(&self, _: bool) -> String {
+    fn write(&self, _: &str) -> String {
         u8::from(*self).to_string()
     }
 }
@@ -34,8 +35,11 @@ impl Value for String {
         Ok(statement.values.text())
     }
 
-    fn write(&self, _: bool) -> String {
-        crate::words::quoted(self)
+    fn write(&self, keyword: &str) -> String {
+        // A family like `3@ET200B` is no text. A character that a reader takes for something else needs quotation marks.
+        let is_plain = |one: u8| one.is_ascii_alphanumeric() || b" @._+/-".contains(&one);
+        let stands_alone = keyword == "Slave_Family" && self.bytes().all(is_plain) && self.trim() == self;
+        if stands_alone && !self.is_empty() { self.clone() } else { quoted(self) }
     }
 }
 
@@ -61,7 +65,7 @@ macro_rules! general {
             pub fn lines(&self) -> Vec<(&'static str, String)> {
                 let mut lines = Vec::new();
                 $(if let Some(value) = &self.$field {
-                    lines.push(($keyword, value.write($keyword == "Ident_Number")));
+                    lines.push(($keyword, value.write($keyword)));
                 })*
                 lines
             }

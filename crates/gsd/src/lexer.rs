@@ -31,6 +31,9 @@ pub(crate) struct Line {
     pub(crate) tokens: Vec<Token>,
 }
 
+/// The keyword that starts the section of PROFIBUS DP, in small letters.
+pub(crate) const HEADER: &str = "#profibus_dp";
+
 /// A keyword with a character in front that joins no line before it.
 const BLANKS: &[u8] = b" \t\x0b\x0c\x1a\0";
 
@@ -39,6 +42,8 @@ pub(crate) struct Lexer<'a> {
     octets: &'a [u8],
     at: usize,
     line: usize,
+    /// A part of a physical line up to its end: a line of many texts asks for its end at each of them.
+    measured: Range<usize>,
     tokens: Vec<Token>,
     pub(crate) problems: Vec<Problem>,
     /// Octets looked at, the measure of the work.
@@ -47,7 +52,8 @@ pub(crate) struct Lexer<'a> {
 
 impl<'a> Lexer<'a> {
     pub(crate) fn new(text: &'a str) -> Self {
-        Self { text, octets: text.as_bytes(), at: 0, line: 1, tokens: Vec::new(), problems: Vec::new(), steps: 0 }
+        let octets = text.as_bytes();
+        Self { text, octets, at: 0, line: 1, measured: 0..0, tokens: Vec::new(), problems: Vec::new(), steps: 0 }
     }
 
     /// The next logical line; none at the end of the text.
@@ -103,10 +109,13 @@ impl<'a> Lexer<'a> {
 
     /// The position of the end of the physical line, before its end-of-line characters.
     fn end_of_text_line(&mut self, from: usize) -> usize {
-        let rest = self.octets.get(from..).unwrap_or_default();
-        let length = rest.iter().position(|octet| matches!(octet, b'\n' | b'\r')).unwrap_or(rest.len());
-        self.steps = self.steps.saturating_add(length);
-        from.saturating_add(length)
+        if !self.measured.contains(&from) {
+            let rest = self.octets.get(from..).unwrap_or_default();
+            let length = rest.iter().position(|octet| matches!(octet, b'\n' | b'\r')).unwrap_or(rest.len());
+            self.steps = self.steps.saturating_add(length);
+            self.measured = from..from.saturating_add(length);
+        }
+        self.measured.end
     }
 
     /// Passes over `\n`, `\r` or `\r\n`.
@@ -121,11 +130,29 @@ impl<'a> Lexer<'a> {
         let open_list = self.tokens.last().is_some_and(|last| last.kind == Kind::Comma);
         self.pass_line_end();
         let next = self.skip_blanks(self.at);
-        let goes_on = open_list && self.octet(next).is_some_and(|octet| octet.is_ascii_digit());
+        let goes_on = open_list && self.continues_list(next);
         if goes_on {
             self.fault(Fault::ListWithoutContinuation, "");
         }
         goes_on
+    }
+
+    /// Whether a number starts here, and neither a keyword like `9.6_supp` nor the number of the module that was just named.
+    /// chosen: a hexadecimal number in a line of its own is an octet of the module.
+    fn continues_list(&mut self, start: usize) -> bool {
+        let length = self.word_length(start);
+        self.steps = self.steps.saturating_add(length);
+        let word = self.octets.get(start..start.saturating_add(length)).unwrap_or_default();
+        let alone = word.iter().all(u8::is_ascii_digit) && {
+            let after = self.skip_blanks(start.saturating_add(length));
+            self.at_line_end(after) || self.octet(after) == Some(b';')
+        };
+        number(word).is_some() && !(alone && self.names_module())
+    }
+
+    fn names_module(&self) -> bool {
+        let first = self.tokens.first().and_then(|token| self.text.get(token.span.clone()));
+        first.is_some_and(|word| word.eq_ignore_ascii_case("module"))
     }
 
     fn skip_blanks(&mut self, from: usize) -> usize {
@@ -153,6 +180,7 @@ impl<'a> Lexer<'a> {
     }
 
     fn continuation(&mut self, next: usize) -> bool {
+        let line = self.line;
         if self.octet(next) == Some(b';') {
             self.fault(Fault::CommentBehindContinuation, "");
         } else if next > self.at.saturating_add(1) {
@@ -167,7 +195,7 @@ impl<'a> Lexer<'a> {
         let start = self.skip_blanks(self.at);
         let ends = self.at_line_end(start) || self.starts_statement(start);
         if ends {
-            self.fault(Fault::ContinuationOfNothing, "");
+            self.problems.push(Problem::new(line, Fault::ContinuationOfNothing, ""));
         }
         !ends
     }
@@ -191,7 +219,7 @@ impl<'a> Lexer<'a> {
         matches!(self.octet(at), None | Some(b'\n' | b'\r'))
     }
 
-    /// Whether a keyword with its sign or an end of a block starts here.
+    /// Whether a keyword with its sign, a section or an end of a block starts here.
     fn starts_statement(&mut self, start: usize) -> bool {
         let rest = self.octets.get(start..).unwrap_or_default();
         let is_word = |octet: &u8| octet.is_ascii_alphanumeric() || b"_.!".contains(octet);
@@ -201,15 +229,21 @@ impl<'a> Lexer<'a> {
         let after = self.skip_blanks(start.saturating_add(length));
         let starts_block_end = word.get(..3).is_some_and(|start| start.eq_ignore_ascii_case(b"end"));
         let closes = starts_block_end && (self.at_line_end(after) || self.octet(after) == Some(b';'));
-        closes || (word.iter().any(u8::is_ascii_alphabetic) && matches!(self.octet(after), Some(b'=' | b'(')))
+        closes
+            || self.octet(start) == Some(b'#')
+            || (word.iter().any(u8::is_ascii_alphabetic) && matches!(self.octet(after), Some(b'=' | b'(')))
+    }
+
+    fn word_length(&self, start: usize) -> usize {
+        let rest = self.octets.get(start..).unwrap_or_default();
+        let ends = |octet: &u8| BLANKS.contains(octet) || b"\r\n;\\\"=(),".contains(octet);
+        rest.iter().position(ends).unwrap_or(rest.len())
     }
 
     fn word(&mut self) {
         let start = self.at;
-        let rest = self.octets.get(start..).unwrap_or_default();
-        let ends = |octet: &u8| BLANKS.contains(octet) || b"\r\n;\\\"=(),".contains(octet);
-        let length = rest.iter().position(ends).unwrap_or(rest.len());
-        let number = number(rest.get(..length).unwrap_or_default());
+        let length = self.word_length(start);
+        let number = number(self.octets.get(start..start.saturating_add(length)).unwrap_or_default());
         let (kind, length) = match number {
             Some((value, octets)) => (Kind::Number(value), octets),
             None => (Kind::Word, length),
@@ -298,7 +332,7 @@ impl<'a> Lexer<'a> {
         }
         let pair = self.octets.get(end..end.saturating_add(2)) == Some(b"\r\n");
         let next = end.saturating_add(if pair { 2 } else { 1 });
-        if !marked && !self.ends_a_text(next) {
+        if self.starts_section(next) || (!marked && !self.ends_a_text(next)) {
             return false;
         }
         if !marked {
@@ -307,6 +341,13 @@ impl<'a> Lexer<'a> {
         }
         self.pass_line_end();
         true
+    }
+
+    /// Whether this line is `#Profibus_DP`, which no text before it takes.
+    fn starts_section(&mut self, line: usize) -> bool {
+        let start = self.skip_blanks(line);
+        let word = self.octets.get(start..start.saturating_add(HEADER.len()));
+        word.is_some_and(|word| word.eq_ignore_ascii_case(HEADER.as_bytes()))
     }
 
     /// Whether this line is the rest of a text: no statement and no comment, but a quotation mark.

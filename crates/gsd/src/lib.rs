@@ -20,7 +20,9 @@ mod statement;
 mod words;
 mod write;
 
-pub use configuration::{Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target};
+pub use configuration::{
+    Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target, Warning,
+};
 pub use device::{Device, Module, Other, Slot};
 pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};
 pub use encoding::Encoding;

@@ -54,12 +54,17 @@ impl DataType {
         matches!(self, DataType::Signed8 | DataType::Signed16 | DataType::Signed32)
     }
 
-    /// The lowest bit of the type in its octets.
-    fn shift(self) -> u32 {
+    /// The lowest bit of the type in its octets, 0 to 7.
+    #[must_use]
+    pub fn first_bit(self) -> u8 {
         match self {
-            DataType::Bit(bit) | DataType::BitArea(bit, _) => u32::from(bit.min(7)),
+            DataType::Bit(bit) | DataType::BitArea(bit, _) => bit.min(7),
             _ => 0,
         }
+    }
+
+    fn shift(self) -> u32 {
+        self.first_bit().into()
     }
 
     fn mask(self) -> u64 {
@@ -143,6 +148,12 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// Whether its value in a module is the number of the slot: tools replace the name `[SlotNumber]`, GSD_Revision 5.
+    #[must_use]
+    pub fn is_slot_number(&self) -> bool {
+        self.name.trim().eq_ignore_ascii_case("[SlotNumber]")
+    }
+
     /// Whether the parameter may have this value.
     #[must_use]
     pub fn allows(&self, value: i64) -> bool {
@@ -192,14 +203,14 @@ pub enum PrmContent {
 }
 
 impl PrmArea {
-    /// The octets with the defaults of the file, and with the changed value of an item if there is one.
+    /// The octets, with the value of each item that refers to a parameter.
     ///
     /// Where definitions overlap, the later one counts. The length of the file counts; without one the area ends with its last
     /// definition.
     pub(crate) fn octets(
         &self,
         parameters: &BTreeMap<u32, Parameter>,
-        changed: impl Fn(usize) -> Option<i64>,
+        value: impl Fn(usize, &Parameter) -> i64,
     ) -> Vec<u8> {
         let mut octets = Vec::new();
         for (index, item) in self.items.iter().enumerate() {
@@ -212,7 +223,7 @@ impl PrmArea {
                 PrmContent::Ref(number) => {
                     let Some(parameter) = parameters.get(number) else { continue };
                     let place = room(&mut octets, offset, parameter.kind.octets());
-                    parameter.kind.put(changed(index).unwrap_or(parameter.default), place);
+                    parameter.kind.put(value(index, parameter), place);
                 }
             }
         }

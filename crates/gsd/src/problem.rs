@@ -108,11 +108,22 @@ macro_rules! faults {
     };
 }
 
+impl Fault {
+    /// What a wrong value means for a list of octets: those before it stay.
+    pub(crate) fn in_list(self) -> Fault {
+        match self {
+            Fault::RepeatedComma => self,
+            _ => Fault::BadOctet,
+        }
+    }
+}
+
 faults! {
     NoHeader Fault "no line #Profibus_DP", "the file is read anyway; write #Profibus_DP above the first keyword", Pyprofibus, GsdParser;
     TextBehindHeader Remark "text behind #Profibus_DP", "move the comment to the next line", Pyprofibus, GsdParser;
     HeaderCapitals Remark "#Profibus_DP in other capitals", "write #Profibus_DP", Pyprofibus;
-    KeywordBeforeHeader Fault "keyword before the line #Profibus_DP", "it is read anyway; move #Profibus_DP to the top";
+    TextBeforeHeader Remark "lines before the line #Profibus_DP", "they are ignored; move #Profibus_DP to the top if they describe the slave";
+    SectionEnd Remark "line with # ends the section of PROFIBUS DP", "this line and all behind it are ignored; remove it if they describe the slave";
     Capitals Remark "keyword in other capitals", "write the keyword as the specification does", Pyprofibus;
     CapitalX Remark "0X in front of a hexadecimal number", "write 0x", Pyprofibus, GsdParser;
     InvertedBit Remark "Unit_Diag_!Bit", "the line is right; remove it for the tool", GsdParser;
@@ -130,6 +141,8 @@ faults! {
     NoKeyword Fault "line without a keyword", "the line is kept but not interpreted; remove it or make it a comment", GsdParser;
     BadValue Fault "value cannot be read", "the line is kept but not interpreted; correct the value", GsdParser;
     OutOfRange Fault "value out of range", "the line is kept but not interpreted; correct the value";
+    BadOctet Fault "value in a list that is no octet", "the octets before it count, the rest of the list is ignored; correct the list";
+    RepeatedComma Fault "comma without a value before it", "the comma is ignored; remove it or write the missing value";
     Repeated Remark "keyword occurs twice", "the last line counts; remove one";
     MisplacedKeyword Fault "keyword outside its block", "the line is kept but not interpreted; move it into the block";
     MissingEnd Fault "end of the block above is missing", "the block ends here; write its End line", Pyprofibus, GsdParser;

@@ -7,10 +7,12 @@ mod keywords;
 
 use crate::device::{Device, Module, Other, Slot};
 use crate::general::read_rate;
+use crate::lexer::HEADER;
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmItem, PrmText};
 use crate::problem::{Fault, Problem};
 use crate::statement::Statement;
 use block::Block;
+use check::Lines;
 use diagnosis::OpenArea;
 
 /// The last octet of user parameters, profibus-wire 2.4.
@@ -24,13 +26,21 @@ pub(crate) struct Reader {
     device: Device,
     block: Block,
     area: Option<OpenArea>,
-    header: bool,
+    /// The line of `#Profibus_DP`, where the section starts.
+    header: Option<usize>,
+    /// The line with the next `#`, where the section ends.
+    end: Option<usize>,
     before_header: Option<usize>,
+    /// The lines of Ident_Number and User_Prm_Data.
+    lines: Lines,
     problems: Vec<Problem>,
 }
 
 impl Reader {
     pub(crate) fn statement(&mut self, statement: &Statement<'_>) {
+        if !self.is_in_section(statement) {
+            return;
+        }
         self.look_at_keyword(statement);
         if let Err(fault) = self.interpret(statement) {
             let found = if statement.values.is_empty() || fault == Fault::UnknownKeyword {
@@ -43,16 +53,38 @@ impl Reader {
         }
     }
 
+    /// Whether the statement belongs to the section of PROFIBUS DP. The lines before it are read until its header comes, because a
+    /// file may have none.
+    fn is_in_section(&mut self, statement: &Statement<'_>) -> bool {
+        let is_header = statement.keyword == HEADER;
+        match self.header {
+            None if is_header => {
+                let (header, before_header) = (Some(statement.line), self.before_header);
+                *self = Self { header, before_header, ..Self::default() };
+            }
+            None => {
+                self.before_header.get_or_insert(statement.line);
+            }
+            Some(_) if self.end.is_none() && !is_header && statement.keyword.starts_with('#') => {
+                self.problem(statement, Fault::SectionEnd, statement.spelled);
+                self.end = Some(statement.line);
+            }
+            Some(_) => {}
+        }
+        self.end.is_none()
+    }
+
     /// The model, and all problems by line.
     pub(crate) fn finish(mut self, lexical: Vec<Problem>) -> (Device, Vec<Problem>) {
         self.close_block(None);
-        check::check(&mut self.device, &mut self.problems);
+        check::check(&mut self.device, self.lines, &mut self.problems);
+        let (start, end) = (self.header.unwrap_or(0), self.end.unwrap_or(usize::MAX));
+        self.problems.extend(lexical.into_iter().filter(|problem| (start..end).contains(&problem.line)));
         match (self.header, self.before_header) {
-            (false, _) => self.problems.push(Problem::new(1, Fault::NoHeader, "")),
-            (true, Some(line)) => self.problems.push(Problem::new(line, Fault::KeywordBeforeHeader, "")),
-            (true, None) => {}
+            (None, _) => self.problems.push(Problem::new(1, Fault::NoHeader, "")),
+            (Some(_), Some(line)) => self.problems.push(Problem::new(line, Fault::TextBeforeHeader, "")),
+            (Some(_), None) => {}
         }
-        self.problems.extend(lexical);
         self.problems.sort_by_key(|problem| problem.line);
         (self.device, self.problems)
     }
@@ -74,7 +106,7 @@ impl Reader {
         if statement.spelled.contains([' ', '\t']) {
             self.problem(statement, Fault::BlankInKeyword, statement.spelled);
         } else if let Some(right) = keywords::known(&statement.keyword).filter(|right| *right != statement.spelled) {
-            let fault = if statement.keyword == "#profibus_dp" { Fault::HeaderCapitals } else { Fault::Capitals };
+            let fault = if statement.keyword == HEADER { Fault::HeaderCapitals } else { Fault::Capitals };
             self.problem(statement, fault, &format!("{} for {right}", statement.spelled));
         }
         if statement.values.has_capital_x() {
@@ -84,13 +116,8 @@ impl Reader {
 
     fn interpret(&mut self, statement: &Statement<'_>) -> Outcome {
         let keyword = statement.keyword.as_str();
-        if keyword == "#profibus_dp" {
-            return self.read_header(statement);
-        }
-        if !self.header && self.before_header.is_none() {
-            self.before_header = Some(statement.line);
-        }
         match keyword {
+            HEADER => self.read_header(statement),
             "" => self.bare(statement),
             "module" | "prmtext" | "extuserprmdata" | "slotdefinition" | "unitdiagtype" => self.open_block(statement),
             "endmodule" | "endprmtext" | "endextuserprmdata" | "endslotdefinition" | "endunitdiagtype" => {
@@ -112,7 +139,6 @@ impl Reader {
     }
 
     fn read_header(&mut self, statement: &Statement<'_>) -> Outcome {
-        self.header = true;
         if !statement.values.is_empty() || !statement.comment.is_empty() {
             self.problem(statement, Fault::TextBehindHeader, "");
         }
@@ -125,14 +151,16 @@ impl Reader {
         if module.numbered {
             return Err(Fault::NoKeyword);
         }
-        module.number = statement.values.number()?;
+        // A module reference is an Unsigned16.
+        module.number = statement.values.number::<u16>()?.into();
         module.numbered = true;
         Ok(())
     }
 
     fn prm_text(&mut self, statement: &Statement<'_>) -> Outcome {
         let Block::Texts(texts) = &mut self.block else { return Err(Fault::MisplacedKeyword) };
-        let value = i64::from(statement.index()?);
+        let value = statement.argument.first().ok_or(Fault::BadValue)?;
+        let value = i64::try_from(*value).map_err(|_| Fault::OutOfRange)?;
         texts.texts.push((value, statement.values.text()));
         Ok(())
     }
@@ -160,7 +188,7 @@ impl Reader {
         let safe = keyword.strip_prefix("f_");
         let content = match safe.unwrap_or(keyword) {
             "ext_module_prm_data_len" => None,
-            "ext_user_prm_data_const" => Some(PrmContent::Const(statement.values.octets()?)),
+            "ext_user_prm_data_const" => Some(PrmContent::Const(self.octets(statement)?)),
             "ext_user_prm_data_ref" => Some(PrmContent::Ref(statement.values.number()?)),
             _ => return Err(Fault::UnknownKeyword),
         };
@@ -173,6 +201,17 @@ impl Reader {
             u8::try_from(statement.index()?).ok().filter(|offset| *offset <= MAX_OFFSET).ok_or(Fault::OutOfRange)?;
         area.items.push(PrmItem { offset, content, line: statement.line });
         Ok(())
+    }
+
+    /// The octets of a list. Those in front of a wrong value count, if there are any.
+    fn octets(&mut self, statement: &Statement<'_>) -> Result<Vec<u8>, Fault> {
+        let (octets, fault) = statement.values.octets();
+        match fault {
+            Some(fault @ (Fault::BadValue | Fault::OutOfRange)) if octets.is_empty() => return Err(fault),
+            Some(fault) => self.problem(statement, fault.in_list(), &statement.values.brief()),
+            None => {}
+        }
+        Ok(octets)
     }
 
     fn prm_area(&mut self, safe: bool) -> Result<&mut PrmArea, Fault> {
@@ -206,8 +245,18 @@ impl Reader {
             }
         }
         let read = match keyword {
+            "ident_number" => {
+                self.lines.ident = Some(statement.line);
+                Some(
+                    statement
+                        .values
+                        .number::<u16>()
+                        .map(|ident| self.device.general.ident_number.replace(ident.into()).is_some()),
+                )
+            }
             "user_prm_data" => {
-                Some(statement.values.octets().map(|octets| self.device.user_prm_data.replace(octets).is_some()))
+                self.lines.user_prm = Some(statement.line);
+                Some(self.octets(statement).map(|octets| self.device.user_prm_data.replace(octets).is_some()))
             }
             _ => read_rate(&mut self.device.rates, statement).or_else(|| self.device.general.read(statement)),
         };

@@ -11,8 +11,8 @@ pub(crate) struct Statement<'a> {
     pub(crate) spelled: &'a str,
     /// In small letters, with `_` in place of blanks.
     pub(crate) keyword: String,
-    /// The number in brackets behind the keyword, or the two numbers.
-    pub(crate) argument: Vec<u64>,
+    /// The number in brackets behind the keyword, or the two numbers. Each fits an `i64` or a `u64`.
+    pub(crate) argument: Vec<i128>,
     pub(crate) values: Values<'a>,
     /// The comment behind the values, with its semicolon; empty if there is none.
     pub(crate) comment: &'a str,
@@ -73,15 +73,30 @@ fn has_number(tokens: &[Token]) -> bool {
     tokens.iter().any(|token| matches!(token.kind, Kind::Number(_)))
 }
 
-fn argument(tokens: &[Token]) -> (Vec<u64>, &[Token]) {
+fn argument(tokens: &[Token]) -> (Vec<i128>, &[Token]) {
     let open = tokens.first().is_some_and(|token| token.kind == Kind::Open);
     let close = tokens.iter().position(|token| token.kind == Kind::Close).filter(|_| open);
     let Some((inside, rest)) = close.and_then(|close| tokens.split_at_checked(close)) else {
         return (Vec::new(), tokens);
     };
-    let numbers =
-        inside.iter().filter_map(|token| if let Kind::Number(value) = token.kind { Some(value) } else { None });
-    (numbers.collect(), rest.get(1..).unwrap_or_default())
+    (signed_numbers(inside), rest.get(1..).unwrap_or_default())
+}
+
+/// The numbers among the tokens. `-` behind a number is a range, elsewhere it is a sign.
+fn signed_numbers(tokens: &[Token]) -> Vec<i128> {
+    let mut numbers = Vec::new();
+    let mut negative = false;
+    let mut before = &Kind::Open;
+    for Token { kind, .. } in tokens {
+        match kind {
+            Kind::Number(value) if negative => numbers.push(i128::from(*value).saturating_neg()),
+            Kind::Number(value) => numbers.push(i128::from(*value)),
+            _ => {}
+        }
+        negative = *kind == Kind::Minus && !matches!(before, Kind::Number(_));
+        before = kind;
+    }
+    numbers
 }
 
 impl<'a> Values<'a> {
@@ -135,14 +150,23 @@ impl<'a> Values<'a> {
         self.text.get(first.span.start..last.span.end).unwrap_or_default()
     }
 
-    /// The rest as octets.
-    pub(crate) fn octets(mut self) -> Result<Vec<u8>, Fault> {
+    /// The rest as octets, up to the first value that is none, and what is wrong with the list.
+    pub(crate) fn octets(mut self) -> (Vec<u8>, Option<Fault>) {
         let mut octets = Vec::new();
-        while let Some(value) = self.unsigned() {
-            octets.push(u8::try_from(value).map_err(|_| Fault::OutOfRange)?);
+        let mut fault = None;
+        while !self.is_empty() {
+            match self.unsigned().map(u8::try_from) {
+                Some(Ok(octet)) => octets.push(octet),
+                Some(Err(_)) => return (octets, Some(Fault::OutOfRange)),
+                None if self.next_if(&Kind::Comma) => {
+                    fault = Some(Fault::RepeatedComma);
+                    continue;
+                }
+                None => return (octets, Some(Fault::BadValue)),
+            }
             self.next_if(&Kind::Comma);
         }
-        if self.is_empty() { Ok(octets) } else { Err(Fault::BadValue) }
+        (octets, fault)
     }
 
     /// The rest as values and ranges of values: `0-5`, `-5--1` or `1,3,8-9`.

@@ -148,7 +148,8 @@ impl Writer {
     }
 
     fn others(&mut self, others: &[Other]) {
-        others.iter().for_each(|other| self.line(&other.text));
+        // A line that starts with `#` would end the section.
+        others.iter().filter(|other| !other.text.starts_with('#')).for_each(|other| self.line(&other.text));
     }
 
     fn module(&mut self, module: &Module) {

@@ -1,7 +1,7 @@
 //! What the model holds.
 
 use crate::support::{file, problems};
-use profivac_gsd::{DataType, Fault, PrmContent};
+use profivac_gsd::{DataType, Fault, GsdFile, PrmContent, text};
 
 #[test]
 fn the_number_of_a_module_stands_anywhere_in_it() {
@@ -29,6 +29,23 @@ fn a_module_without_a_number_gets_its_place_or_the_next_free_number() {
     );
     let numbers: Vec<_> = file.device().modules.iter().map(|module| module.number).collect();
     assert_eq!(numbers, [5, 1, 3, 4, 6]);
+}
+
+#[test]
+fn a_module_number_above_65535_is_refused_and_the_search_for_a_free_one_ends() {
+    let modules = |first: &str| {
+        file(&format!(
+            "Module=\"a\" 0\n{first}\nEndModule\nModule=\"b\" 0\n3\nEndModule\nModule=\"c\" 0\nEndModule\nModule=\"d\" 0\nEndModule"
+        ))
+    };
+    let numbers = |file: &GsdFile| file.device().modules.iter().map(|module| module.number).collect::<Vec<_>>();
+    let refused = modules("65536");
+    assert_eq!(problems(&refused), [(4, Fault::OutOfRange)]);
+    assert_eq!(numbers(&refused), [1, 3, 4, 5]);
+    assert_eq!(numbers(&modules("4294967294")), [1, 3, 4, 5]);
+    let highest = modules("65535");
+    assert_eq!(problems(&highest), []);
+    assert_eq!(numbers(&highest), [65535, 3, 1, 4]);
 }
 
 #[test]
@@ -86,6 +103,31 @@ fn a_parameter_has_texts_and_may_be_fixed_or_hidden() {
 }
 
 #[test]
+fn a_text_belongs_to_a_value_with_its_sign() {
+    let file = file(
+        "PrmText=4\nText(-1)=\"below\"\nText(1)=\"above\"\nEndPrmText\nExtUserPrmData=9 \"p\"\nSigned8 -1 -1-1\nPrm_Text_Ref=4\nEndExtUserPrmData\n\
+         Unit_Diag_Bit(-1)=\"none\"",
+    );
+    let parameter = file.device().parameters.get(&9).expect("a parameter");
+    assert_eq!([-1, 1].map(|value| file.device().text_of(parameter, value)), [Some("below"), Some("above")]);
+    assert!(text(file.device()).contains("Text(-1) = \"below\""));
+    assert_eq!(problems(&file), [(11, Fault::BadValue)]);
+}
+
+#[test]
+fn of_many_possible_values_the_first_twenty_are_listed() {
+    let texts: String = (0..30).map(|value| format!("Text({value})=\"t\"\n")).collect();
+    let values: String = (0..30).map(|value| format!("{},", value * 2)).collect();
+    let file = file(&format!(
+        "PrmText=1\n{texts}EndPrmText\nExtUserPrmData=1 \"named\"\nUnsigned8 0\nPrm_Text_Ref=1\nEndExtUserPrmData\n\
+         ExtUserPrmData=2 \"plain\"\nUnsigned8 0 {values}60\nEndExtUserPrmData"
+    ));
+    let words = |number: u32| file.device().parameters.get(&number).map(|one| file.device().values_of(one));
+    assert!(words(1).is_some_and(|words| words.ends_with("18 (t), 19 (t) and 10 more")), "{:?}", words(1));
+    assert!(words(2).is_some_and(|words| words.ends_with("36, 38 and 11 more")), "{:?}", words(2));
+}
+
+#[test]
 fn wrong_parameters_are_problems_with_lines() {
     let file = file(
         "ExtUserPrmData=1 \"p\"\nUnsigned8 9 0-2\nPrm_Text_Ref=4\nEndExtUserPrmData\n\
@@ -103,6 +145,20 @@ fn wrong_parameters_are_problems_with_lines() {
     ];
     assert_eq!(problems(&file), expected);
     assert_eq!(file.device().parameters.get(&1).map(|parameter| parameter.kind), Some(DataType::BitArea(5, 7)));
+}
+
+#[test]
+fn problems_of_user_prm_data_and_of_the_ident_name_its_line() {
+    let ident = |value: &str| {
+        let text = format!("#Profibus_DP\nVendor_Name=\"v\"\n{value}");
+        let file = GsdFile::read(text.as_bytes());
+        (problems(&file), file.device().general.ident_number)
+    };
+    assert_eq!(ident("Ident_Number=0x12345"), (vec![(3, Fault::OutOfRange)], None));
+    assert_eq!(ident("Ident_Number=0xFFFF"), (vec![], Some(0xFFFF)));
+    assert_eq!(ident(""), (vec![(1, Fault::NoIdent)], None));
+    let file = file("Max_Module=1\nUser_Prm_Data=1,2\nUser_Prm_Data_Len=3\nExt_User_Prm_Data_Const(0)=1,3");
+    assert_eq!(problems(&file), [(4, Fault::PrmLength), (4, Fault::BothPrm)]);
 }
 
 #[test]

@@ -35,8 +35,24 @@ fn the_header_may_have_other_capitals_or_be_missing() {
     let file = GsdFile::read(b"Ident_Number=7\n");
     assert_eq!(problems(&file), [(1, Fault::NoHeader)]);
     assert_eq!(file.device().general.ident_number, Some(7));
-    let file = GsdFile::read(b"; first\nIdent_Number=7\n#Profibus_DP\n");
-    assert_eq!(problems(&file), [(2, Fault::KeywordBeforeHeader)]);
+}
+
+#[test]
+fn only_the_section_of_profibus_dp_is_read() {
+    let file = GsdFile::read(
+        b"; first\nIdent_Number=7\nThis is a \"file, \\\n#Profibus_DP\nIdent_Number=8\nPrmText=1\n#Other\nVendor_Name=\"x\nModel_Name=\"y\"\n",
+    );
+    let general = &file.device().general;
+    assert_eq!(
+        (general.ident_number, general.vendor_name.as_deref(), general.model_name.as_deref()),
+        (Some(8), None, None)
+    );
+    assert_eq!(problems(&file), [(2, Fault::TextBeforeHeader), (7, Fault::SectionEnd)]);
+    assert!(file.device().others.is_empty());
+    let file = GsdFile::read(b"#Profibus_DP\nIdent_Number=7\n#profibus_dp\nMax_Module=2\n");
+    assert_eq!((file.device().general.ident_number, file.device().general.max_module), (Some(7), Some(2)));
+    let file = GsdFile::read(b"Max_Module=2\n#Other\nIdent_Number=7\n");
+    assert_eq!((file.device().general.ident_number, file.device().general.max_module), (Some(7), Some(2)), "no header");
 }
 
 #[test]
@@ -67,7 +83,7 @@ fn a_backslash_in_front_of_a_keyword_ends_nothing() {
     is_constant(&file, &[0x80, 1]);
     assert_eq!(file.device().general.max_module, Some(3));
     assert_eq!(file.device().modules.len(), 1);
-    assert_eq!(problems(&file), [(4, Fault::ContinuationOfNothing), (6, Fault::ContinuationOfNothing)]);
+    assert_eq!(problems(&file), [(3, Fault::ContinuationOfNothing), (5, Fault::ContinuationOfNothing)]);
 }
 
 #[test]
@@ -75,6 +91,29 @@ fn a_list_goes_on_behind_a_comma_without_a_backslash() {
     let file = file("Ext_User_Prm_Data_Const(0)=0x80,\n0x01,0x02\nMax_Module=3");
     is_constant(&file, &[0x80, 1, 2]);
     assert_eq!(problems(&file), [(4, Fault::ListWithoutContinuation)]);
+}
+
+#[test]
+fn a_list_that_ends_with_a_comma_takes_no_keyword_that_starts_with_a_digit() {
+    for keyword in ["9.6_supp=1", "500_supp = 1", "12M_supp=1", "24V_Pins=2"] {
+        let file = file(&format!("Ext_User_Prm_Data_Const(0)=0x80,\n{keyword}"));
+        is_constant(&file, &[0x80]);
+        let (rates, pins) = (file.device().rates.len(), file.device().general.pins_24v);
+        assert!(rates == 1 || pins == Some(2), "{keyword}");
+        assert_eq!(problems(&file), [], "{keyword}");
+    }
+}
+
+#[test]
+fn a_number_alone_behind_a_module_that_ends_with_a_comma_is_its_number() {
+    let module = |lines: &str| {
+        let file = file(&format!("Module=\"m\" 0x10,\n{lines}\nEndModule"));
+        file.device().modules.first().map(|module| (module.config.clone(), module.number, module.numbered))
+    };
+    assert_eq!(module("7"), Some((vec![0x10], 7, true)));
+    assert_eq!(module("7 ; number"), Some((vec![0x10], 7, true)));
+    assert_eq!(module("0x20\n7"), Some((vec![0x10, 0x20], 7, true)));
+    assert_eq!(module("32,33\n7"), Some((vec![0x10, 32, 33], 7, true)));
 }
 
 #[test]
@@ -129,6 +168,33 @@ fn words_behind_a_text_are_ignored() {
     let file = file("Vendor_Name=\"one\" two\nModel_Name=\"three\"");
     assert_eq!(file.device().general.vendor_name.as_deref(), Some("one"));
     assert_eq!(problems(&file), [(3, Fault::TextBehindString)]);
+}
+
+#[test]
+fn the_octets_before_a_wrong_value_count_and_the_rest_is_a_problem() {
+    let module = |octets: &str| file(&format!("Module=\"m\" {octets}\nEndModule"));
+    let config = |file: &GsdFile| file.device().modules.first().map(|module| module.config.clone());
+    for (octets, kept, fault) in [
+        ("0x10 valve", vec![0x10], Fault::BadOctet),
+        ("0x10,0x100,0x20", vec![0x10], Fault::BadOctet),
+        ("valve", vec![], Fault::BadOctet),
+        ("0x10,,0x20", vec![0x10, 0x20], Fault::RepeatedComma),
+        ("0x10,,0x20 valve", vec![0x10, 0x20], Fault::BadOctet),
+    ] {
+        let file = module(octets);
+        assert_eq!(config(&file), Some(kept), "{octets}");
+        let faults: Vec<_> =
+            problems(&file).into_iter().filter(|(_, fault)| *fault != Fault::TextBehindString).collect();
+        assert_eq!(faults, [(3, fault)], "{octets}");
+    }
+    let constant = file("Ext_User_Prm_Data_Const(0)=0x80,,0x00");
+    is_constant(&constant, &[0x80, 0x00]);
+    assert_eq!(problems(&constant), [(3, Fault::RepeatedComma)]);
+    let plain = file("User_Prm_Data=1,2 three");
+    assert_eq!(plain.device().user_prm_data, Some(vec![1, 2]));
+    assert_eq!(problems(&plain), [(3, Fault::BadOctet)]);
+    let none = file("Ext_User_Prm_Data_Const(0)=all");
+    assert_eq!(problems(&none), [(3, Fault::BadValue)], "no octet, so the line is kept as it is");
 }
 
 #[test]

@@ -99,18 +99,67 @@ fn a_wrong_value_is_refused_with_the_possible_values() {
 }
 
 #[test]
+fn parameters_with_one_name_in_one_octet_are_told_apart_by_their_first_bit() {
+    let areas = ["BitArea(0-1)", "BitArea(2-3)", "Bit(4)"];
+    let definition = |(kind, number): (&str, usize)| {
+        format!(
+            "ExtUserPrmData={number} \"Response\"\n{kind} 0 0-1\nEndExtUserPrmData\nExt_User_Prm_Data_Ref(23)={number}\n"
+        )
+    };
+    let lines: String = areas.into_iter().zip(1..).map(definition).collect();
+    let file = file(&format!("{lines}Module=\"m\" 0x10\nEndModule"));
+    let mut configuration = Configuration::new(file.device(), &[1]).expect("a configuration");
+    let target = Target { name: "Response", offset: Some(23), ..Target::default() };
+    let error = configuration.set(target, "1").expect_err("three parameters");
+    let station = "the station offset 23";
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "several parameters Response; say slot, offset and first bit: {station} bits 0-1, {station} bits 2-3, {station} bit 4"
+        )
+    );
+    for (bit, octet) in [(2, 0b0_0100), (4, 0b1_0100), (0, 0b1_0101)] {
+        assert_eq!(configuration.set(Target { bit: Some(bit), ..target }, "1"), Ok(()), "bit {bit}");
+        assert_eq!(configuration.user_prm().expect("user parameters").last(), Some(&octet), "bit {bit}");
+    }
+}
+
+#[test]
 fn a_name_that_occurs_several_times_asks_for_slot_and_offset() {
     let file = device("Ext_User_Prm_Data_Ref(0)=2\nExt_User_Prm_Data_Ref(2)=2");
     let mut configuration = Configuration::new(file.device(), &[2, 1]).expect("a configuration");
     let error = configuration.set("Limit", "1").expect_err("three");
     assert_eq!(
         error.to_string(),
-        "several parameters Limit; say slot and offset: the station offset 0, the station offset 2, slot 2 offset 1"
+        "several parameters Limit; say slot, offset and first bit: the station offset 0, the station offset 2, slot 2 offset 1"
     );
-    assert_eq!(configuration.set(Target { name: "Limit", place: Some(Place::Slot(2)), offset: None }, "1"), Ok(()));
-    let station = Target { name: "Limit", place: Some(Place::Station), offset: Some(2) };
+    assert_eq!(
+        configuration.set(Target { name: "Limit", place: Some(Place::Slot(2)), offset: None, bit: None }, "1"),
+        Ok(())
+    );
+    let station = Target { name: "Limit", place: Some(Place::Station), offset: Some(2), bit: None };
     assert_eq!(configuration.set(station, "2"), Ok(()));
     assert_eq!(configuration.user_prm(), Ok(vec![0xFF, 0xFE, 0, 2, 0xA0, 0, 1]));
+}
+
+#[test]
+fn a_parameter_slot_number_is_the_slot_of_its_module() {
+    let file = file(
+        "Modular_Station=1\nExtUserPrmData=1 \" [slotNumber] \"\nUnsigned8 1 1-2\nEndExtUserPrmData\n\
+         Module=\"m\" 0x10\nExt_User_Prm_Data_Ref(0)=1\nEndModule",
+    );
+    let mut configuration = Configuration::new(file.device(), &[1, 1]).expect("a configuration");
+    assert_eq!(configuration.user_prm(), Ok(vec![1, 2]));
+    assert_eq!(configuration.parameters().iter().map(|one| one.value).collect::<Vec<_>>(), [1, 2]);
+    let target = Target { name: "[slotNumber]", place: Some(Place::Slot(2)), offset: None, bit: None };
+    let error = configuration.set(target, "1").expect_err("no value to set");
+    assert_eq!(
+        error.to_string(),
+        "[slotNumber] is always the number of its slot, here 2; plug the module in another slot"
+    );
+    assert_eq!(configuration.user_prm(), Ok(vec![1, 2]), "nothing has changed");
+    let error = Configuration::new(file.device(), &[1, 1, 1]).expect_err("slot 3 is out of range");
+    assert_eq!(error.to_string(), "1 (m) sends the number of its slot, which cannot be 3; possible are 1 to 2");
 }
 
 #[test]

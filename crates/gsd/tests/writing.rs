@@ -110,3 +110,17 @@ fn every_line_of_the_file_is_in_the_written_text() {
     }
     assert!(written.lines().all(|line| line.len() <= 132), "{written}");
 }
+
+#[test]
+fn the_slave_family_has_no_quotation_marks() {
+    let family = |value: &str| {
+        let written = text(file(&format!("Slave_Family={value}")).device());
+        let again = GsdFile::read(written.as_bytes());
+        let line = written.lines().find(|line| line.starts_with("Slave_Family")).map(str::to_owned);
+        (line.unwrap_or_default(), again.device().general.slave_family.clone().unwrap_or_default())
+    };
+    for value in ["3@ET200B", "3@Digital@24V", "0@Machine Vision", "12"] {
+        assert_eq!(family(value), (format!("Slave_Family = {value}"), value.to_owned()));
+    }
+    assert_eq!(family("\"3@a;b\""), ("Slave_Family = \"3@a;b\"".to_owned(), "3@a;b".to_owned()));
+}

@@ -1,7 +1,7 @@
 //! `profivac gsd check` and `gsd show`: GSD files of any slave.
 
 use crate::failure::Failure;
-use crate::output::{json, out};
+use crate::output::{json, notice, out};
 use clap::{Args, Subcommand};
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
@@ -54,18 +54,25 @@ fn read(path: &Path) -> Result<GsdFile, Failure> {
 fn check(paths: &[PathBuf]) -> Result<(), Failure> {
     let mut wrong = 0_usize;
     for path in paths {
-        let file = read(path)?;
+        let file = match read(path) {
+            Ok(file) => file,
+            Err(failure) => {
+                notice(&visible(&failure.to_string()));
+                wrong = wrong.saturating_add(1);
+                continue;
+            }
+        };
         let faults = file.faults().count();
         let remarks = file.problems().len().saturating_sub(faults);
         let name = path.display();
-        out(&format!(
+        out(&visible(&format!(
             "{name}: {}, {} modules, {faults} faults, {remarks} remarks",
             file.encoding(),
             file.device().modules.len()
-        ));
+        )));
         for problem in file.problems() {
             let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
-            out(&format!("  {kind}, {problem}"));
+            out(&visible(&format!("  {kind}, {problem}")));
         }
         wrong = wrong.saturating_add(usize::from(faults > 0));
     }
@@ -73,8 +80,23 @@ fn check(paths: &[PathBuf]) -> Result<(), Failure> {
     if wrong == 0 {
         Ok(())
     } else {
-        Err(Failure::usage(format!("{wrong} of {all} GSD files have faults; the lines above say where")))
+        Err(Failure::usage(format!(
+            "{wrong} of {all} GSD files have faults or cannot be read; the lines above say where"
+        )))
     }
+}
+
+/// A line without control characters, which a file can contain and a terminal would obey.
+fn visible(line: &str) -> String {
+    let mut visible = String::with_capacity(line.len());
+    for one in line.chars() {
+        if one.is_control() {
+            visible.extend(one.escape_default());
+        } else {
+            visible.push(one);
+        }
+    }
+    visible
 }
 
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
@@ -137,6 +159,8 @@ struct ShownConfiguration {
     modules: Vec<u32>,
     chk_cfg: String,
     user_prm: Option<String>,
+    /// What the octets lack.
+    warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -199,17 +223,18 @@ impl Shown {
             lines.push("slots".to_owned());
             lines.extend(self.slots.iter().map(ShownSlot::line));
         }
-        if let Some(ShownConfiguration { modules, chk_cfg, user_prm }) = &self.preset {
+        if let Some(ShownConfiguration { modules, chk_cfg, user_prm, warnings }) = &self.preset {
             lines.push(format!(
                 "at first  modules {modules:?}, Chk_Cfg {chk_cfg}, user parameters {}",
                 or_none(user_prm)
             ));
+            lines.extend(warnings.iter().map(|warning| format!("warning   {warning}")));
         }
         if !self.diagnosis.is_empty() {
             lines.push("diagnosis".to_owned());
             lines.extend(self.diagnosis.iter().map(|one| one.line("  ")));
         }
-        lines.join("\n")
+        lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -280,6 +305,7 @@ fn configuration(preset: &Configuration<'_>) -> ShownConfiguration {
         modules: preset.modules().iter().map(|plugged| plugged.module.number).collect(),
         chk_cfg: hex(&preset.chk_cfg()),
         user_prm: preset.user_prm().ok().map(|octets| hex(&octets)),
+        warnings: preset.warnings().iter().map(ToString::to_string).collect(),
     }
 }
 
@@ -343,6 +369,31 @@ EndModule
         ] {
             assert!(text.lines().any(|shown| shown == line), "{line} is missing in\n{text}");
         }
+    }
+
+    #[test]
+    fn the_octets_at_first_have_a_warning_if_parameters_for_safety_are_missing() {
+        let file = GsdFile::read(b"#Profibus_DP\nModule=\"safe\" 0x10\nF_Ext_User_Prm_Data_Const(0)=5\nEndModule\n");
+        let text = Shown::of(&file).text();
+        assert!(
+            text.lines().any(|line| line.starts_with("warning   slot 1: 1 (safe) has parameters for PROFIsafe")),
+            "{text}"
+        );
+        assert!(!Shown::of(&GsdFile::read(FILE)).text().contains("warning"));
+    }
+
+    #[test]
+    fn check_goes_on_after_a_file_that_cannot_be_read() {
+        let missing = ["missing-1.gsd", "missing-2.gsd"].map(PathBuf::from);
+        let failure = check(&missing).err().map(|failure| failure.to_string()).unwrap_or_default();
+        assert!(failure.starts_with("2 of 2 GSD files have faults or cannot be read"), "{failure}");
+    }
+
+    #[test]
+    fn control_characters_of_a_file_are_shown_escaped() {
+        let file = GsdFile::read(b"#Profibus_DP\nVendor_Name=\"\x1b[2Jx\"\n");
+        let text = Shown::of(&file).text();
+        assert!(text.lines().any(|line| line == "vendor    \\u{1b}[2Jx"), "{text}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::Configuration;
 use crate::device::Device;
-use crate::parameter::{MAX_USER_PRM, Parameter, PrmArea, PrmContent};
+use crate::parameter::{DataType, MAX_USER_PRM, Parameter, PrmArea, PrmContent};
 use crate::words;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -29,8 +29,8 @@ impl fmt::Display for Place {
     }
 }
 
-/// A parameter to change. Place and offset are needed only if several parameters have the name.
-#[derive(Clone, Copy, Debug)]
+/// A parameter to change. Place, offset and bit are needed only if several parameters have the name.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Target<'a> {
     /// Its name in the file; blanks at its ends do not count.
     pub name: &'a str,
@@ -38,11 +38,13 @@ pub struct Target<'a> {
     pub place: Option<Place>,
     /// Its first octet within the parameters of this place.
     pub offset: Option<u8>,
+    /// Its first bit, 0 to 7: parameters in one octet can have one name.
+    pub bit: Option<u8>,
 }
 
 impl<'a> From<&'a str> for Target<'a> {
     fn from(name: &'a str) -> Self {
-        Self { name, place: None, offset: None }
+        Self { name, ..Self::default() }
     }
 }
 
@@ -59,6 +61,18 @@ pub struct PlacedParameter<'a> {
     pub value: i64,
     area: usize,
     item: usize,
+}
+
+impl PlacedParameter<'_> {
+    /// Its place, as messages name it: `slot 1 offset 23 bits 2-3`.
+    fn words(&self) -> String {
+        let octet = format!("{} offset {}", self.place, self.offset);
+        match self.parameter.kind {
+            DataType::Bit(bit) => format!("{octet} bit {bit}"),
+            DataType::BitArea(first, last) => format!("{octet} bits {first}-{last}"),
+            _ => octet,
+        }
+    }
 }
 
 /// Why a parameter cannot be changed, or why there are no user parameters.
@@ -88,6 +102,13 @@ pub enum PrmError {
         /// The possible values.
         possible: String,
     },
+    /// The parameter is the number of its slot.
+    SlotNumber {
+        /// The name.
+        name: String,
+        /// The slot.
+        slot: u32,
+    },
     /// The file says that the parameter cannot be changed.
     NotChangeable {
         /// The name.
@@ -114,9 +135,12 @@ impl fmt::Display for PrmError {
         match self {
             Self::Unknown { name, possible } => write!(f, "no parameter {name}; there are {possible}"),
             Self::Ambiguous { name, possible } => {
-                write!(f, "several parameters {name}; say slot and offset: {possible}")
+                write!(f, "several parameters {name}; say slot, offset and first bit: {possible}")
             }
             Self::Value { name, value, possible } => write!(f, "{name} cannot be {value}; possible are {possible}"),
+            Self::SlotNumber { name, slot } => {
+                write!(f, "{name} is always the number of its slot, here {slot}; plug the module in another slot")
+            }
             Self::NotChangeable { name } => write!(f, "the file does not let users change {name}"),
             Self::Covered { name, line } => {
                 write!(
@@ -137,13 +161,14 @@ impl<'a> Configuration<'a> {
     /// The user parameters of Set_Prm, the octets from 7 on: those of the station, then those of the modules by slot.
     ///
     /// Ext_User_Prm_Data replace User_Prm_Data as a whole. On a DP-V1 slave the first three octets are the DP-V1 status, as the file
-    /// gives them. The parameters for PROFIsafe are left out.
+    /// gives them. The parameters for PROFIsafe are left out. A parameter `[SlotNumber]` of a module is the number of its slot.
     ///
     /// # Errors
     ///
     /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
     pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
-        let octets: Vec<u8> = self.areas().flat_map(|(index, _, area)| self.octets_of(index, area)).collect();
+        let octets: Vec<u8> =
+            self.areas().flat_map(|(index, place, area)| self.octets_of(index, place, area)).collect();
         let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
         let most = most.unwrap_or(MAX_USER_PRM).min(MAX_USER_PRM);
         if octets.len() > most { Err(PrmError::TooLong { octets: octets.len(), most }) } else { Ok(octets) }
@@ -164,6 +189,9 @@ impl<'a> Configuration<'a> {
         let target = target.into();
         let found = self.find(&target)?;
         let name = || found.parameter.name.clone();
+        if let Some(slot) = slot_number(found.place, found.parameter) {
+            return Err(PrmError::SlotNumber { name: name(), slot });
+        }
         if !found.parameter.changeable {
             return Err(PrmError::NotChangeable { name: name() });
         }
@@ -186,7 +214,7 @@ impl<'a> Configuration<'a> {
 
     /// The value of a parameter in the octets.
     fn sent(&self, placed: &PlacedParameter<'_>) -> Option<i64> {
-        let octets = self.octets_of(placed.area, self.area(placed.area)?);
+        let octets = self.octets_of(placed.area, placed.place, self.area(placed.area)?);
         placed.parameter.kind.get(octets.get(usize::from(placed.offset)..)?)
     }
 
@@ -196,18 +224,24 @@ impl<'a> Configuration<'a> {
         station.chain(modules).enumerate().map(|(index, (place, area))| (index, place, area))
     }
 
-    fn octets_of(&self, index: usize, area: &PrmArea) -> Vec<u8> {
-        if index == 0 && area.items.is_empty() {
+    fn octets_of(&self, index: usize, place: Place, area: &PrmArea) -> Vec<u8> {
+        if place == Place::Station && area.items.is_empty() {
             return plain(self.device);
         }
-        area.octets(&self.device.parameters, |item| self.changes.0.get(&(index, item)).copied())
+        area.octets(&self.device.parameters, |item, parameter| self.value(index, place, item, parameter))
+    }
+
+    /// The number of the slot, the change or the default.
+    fn value(&self, area: usize, place: Place, item: usize, parameter: &Parameter) -> i64 {
+        let changed = || self.changes.0.get(&(area, item)).copied().unwrap_or(parameter.default);
+        slot_number(place, parameter).map_or_else(changed, i64::from)
     }
 
     fn placed(&self, area: usize, place: Place, content: &'a PrmArea) -> Vec<PlacedParameter<'a>> {
         let one = |(item, definition): (usize, &'a crate::parameter::PrmItem)| {
             let PrmContent::Ref(number) = definition.content else { return None };
             let parameter = self.device.parameters.get(&number)?;
-            let value = self.changes.0.get(&(area, item)).copied().unwrap_or(parameter.default);
+            let value = self.value(area, place, item, parameter);
             Some(PlacedParameter { place, offset: definition.offset, parameter, value, area, item })
         };
         content.items.iter().enumerate().filter_map(one).collect()
@@ -218,6 +252,7 @@ impl<'a> Configuration<'a> {
         let there = |one: &PlacedParameter<'_>| {
             target.place.is_none_or(|place| place == one.place)
                 && target.offset.is_none_or(|offset| offset == one.offset)
+                && target.bit.is_none_or(|bit| bit == one.parameter.kind.first_bit())
         };
         let all = self.parameters();
         let found: Vec<_> = all.iter().filter(|one| one.parameter.name == name && there(one)).copied().collect();
@@ -228,11 +263,19 @@ impl<'a> Configuration<'a> {
                     all.iter().map(|one| one.parameter.name.clone()).collect();
                 Err(PrmError::Unknown { name: name.to_owned(), possible: words::list(possible.into_iter()) })
             }
-            several => {
-                let places = several.iter().map(|one| format!("{} offset {}", one.place, one.offset));
-                Err(PrmError::Ambiguous { name: name.to_owned(), possible: words::list(places) })
-            }
+            several => Err(PrmError::Ambiguous {
+                name: name.to_owned(),
+                possible: words::list(several.iter().map(PlacedParameter::words)),
+            }),
         }
+    }
+}
+
+/// The slot if the parameter stands for its number. chosen: of the station it is a parameter like others, because it has no slot.
+fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
+    match place {
+        Place::Slot(slot) if parameter.is_slot_number() => Some(slot),
+        _ => None,
     }
 }
 

@@ -82,10 +82,10 @@ impl Reader {
     fn module(&mut self, statement: &Statement<'_>) -> Module {
         let mut values = statement.values;
         let name = values.quoted().unwrap_or_default().trim().to_owned();
-        let config = values.octets().unwrap_or_else(|fault| {
-            self.problem(statement, fault, &values.brief());
-            Vec::new()
-        });
+        let (config, fault) = values.octets();
+        if let Some(fault) = fault {
+            self.problem(statement, fault.in_list(), &values.brief());
+        }
         let behind_name =
             statement.values.raw().rsplit_once('"').filter(|(name, _)| name.contains('"')).map_or("", |(_, rest)| rest);
         if !behind_name.is_empty() && !behind_name.starts_with([' ', '\t']) {
@@ -169,10 +169,10 @@ fn data_type(statement: &Statement<'_>) -> Option<DataType> {
     })
 }
 
-fn bits(kind: DataType) -> Vec<u64> {
+fn bits(kind: DataType) -> Vec<i128> {
     match kind {
-        DataType::Bit(bit) => vec![u64::from(bit)],
-        DataType::BitArea(first, last) => vec![u64::from(first), u64::from(last)],
+        DataType::Bit(bit) => vec![i128::from(bit)],
+        DataType::BitArea(first, last) => vec![i128::from(first), i128::from(last)],
         _ => Vec::new(),
     }
 }

@@ -4,12 +4,20 @@ use super::{Device, Fault, Module, Problem};
 use crate::parameter::{PrmArea, PrmContent};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+/// The lines that problems of the whole file name; none if the file lacks them.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Lines {
+    pub(super) ident: Option<usize>,
+    pub(super) user_prm: Option<usize>,
+}
+
 /// Numbers the modules, and compares the parts of the file with each other.
-pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
+pub(super) fn check(device: &mut Device, lines: Lines, problems: &mut Vec<Problem>) {
     number_modules(device, problems);
     check_names(device, problems);
     let mut list = |line: usize, fault: Fault, found: String| problems.push(Problem::new(line, fault, found));
-    if device.general.ident_number.is_none_or(|ident| ident > 0xFFFF) {
+    // A wrong Ident_Number has a problem of its own.
+    if lines.ident.is_none() {
         list(1, Fault::NoIdent, String::new());
     }
     if device.modules.is_empty() {
@@ -25,7 +33,7 @@ pub(super) fn check(device: &mut Device, problems: &mut Vec<Problem>) {
         check_area(device, &module.prm, module.prm.length.map(u32::from), &mut list);
         check_area(device, &module.safety, module.safety.length.map(u32::from), &mut list);
     }
-    check_user_prm(device, &mut list);
+    check_user_prm(device, lines.user_prm.unwrap_or(1), &mut list);
     check_slots(device, &mut list);
 }
 
@@ -48,6 +56,7 @@ fn check_names(device: &Device, problems: &mut Vec<Problem>) {
 }
 
 /// A module without a number gets its place among the modules, or if another module has this number the next one above all.
+/// If 65535 leaves no room above all, it gets the lowest free one.
 fn number_modules(device: &mut Device, problems: &mut Vec<Problem>) {
     let mut names = HashSet::new();
     let mut numbers = HashSet::new();
@@ -59,11 +68,12 @@ fn number_modules(device: &mut Device, problems: &mut Vec<Problem>) {
             problems.push(Problem::new(module.line, Fault::ModuleNumberTwice, module.number.to_string()));
         }
     }
-    let mut next = numbers.iter().max().map_or(1, |most| most.checked_add(1).unwrap_or(1));
+    let open = device.modules.iter().filter(|module| !module.numbered).count();
+    let most = numbers.iter().max().copied().unwrap_or(0);
+    let above = u32::try_from(open).is_ok_and(|open| most.saturating_add(open) <= u32::from(u16::MAX));
+    let mut next = if above { most.saturating_add(1) } else { 1 };
     for (module, place) in device.modules.iter_mut().zip(1_u32..).filter(|(module, _)| !module.numbered) {
-        while numbers.contains(&next) {
-            next = next.saturating_add(1);
-        }
+        next = (next..u32::MAX).find(|number| !numbers.contains(number)).unwrap_or(u32::MAX);
         module.number = if numbers.contains(&place) { next } else { place };
         numbers.insert(module.number);
     }
@@ -93,15 +103,15 @@ fn check_area(device: &Device, area: &PrmArea, limit: Option<u32>, list: &mut im
     }
 }
 
-fn check_user_prm(device: &Device, list: &mut impl FnMut(usize, Fault, String)) {
+fn check_user_prm(device: &Device, line: usize, list: &mut impl FnMut(usize, Fault, String)) {
     let Some(octets) = &device.user_prm_data else { return };
     let length = device.general.user_prm_data_len.and_then(|length| usize::try_from(length).ok());
     if let Some(length) = length.filter(|length| *length != octets.len()) {
-        list(1, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
+        list(line, Fault::PrmLength, format!("{} octets instead of {length}", octets.len()));
     }
-    let ext = device.prm.octets(&device.parameters, |_| None);
+    let ext = device.prm.octets(&device.parameters, |_, parameter| parameter.default);
     if !ext.is_empty() && ext != *octets {
-        list(1, Fault::BothPrm, String::new());
+        list(line, Fault::BothPrm, String::new());
     }
 }
 

@@ -87,7 +87,7 @@ impl Reader {
     }
 
     fn value(&mut self, statement: &Statement<'_>, help: bool) -> Outcome {
-        let value = statement.argument.first().copied().ok_or(Fault::BadValue)?;
+        let value = statement.argument.first().and_then(|value| u64::try_from(*value).ok()).ok_or(Fault::BadValue)?;
         let open = self.area.as_mut().ok_or(Fault::MisplacedKeyword)?;
         put(open.area.values.entry(value).or_default(), statement, help);
         Ok(())
