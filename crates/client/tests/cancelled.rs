@@ -19,7 +19,7 @@ use std::time::Duration;
 /// The longest time from the signal to the end of a wait: a slice of 20 ms, and the telegram that is under way.
 const NOTICE: Duration = Duration::from_millis(60);
 
-/// The timeout of the session: the longest time of all restorations together.
+/// The timeout of the session, and the longest time of all restorations together.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The longest time of the release of a slave.
@@ -40,7 +40,12 @@ fn line() -> LateLine {
 
 /// A session in which a signal comes at this time.
 fn session(line: &LateLine, signal_at: Duration) -> BusSession {
-    let mut session = line.session_with(0, TIMEOUT);
+    session_with(line, signal_at, TIMEOUT)
+}
+
+/// The same with another timeout.
+fn session_with(line: &LateLine, signal_at: Duration, timeout: Duration) -> BusSession {
+    let mut session = line.session_with(0, timeout);
     let clock = line.clone();
     session.set_cancellation(Some(Box::new(move || clock.now() >= signal_at)));
     session
@@ -93,6 +98,23 @@ fn a_signal_ends_a_read_within_the_timeout_and_the_selector_is_restored_or_named
         },
     );
     assert_eq!(ends.into_inner().into_iter().collect::<Vec<_>>(), ["named", "restored"]);
+}
+
+/// A user who waits long for answers does not want to wait as long after Ctrl-C.
+#[test]
+fn a_restoration_takes_no_longer_than_five_seconds_whatever_the_timeout() {
+    let undisturbed = line();
+    read_other_instance(&mut session(&undisturbed, Duration::MAX)).unwrap();
+    let mut longest = Duration::ZERO;
+    for (answer, step) in
+        (0..undisturbed.answers()).step_by(4).flat_map(|answer| (0..20).map(move |step| (answer, step)))
+    {
+        let (line, signal_at) = (line(), Duration::from_millis(step * 350));
+        line.set_fault(Fault::Lost(answer, usize::MAX));
+        read_other_instance(&mut session_with(&line, signal_at, Duration::from_secs(600))).ok();
+        longest = longest.max(line.now().saturating_sub(signal_at));
+    }
+    assert!((TIMEOUT..=TIMEOUT + NOTICE).contains(&longest), "{longest:?}");
 }
 
 /// Nothing is to be restored before the selector is moved, and the work itself is never continued.
