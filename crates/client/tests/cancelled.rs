@@ -198,3 +198,33 @@ fn a_signal_ends_a_read_by_ms1_or_in_the_parameter_channel_within_the_timeout() 
         );
     }
 }
+
+/// Reads a parameter of another instance by a service that needs ownership.
+fn read_other_instance_as_owner(session: &mut BusSession, path: AccessPath) {
+    let Ok(slave) = CyclicSlave::find(session, ADDRESS, 0) else { return };
+    let Ok(records) = Class1Session::open(session, &slave, path) else { return };
+    Gauge::with_model(records, ADDRESS, slave.model).with_unit(slave.unit).read(OTHER_INSTANCE).ok();
+}
+
+/// The master takes no second request of these services to a slave: the one that the signal has interrupted ends first.
+#[test]
+fn a_selector_that_ms1_or_the_parameter_channel_has_moved_is_restored_after_a_signal_or_named() {
+    for path in [AccessPath::Class1, AccessPath::ParameterChannel] {
+        let ends = std::cell::RefCell::new(BTreeSet::new());
+        every_moment(
+            |session| read_other_instance_as_owner(session, path),
+            |line, signal_at, command| {
+                let mut session = check_end(line, signal_at, TIMEOUT + RELEASE + NOTICE, command);
+                let is_healthy = line.fault() == Fault::None;
+                let named = session.take_unrestored(ADDRESS).map(|record| (record.slot, record.index, record.original));
+                drop(session);
+                line.set_fault(Fault::None);
+                let shown = ms2::read(&mut line.session(), ADDRESS, 1, 46).unwrap();
+                let is_named = !is_healthy && named == Some((1, 46, 1));
+                assert!(shown == [1] || is_named, "{path:?}, signal at {signal_at:?}: {shown:?}, {named:?}");
+                ends.borrow_mut().insert(if shown == [1] { "restored" } else { "named" });
+            },
+        );
+        assert_eq!(ends.into_inner().into_iter().collect::<Vec<_>>(), ["named", "restored"], "{path:?}");
+    }
+}
