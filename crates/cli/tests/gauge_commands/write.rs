@@ -10,28 +10,22 @@ use std::time::Duration;
 fn a_write_that_a_signal_ends_before_it_was_sent_says_so() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
-    let mut listener = End::tcp(&address);
     let port = format!("tcp://{address}");
-    let mut writer = Program::start(&[
-        "write",
-        "--port",
-        &port,
-        "--address",
-        "9",
-        "--timeout",
-        "600",
-        "--json",
-        "pirani.safe-value",
-        "1 mbar",
-    ]);
-    // The first octets of the master: from now on it catches signals.
-    while listener.receive_within(Duration::from_secs(5)).is_empty() {
-        assert!(!writer.has_ended(), "it is over: {}", writer.complaint());
+    for target in [&["pirani.safe-value", "1 mbar"][..], &["--octets", "--yes", "1/24", "56 78"]] {
+        let mut listener = End::tcp(&address);
+        let options = ["write", "--port", &port, "--address", "9", "--timeout", "600", "--json"];
+        let mut writer = Program::start(&[&options, target].concat());
+        // The first octets of the master: from now on it catches signals.
+        while listener.receive_within(Duration::from_secs(5)).is_empty() {
+            assert!(!writer.has_ended(), "it is over: {}", writer.complaint());
+        }
+        writer.terminate();
+        assert_eq!(writer.complaint(), "profivac: interrupted by a signal; nothing was written", "{target:?}");
+        let printed: Value = serde_json::from_str(&writer.rest()).unwrap();
+        let error = json!("interrupted by a signal; nothing was written");
+        assert_eq!((&printed["effect"], &printed["error"]), (&json!("not-sent"), &error), "{target:?}");
+        assert_eq!(writer.exit_code(), 3, "{target:?}");
     }
-    writer.terminate();
-    assert_eq!(writer.complaint(), "profivac: interrupted by a signal; nothing was written");
-    let printed: Value = serde_json::from_str(&writer.rest()).unwrap();
-    assert_eq!((&printed["effect"], writer.exit_code()), (&json!("not-sent"), 3));
 }
 
 #[test]
