@@ -285,8 +285,9 @@ fn a_command_with_a_risk_asks_on_a_terminal() {
     let mut line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["execute"]);
     let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
-    let (ended, out, _) = interrupted_on_terminal(&stop, "[y/N] ");
-    assert_eq!((ended, out.as_str()), (2, ""), "Ctrl-C needs no Enter");
+    let (ended, out, said) = interrupted_on_terminal(&stop, "[y/N] ");
+    assert_eq!((ended, out.as_str()), (3, ""), "Ctrl-C needs no Enter");
+    assert_eq!(said, "\r\nprofivac: interrupted by a signal; nothing was written\r\n");
     for (typed, code, printed, state) in [
         ("n\n", 2, "", "EXECUTING"),
         ("\n", 2, "", "EXECUTING"),
