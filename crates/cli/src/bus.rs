@@ -101,10 +101,16 @@ impl BusOptions {
     }
 
     /// Opens the port and makes a master that has sent nothing yet. A lost port is an error. From here on a signal ends the waits of
-    /// the session and not the program: a connection has to be closed, a value restored, the token passed on.
+    /// the session and not the program: a connection has to be closed, a value restored, the token passed on. A command that a signal
+    /// has ended opens no further session.
     pub fn open(&self) -> Result<BusSession, Failure> {
+        self.open_unless(Signals::caught())
+    }
+
+    fn open_unless(&self, caught: Option<&Signals>) -> Result<BusSession, Failure> {
+        caught.map_or(Ok(()), Signals::check)?;
         let (mut session, _) = self.open_session()?;
-        session.set_cancellation(Some(Signals::catch()?.cancellation()?));
+        session.set_cancellation(Some(Signals::of_command()?.cancellation()?));
         Ok(session)
     }
 
@@ -260,4 +266,21 @@ fn at_rate(mut port: Box<dyn Port>, name: &str, rate: Rate) -> Result<(Box<dyn P
     };
     notices(|| port.next_notice());
     Ok((port, baud))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use signal_hook::consts::SIGUSR2;
+
+    /// The port does not exist: to open it is another error.
+    #[test]
+    fn a_command_that_a_signal_has_ended_opens_no_further_session() {
+        let signals = Signals::of(&[SIGUSR2]).unwrap();
+        let bus = BusOptions::new("/nowhere", &MasterOptions::new(Baud::B19200, 0, 126));
+        assert!(!bus.open_unless(Some(&signals)).err().unwrap().is_interrupted());
+        signal_hook::low_level::raise(SIGUSR2).unwrap();
+        assert!(bus.open_unless(Some(&signals)).err().unwrap().is_interrupted());
+    }
 }

@@ -1,11 +1,13 @@
 //! Lines from standard input and signals, as descriptors that a command waits for beside its others.
 
+use crate::failure::Failure;
 use profivac_host::readiness::{Readiness, wait};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// The longest line in octets; a longer one is split.
@@ -19,6 +21,9 @@ pub enum Input {
     /// A signal that ends the program.
     Stop,
 }
+
+/// See [`Signals::of_command`].
+static COMMAND: OnceLock<Signals> = OnceLock::new();
 
 /// The signals that end a program, as a descriptor that becomes readable.
 #[derive(Debug)]
@@ -38,6 +43,25 @@ impl Signals {
             signal_hook::low_level::pipe::register(*signal, handler.try_clone()?)?;
         }
         Ok(Self(signals))
+    }
+
+    /// The signals that end a command, caught at the first call: all sessions of a command share them, so that no signal is lost between
+    /// two.
+    pub fn of_command() -> io::Result<&'static Self> {
+        match Self::caught() {
+            Some(caught) => Ok(caught),
+            None => Self::catch().map(|caught| COMMAND.get_or_init(|| caught)),
+        }
+    }
+
+    /// The same, if they are caught already.
+    pub fn caught() -> Option<&'static Self> {
+        COMMAND.get()
+    }
+
+    /// Fails if a signal has arrived.
+    pub fn check(&self) -> Result<(), Failure> {
+        if self.are_pending() { Err(Failure::interrupted()) } else { Ok(()) }
     }
 
     /// Whether a signal has arrived.

@@ -80,6 +80,11 @@ impl Failure {
         Self { kind: Kind::Interrupted, sentence: SessionError::Interrupted.to_string() }
     }
 
+    /// The same with its effect, in a few words.
+    pub fn interrupted_with(effect: &str) -> Self {
+        Self { kind: Kind::Interrupted, sentence: format!("{}; {effect}", SessionError::Interrupted) }
+    }
+
     /// Whether a signal ended the command.
     pub fn is_interrupted(&self) -> bool {
         self.kind == Kind::Interrupted

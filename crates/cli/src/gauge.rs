@@ -203,7 +203,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     // The user may also answer with Ctrl-C.
     if !wait_for_line(&signals)? {
         writeln!(io::stderr())?;
-        return Err(Failure::usage("nothing was sent"));
+        return Err(Failure::interrupted_with("nothing was sent"));
     }
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;

@@ -1,6 +1,7 @@
 //! `profivac init`: makes a station's file from a scan.
 
 use crate::bus::BusOptions;
+use crate::console::Signals;
 use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::output::{notice, out};
@@ -88,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     report_models(&mut session, &mut gauges)?;
     let owner = |address| owners.get(&address).copied().unwrap_or_else(|| bus.master());
     integer_notices(&mut session, &gauges, owner)?.iter().for_each(notice);
+    Signals::of_command()?.check()?;
     let text = station_file(bus.port(), session.baud().bits_per_second(), Segment::Master(bus.master()), &gauges, &[]);
     put(arguments, &text)
 }

@@ -5,6 +5,7 @@ use crate::gauge::{GaugeOptions, confirm};
 use crate::output::{json, out};
 use crate::record_row::RecordRow;
 use crate::values;
+use crate::write::{before_write, print_failure};
 use profivac_client::names::numbers;
 use profivac_client::records::{RecordError, Records, WriteEffect};
 use profivac_client::values::hex;
@@ -152,36 +153,67 @@ pub fn write(
     yes: bool,
     as_json: bool,
 ) -> Result<(), Failure> {
+    let wanted = parse_write(target, value).inspect_err(|failure| {
+        if as_json {
+            print_failure(target, WriteEffect::NotSent, failure);
+        }
+    });
+    let (slot, index, octets) = wanted?;
+    let (shown, address) = (hex(&octets), options.address);
+    let place = format!("{slot}/{index} at address {address}");
+    // The effect of the write; `None` before it.
+    let mut effect = None;
+    let done = options.with_records(|records| {
+        confirm(
+            &format!("{shown} goes to {slot}/{index} of the slave at address {address}, and profivac does not know its effect"),
+            yes,
+        )?;
+        let written = records.write(slot, index, &octets);
+        effect = Some(written.as_ref().map_or_else(RecordError::write_effect, |()| WriteEffect::Executed));
+        written.map_err(|error| failed_write(&place, error))
+    });
+    let done = done.map_err(|failure| match effect {
+        None => before_write(failure),
+        Some(_) => failure,
+    });
+    if as_json {
+        let effect = effect.unwrap_or(WriteEffect::NotSent).name();
+        let error = done.as_ref().err().map(ToString::to_string);
+        out(&json(&WrittenRecord { slot, index, octets: shown, effect, error }));
+    } else if done.is_ok() {
+        out(&format!("{slot}/{index}: {shown} written"));
+    }
+    done
+}
+
+/// The slot, the index and the octets of a write.
+fn parse_write(target: &str, value: Option<&str>) -> Result<(u8, u8, Vec<u8>), Failure> {
     let Record::At { slot, index } = Record::parse(target)? else {
         return Err(Failure::usage("I&M0 is read only: expected SLOT/INDEX like 0/15 with --octets, got im0"));
     };
     let value = value.filter(|value| !value.trim().is_empty());
     let value =
         value.ok_or_else(|| Failure::usage("expected the octets in hex like '11 21' after SLOT/INDEX, got none"))?;
-    let octets = values::octets(value)?.0;
-    let (shown, address) = (hex(&octets), options.address);
-    options.with_records(|records| {
-        confirm(
-            &format!("{shown} goes to {slot}/{index} of the slave at address {address}, and profivac does not know its effect"),
-            yes,
-        )?;
-        let done = records.write(slot, index, &octets);
-        let effect = done.as_ref().map_or_else(RecordError::write_effect, |()| WriteEffect::Executed);
-        let failure = done.err().map(|error| Failure::of_record(&format!("{slot}/{index} at address {address}"), error));
-        if as_json {
-            let error = failure.as_ref().map(ToString::to_string);
-            out(&json(&WrittenRecord { slot, index, octets: shown.clone(), effect: effect.name(), error }));
-        } else if failure.is_none() {
-            out(&format!("{slot}/{index}: {shown} written"));
-        }
-        failure.map_or(Ok(()), Err)
-    })
+    Ok((slot, index, values::octets(value)?.0))
+}
+
+/// The failure of a write to the record that `place` names, with its effect.
+fn failed_write(place: &str, error: RecordError) -> Failure {
+    let effect = match error.write_effect() {
+        WriteEffect::PossiblyExecuted => "; it may have been written, read it",
+        WriteEffect::NotSent => "; nothing was written",
+        WriteEffect::Refused | WriteEffect::Executed => "",
+    };
+    let failure = Failure::of_record(place, error);
+    failure.with_sentence(&format!("{failure}{effect}"))
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
+    use profivac_client::records::{Interruption, RefusalCodes};
+    use profivac_host::session::SessionError;
 
     #[test]
     fn a_record_is_slot_and_index_and_never_a_name() {
@@ -189,6 +221,26 @@ mod tests {
         assert_eq!(Record::parse("IM0").unwrap(), Record::Im0);
         for text in ["1:2/19", "pirani.process-value", "1/255", "", "19"] {
             assert!(Record::parse(text).unwrap_err().to_string().starts_with("expected SLOT/INDEX"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_failed_write_says_whether_the_slave_may_have_the_octets() {
+        for (error, sentence) in [
+            (SessionError::Interrupted.into(), "interrupted by a signal; it may have been written, read it"),
+            (Interruption::NoAnswer.into(), "1/24 at address 9: no answer; it may have been written, read it"),
+            (RecordError::NotSent(SessionError::Interrupted), "interrupted by a signal; nothing was written"),
+            (
+                Interruption::KeptConnectionEnded.into(),
+                "1/24 at address 9: the connection that was kept has ended, as after a power failure of the gauge; repeat the \
+                 request; nothing was written",
+            ),
+            (
+                RecordError::Refused(RefusalCodes { code_1: None, code: 1 }),
+                "1/24 at address 9: code 1: parameter not changeable",
+            ),
+        ] {
+            assert_eq!(failed_write("1/24 at address 9", error).to_string(), sentence);
         }
     }
 

@@ -6,7 +6,6 @@ use crate::output::{json, notice, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
-use profivac_host::session::SessionError;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 
@@ -37,20 +36,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut session = bus.open()?;
     let mut seen = Vec::new();
     let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
-    let looked = probe_all(&mut session, others, &mut seen);
+    let looked = probe_all(&mut session, others, &mut seen).map_err(Failure::from);
     notices(|| session.next_notice());
-    if looked.is_ok() {
-        drop(session);
-        if let Some(station) = bus.station_at_own_address(&seen)? {
-            notice(&format_args!(
-                "{} answers at address {}, which this master used: give the master another address with --master N",
-                if station.station_type == StationType::Slave { "a slave" } else { "another master" },
-                station.address
-            ));
-            seen.push(station);
-            seen.sort_by_key(|station| station.address);
-        }
-    }
+    drop(session);
+    let looked = looked.and_then(|()| add_station_at_own_address(bus, &mut seen));
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         out(&json(&rows));
@@ -60,11 +49,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             out(&table(&seen));
         }
     }
-    // The stations found before the line was lost have been printed.
-    looked.map_err(|error: SessionError| Failure::from(error))?;
+    // The stations found before the line was lost, or a signal came, have been printed.
+    looked?;
     if seen.is_empty() {
         return Err(Failure::no_answer(format!("no station answers on {}", bus.port())));
     }
+    Ok(())
+}
+
+/// Adds the station that has the address of this master too, with a notice.
+fn add_station_at_own_address(bus: &BusOptions, seen: &mut Vec<FoundStation>) -> Result<(), Failure> {
+    let Some(station) = bus.station_at_own_address(seen)? else { return Ok(()) };
+    notice(&format_args!(
+        "{} answers at address {}, which this master used: give the master another address with --master N",
+        if station.station_type == StationType::Slave { "a slave" } else { "another master" },
+        station.address
+    ));
+    seen.push(station);
+    seen.sort_by_key(|station| station.address);
     Ok(())
 }
 

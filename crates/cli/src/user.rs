@@ -224,7 +224,7 @@ impl PasswordInput {
         loop {
             let readable = wait(&[Readiness::of(&self.signals), Readiness::of(&self.stdin)], Duration::MAX)?;
             if readable.first() == Some(&true) {
-                return Err(Failure::usage("nothing was changed"));
+                return Err(Failure::interrupted_with("nothing was changed"));
             }
             if readable.get(1) != Some(&true) {
                 continue;

@@ -94,16 +94,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(())
     });
     let done = done.map_err(|failure| match effect {
-        Some(WriteEffect::NotSent) if failure.is_interrupted() => {
-            failure.with_sentence(&format!("{failure}; nothing was written"))
-        }
+        Some(WriteEffect::NotSent) => before_write(failure),
         _ => failure,
     });
     if let (Err(failure), Some(effect), true) = (&done, effect, arguments.json) {
-        let target = arguments.target.as_str();
-        out(&json(&FailedChange { target, effect: effect.name(), error: failure.to_string() }));
+        print_failure(&arguments.target, effect, failure);
     }
     done
+}
+
+/// The failure of a command that has sent no write.
+pub fn before_write(failure: Failure) -> Failure {
+    if failure.is_interrupted() { Failure::interrupted_with("nothing was written") } else { failure }
+}
+
+/// Prints a write that failed as JSON.
+pub fn print_failure(target: &str, effect: WriteEffect, failure: &Failure) {
+    out(&json(&FailedChange { target, effect: effect.name(), error: failure.to_string() }));
 }
 
 /// Prepares a command, or a parameter and its value.

@@ -206,5 +206,9 @@ fn records_of_an_unknown_slave_are_read_and_written_as_octets_after_a_confirmati
         &["--octets", "serial", "11"],
     ] {
         assert_eq!(at("write", wrong).status.code(), Some(2), "{wrong:?}");
+        let failed = at("write", &[wrong, &["--json"]].concat());
+        let printed: Value = serde_json::from_slice(&failed.stdout).unwrap();
+        assert_eq!(printed["effect"], "not-sent", "{wrong:?}");
+        assert_eq!(text(&failed.stderr), format!("profivac: {}\n", printed["error"].as_str().unwrap()));
     }
 }

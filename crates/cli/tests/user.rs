@@ -128,7 +128,8 @@ fn a_password_is_asked_twice_on_the_terminal_without_echo() {
 #[test]
 fn an_interrupted_command_changes_nothing() {
     let (folder, file) = station_file();
-    let (code, _, _) =
+    let (code, _, said) =
         interrupted_on_terminal(&["user", "add", "ada", "--role", "viewer", &file], "Password for ada: ");
-    assert_eq!((code, folder.path("plant.users.toml").exists()), (2, false));
+    assert_eq!((code, folder.path("plant.users.toml").exists()), (3, false));
+    assert!(said.contains("profivac: interrupted by a signal; nothing was changed"), "{said}");
 }

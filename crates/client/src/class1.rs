@@ -4,8 +4,9 @@
 //! [`OwnedChannel`] uses the parameter channel of a slave that the master exchanges data with already.
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
+use crate::abandoned::Abandoned;
 use crate::cyclic::CyclicSlave;
-use crate::ms2::{Ms2, Ms2Line};
+use crate::ms2::{Ms2, Ms2Error, Ms2Line};
 use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};
 use profivac_dp::link::Baud;
@@ -46,6 +47,7 @@ pub struct Class1Session<'a> {
     session: &'a mut BusSession,
     address: u8,
     service: Service,
+    abandoned: Abandoned,
 }
 
 /// The service that carries the records.
@@ -77,7 +79,7 @@ impl<'a> Class1Session<'a> {
             *first |= DPV1_ENABLE;
         }
         let parameters = SlaveParameters { user_prm: &user_prm, cfg: configuration.octets, ..default };
-        let mut opened = Self { session, address: slave.address, service };
+        let mut opened = Self { session, address: slave.address, service, abandoned: Abandoned::NONE };
         add_or_restart(opened.session.master(), &parameters).map_err(Unavailable::Parameters)?;
         opened.session.master().set_mode(Mode::Operate);
         opened.wait_for_data()?;
@@ -115,16 +117,19 @@ impl<'a> Class1Session<'a> {
     }
 
     fn read_once(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        self.ensure_exchange()?;
+        self.prepare()?;
         let (address, master) = (self.address, self.session.master());
         match self.service {
             Service::Ms1(parameters) => {
                 let wanted = u8::try_from(MAX_RECORD_LENGTH).unwrap_or(u8::MAX);
                 let read = master.ms1_read(address, slot, index, wanted, &parameters);
                 let read = read.map_err(Interruption::NotSubmitted)?;
-                self.session.wait_for_outcome(read, |record| record.map(<[u8]>::to_vec))?.map_err(ms1_error)
+                let record = self.abandoned.wait_for(self.session, read, |record| record.map(<[u8]>::to_vec))?;
+                record.map_err(ms1_error)
             }
-            Service::ParameterChannel(parameters) => read_task(self.session, address, (slot, index), &parameters),
+            Service::ParameterChannel(parameters) => {
+                read_task(self.session, &mut self.abandoned, address, (slot, index), &parameters)
+            }
         }
     }
 
@@ -132,21 +137,22 @@ impl<'a> Class1Session<'a> {
         let address = self.address;
         match self.service {
             Service::Ms1(parameters) => {
-                self.ensure_exchange()?;
+                self.prepare()?;
                 let write = self.session.master().ms1_write(address, slot, index, octets, &parameters);
                 let write = write.map_err(Interruption::NotSubmitted)?;
-                self.session.wait_for_outcome(write, |written| written)?.map_err(ms1_error)
+                self.abandoned.wait_for(self.session, write, |written| written)?.map_err(ms1_error)
             }
             Service::ParameterChannel(parameters) => {
                 let value = channel_value(octets)?;
-                self.ensure_exchange()?;
-                write_task(self.session, address, (slot, index), value, &parameters)
+                self.prepare()?;
+                write_task(self.session, &mut self.abandoned, address, (slot, index), value, &parameters)
             }
         }
     }
 
-    /// Waits until the slave exchanges data, if it does not.
-    fn ensure_exchange(&mut self) -> Result<(), RecordError> {
+    /// Waits for the end of a request that was given up, and until the slave exchanges data, if it does not.
+    fn prepare(&mut self) -> Result<(), RecordError> {
+        self.abandoned.finish(self.session).map_err(Ms2Error::before_request)?;
         if self.exchanges() { Ok(()) } else { self.wait_for_data() }
     }
 
@@ -186,16 +192,23 @@ pub struct OwnedChannel<'a, L: Ms2Line = BusSession> {
     line: &'a mut L,
     address: u8,
     parameters: Option<PkwParameters>,
+    abandoned: Abandoned,
 }
 
 impl<'a, L: Ms2Line> OwnedChannel<'a, L> {
     /// The parameter channel of `slave`. Sends nothing.
     pub fn new(line: &'a mut L, slave: &CyclicSlave) -> Self {
-        Self { line, address: slave.address, parameters: channel(slave.configuration, slave.model) }
+        let parameters = channel(slave.configuration, slave.model);
+        Self { line, address: slave.address, parameters, abandoned: Abandoned::NONE }
     }
 
     fn parameters(&self) -> Result<PkwParameters, RecordError> {
         self.parameters.ok_or_else(|| Unavailable::NoParameterChannel.into())
+    }
+
+    fn read_once(&mut self, location: (u8, u8), parameters: &PkwParameters) -> Result<Vec<u8>, RecordError> {
+        self.abandoned.finish(self.line).map_err(Ms2Error::before_request)?;
+        read_task(self.line, &mut self.abandoned, self.address, location, parameters)
     }
 }
 
@@ -206,43 +219,46 @@ impl<L: Ms2Line> Records for OwnedChannel<'_, L> {
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
         let parameters = self.parameters()?;
-        let mut read = read_task(self.line, self.address, (slot, index), &parameters);
+        let mut read = self.read_once((slot, index), &parameters);
         for _ in 1..ATTEMPTS {
             if !matches!(read, Err(RecordError::Interrupted(Interruption::ParameterChannel(_)))) {
                 break;
             }
-            read = read_task(self.line, self.address, (slot, index), &parameters);
+            read = self.read_once((slot, index), &parameters);
         }
         read
     }
 
     fn write(&mut self, slot: u8, index: u8, octets: &[u8]) -> Result<(), RecordError> {
         let (parameters, value) = (self.parameters()?, channel_value(octets)?);
-        write_task(self.line, self.address, (slot, index), value, &parameters)
+        self.abandoned.finish(self.line).map_err(Ms2Error::before_request)?;
+        write_task(self.line, &mut self.abandoned, self.address, (slot, index), value, &parameters)
     }
 }
 
 /// Reads a parameter in the parameter channel of a slave in data exchange.
 fn read_task(
     line: &mut impl Ms2Line,
+    abandoned: &mut Abandoned,
     address: u8,
     (slot, index): (u8, u8),
     parameters: &PkwParameters,
 ) -> Result<Vec<u8>, RecordError> {
     let task = line.master().pkw_read(address, slot, index, None, parameters).map_err(Interruption::NotSubmitted)?;
-    line.wait_for(task, |value| value)?.map(octets).map_err(task_error)
+    abandoned.wait_for(line, task, |value| value)?.map(octets).map_err(task_error)
 }
 
 /// Writes a parameter in the parameter channel of a slave in data exchange.
 fn write_task(
     line: &mut impl Ms2Line,
+    abandoned: &mut Abandoned,
     address: u8,
     (slot, index): (u8, u8),
     value: pkw::Value,
     parameters: &PkwParameters,
 ) -> Result<(), RecordError> {
     let task = line.master().pkw_write(address, slot, index, value, parameters).map_err(Interruption::NotSubmitted)?;
-    line.wait_for(task, |value| value)?.map(drop).map_err(task_error)
+    abandoned.wait_for(line, task, |value| value)?.map(drop).map_err(task_error)
 }
 
 fn channel_value(octets: &[u8]) -> Result<pkw::Value, RecordError> {

@@ -6,6 +6,7 @@
 //! is repeated only if the slave cannot have executed it; otherwise its error says that it may have been executed. The master ends the
 //! connections that it gives up: [`profivac_dp::master::ms2`].
 
+use crate::abandoned::Abandoned;
 use crate::records::{Interruption, RecordError, Records, Unavailable, UnrestoredRecord};
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;
@@ -231,14 +232,10 @@ pub struct Ms2<'a, L: Ms2Line = BusSession> {
     connection: Option<Handle<Connect>>,
     /// The connection whose opening has no outcome yet; a cancellation may end the wait for it.
     opening: Option<Handle<Connect>>,
-    /// A request that was given up at a cancellation.
-    abandoned: Option<TakeOutcome>,
+    abandoned: Abandoned,
     /// Whether a connection that has ended is opened again.
     reopens: bool,
 }
-
-/// Takes the outcome of one request from the master. Returns false while there is none.
-type TakeOutcome = Box<dyn Fn(&mut BusMaster) -> bool + Send>;
 
 impl<L: Ms2Line> Drop for Ms2<'_, L> {
     /// A slave keeps an abandoned connection for seconds and has few of them.
@@ -290,7 +287,7 @@ pub(crate) const fn is_silence(error: &Ms2Error) -> bool {
 
 impl Ms2Error {
     /// The same error of a step before the request.
-    fn before_request(self) -> Self {
+    pub(crate) fn before_request(self) -> Self {
         match self {
             Self::Session(error) => Self::NotSent(error),
             Self::Ended(end) => Self::NotExecuted(end),
@@ -302,7 +299,7 @@ impl Ms2Error {
 impl<'a, L: Ms2Line> Ms2<'a, L> {
     /// A client of the slave at `address` without a connection. Sends nothing.
     pub const fn new(line: &'a mut L, address: u8) -> Self {
-        Self { line, address, connection: None, opening: None, abandoned: None, reopens: true }
+        Self { line, address, connection: None, opening: None, abandoned: Abandoned::NONE, reopens: true }
     }
 
     /// The same, which never opens a connection again: after its end, requests fail. A client that relies on the identity of the slave
@@ -363,7 +360,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
 
     fn close(&mut self) -> Result<(), Ms2Error> {
         self.finish_opening()?;
-        self.finish_abandoned()?;
+        self.abandoned.finish(self.line)?;
         self.forget_ended_connection();
         if let Some(connection) = self.connection.take()
             && !self.line.leave_connection(self.address, connection)
@@ -376,19 +373,6 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
 
     fn submit<T>(&mut self, request: impl FnOnce(&mut BusMaster) -> Result<T, SubmitError>) -> Result<T, Ms2Error> {
         Ok(request(self.line.master())?)
-    }
-
-    /// Waits for the end of a request that was given up, and drops its outcome: the connection takes the next one afterwards.
-    fn finish_abandoned(&mut self) -> Result<(), Ms2Error> {
-        let begun = Instant::now();
-        while let Some(take) = &self.abandoned {
-            if take(self.line.master()) {
-                self.abandoned = None;
-            } else if !self.line.wait_while_busy(begun)? {
-                return Err(SubmitError::Busy.into());
-            }
-        }
-        Ok(())
     }
 
     /// Sends a request on the connection. A connection that is known to have ended, that the slave has closed for lack of traffic, or on
@@ -419,7 +403,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
     /// Waits for an opening and a request that were given up.
     fn finish_earlier(&mut self) -> Result<(), Ms2Error> {
         match self.finish_opening() {
-            Ok(()) | Err(Ms2Error::Ended(_)) => self.finish_abandoned(),
+            Ok(()) | Err(Ms2Error::Ended(_)) => self.abandoned.finish(self.line),
             Err(error) => Err(error),
         }
     }
@@ -440,11 +424,7 @@ impl<'a, L: Ms2Line> Ms2<'a, L> {
         take: impl Fn(O::Outcome<'_>) -> Result<T, RequestError>,
     ) -> Result<T, Ms2Error> {
         let handle = self.submit(|master| submit(master, connection))?;
-        let outcome = self.line.wait_for(handle, take);
-        if outcome.is_err() {
-            self.abandoned = Some(Box::new(move |master| master.outcome(handle).is_some()));
-        }
-        let outcome = outcome?;
+        let outcome = self.abandoned.wait_for(self.line, handle, take)?;
         if matches!(outcome, Err(RequestError::Ended(_) | RequestError::NotExecuted(_))) {
             self.connection = None;
         }

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// The longest time from the signal to the end of a wait: a slice of 20 ms, and the telegram that is under way.
 const NOTICE: Duration = Duration::from_millis(60);
 
-/// The timeout of the session: the longest time of all restorations together.
+/// The timeout of the session, and the longest time of all restorations together.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The longest time of the release of a slave.
@@ -40,7 +40,12 @@ fn line() -> LateLine {
 
 /// A session in which a signal comes at this time.
 fn session(line: &LateLine, signal_at: Duration) -> BusSession {
-    let mut session = line.session_with(0, TIMEOUT);
+    session_with(line, signal_at, TIMEOUT)
+}
+
+/// The same with another timeout.
+fn session_with(line: &LateLine, signal_at: Duration, timeout: Duration) -> BusSession {
+    let mut session = line.session_with(0, timeout);
     let clock = line.clone();
     session.set_cancellation(Some(Box::new(move || clock.now() >= signal_at)));
     session
@@ -93,6 +98,23 @@ fn a_signal_ends_a_read_within_the_timeout_and_the_selector_is_restored_or_named
         },
     );
     assert_eq!(ends.into_inner().into_iter().collect::<Vec<_>>(), ["named", "restored"]);
+}
+
+/// A user who waits long for answers does not want to wait as long after Ctrl-C.
+#[test]
+fn a_restoration_takes_no_longer_than_five_seconds_whatever_the_timeout() {
+    let undisturbed = line();
+    read_other_instance(&mut session(&undisturbed, Duration::MAX)).unwrap();
+    let mut longest = Duration::ZERO;
+    for (answer, step) in
+        (0..undisturbed.answers()).step_by(4).flat_map(|answer| (0..20).map(move |step| (answer, step)))
+    {
+        let (line, signal_at) = (line(), Duration::from_millis(step * 350));
+        line.set_fault(Fault::Lost(answer, usize::MAX));
+        read_other_instance(&mut session_with(&line, signal_at, Duration::from_secs(600))).ok();
+        longest = longest.max(line.now().saturating_sub(signal_at));
+    }
+    assert!((TIMEOUT..=TIMEOUT + NOTICE).contains(&longest), "{longest:?}");
 }
 
 /// Nothing is to be restored before the selector is moved, and the work itself is never continued.
@@ -174,5 +196,35 @@ fn a_signal_ends_a_read_by_ms1_or_in_the_parameter_channel_within_the_timeout() 
                 check_end(line, signal_at, TIMEOUT + RELEASE + NOTICE, command);
             },
         );
+    }
+}
+
+/// Reads a parameter of another instance by a service that needs ownership.
+fn read_other_instance_as_owner(session: &mut BusSession, path: AccessPath) {
+    let Ok(slave) = CyclicSlave::find(session, ADDRESS, 0) else { return };
+    let Ok(records) = Class1Session::open(session, &slave, path) else { return };
+    Gauge::with_model(records, ADDRESS, slave.model).with_unit(slave.unit).read(OTHER_INSTANCE).ok();
+}
+
+/// The master takes no second request of these services to a slave: the one that the signal has interrupted ends first.
+#[test]
+fn a_selector_that_ms1_or_the_parameter_channel_has_moved_is_restored_after_a_signal_or_named() {
+    for path in [AccessPath::Class1, AccessPath::ParameterChannel] {
+        let ends = std::cell::RefCell::new(BTreeSet::new());
+        every_moment(
+            |session| read_other_instance_as_owner(session, path),
+            |line, signal_at, command| {
+                let mut session = check_end(line, signal_at, TIMEOUT + RELEASE + NOTICE, command);
+                let is_healthy = line.fault() == Fault::None;
+                let named = session.take_unrestored(ADDRESS).map(|record| (record.slot, record.index, record.original));
+                drop(session);
+                line.set_fault(Fault::None);
+                let shown = ms2::read(&mut line.session(), ADDRESS, 1, 46).unwrap();
+                let is_named = !is_healthy && named == Some((1, 46, 1));
+                assert!(shown == [1] || is_named, "{path:?}, signal at {signal_at:?}: {shown:?}, {named:?}");
+                ends.borrow_mut().insert(if shown == [1] { "restored" } else { "named" });
+            },
+        );
+        assert_eq!(ends.into_inner().into_iter().collect::<Vec<_>>(), ["named", "restored"], "{path:?}");
     }
 }

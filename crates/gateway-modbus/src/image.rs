@@ -180,7 +180,6 @@ fn thousandfold(value: Option<&PointValue>) -> u16 {
     log.map_or(0x8000, |log| (log * 1000.0).round().clamp(-32_767.0, 32_767.0) as i16 as u16)
 }
 
-/// In 0.1 s.
 /// The time that a point has as its value.
 fn time(value: Option<&PointValue>) -> Option<Micros> {
     match value?.value {
@@ -189,6 +188,7 @@ fn time(value: Option<&PointValue>) -> Option<Micros> {
     }
 }
 
+/// In 0.1 s.
 fn age(at: Option<Micros>, now: Micros) -> u16 {
     let Some(at) = at else { return u16::MAX };
     let tenths = now.0.saturating_sub(at.0).max(0) / 100_000;

@@ -120,13 +120,13 @@ pub fn all_shown_on_terminal(arguments: &[&str], prompt: &str, typed: &str) -> (
     (code, shown + &rest)
 }
 
-/// The same, with Ctrl-C in place of an answer.
+/// The same, with Ctrl-C in place of an answer. Returns the exit code, standard output, and what the terminal shows after the prompt.
 pub fn interrupted_on_terminal(arguments: &[&str], prompt: &str) -> (i32, String, String) {
-    let (code, out, shown, _) = on_terminal(arguments, prompt, |child, _| {
+    let (code, out, _, said) = on_terminal(arguments, prompt, |child, _| {
         let id = rustix::process::Pid::from_child(child);
         rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
     });
-    (code, out, shown)
+    (code, out, said)
 }
 
 fn on_terminal(

@@ -10,28 +10,22 @@ use std::time::Duration;
 fn a_write_that_a_signal_ends_before_it_was_sent_says_so() {
     let simulation = Program::start(&["simulate", "--tcp", "127.0.0.1:0", "bcg450@5"]);
     let address = simulation.ready();
-    let mut listener = End::tcp(&address);
     let port = format!("tcp://{address}");
-    let mut writer = Program::start(&[
-        "write",
-        "--port",
-        &port,
-        "--address",
-        "9",
-        "--timeout",
-        "600",
-        "--json",
-        "pirani.safe-value",
-        "1 mbar",
-    ]);
-    // The first octets of the master: from now on it catches signals.
-    while listener.receive_within(Duration::from_secs(5)).is_empty() {
-        assert!(!writer.has_ended(), "it is over: {}", writer.complaint());
+    for target in [&["pirani.safe-value", "1 mbar"][..], &["--octets", "--yes", "1/24", "56 78"]] {
+        let mut listener = End::tcp(&address);
+        let options = ["write", "--port", &port, "--address", "9", "--timeout", "600", "--json"];
+        let mut writer = Program::start(&[&options, target].concat());
+        // The first octets of the master: from now on it catches signals.
+        while listener.receive_within(Duration::from_secs(5)).is_empty() {
+            assert!(!writer.has_ended(), "it is over: {}", writer.complaint());
+        }
+        writer.terminate();
+        assert_eq!(writer.complaint(), "profivac: interrupted by a signal; nothing was written", "{target:?}");
+        let printed: Value = serde_json::from_str(&writer.rest()).unwrap();
+        let error = json!("interrupted by a signal; nothing was written");
+        assert_eq!((&printed["effect"], &printed["error"]), (&json!("not-sent"), &error), "{target:?}");
+        assert_eq!(writer.exit_code(), 3, "{target:?}");
     }
-    writer.terminate();
-    assert_eq!(writer.complaint(), "profivac: interrupted by a signal; nothing was written");
-    let printed: Value = serde_json::from_str(&writer.rest()).unwrap();
-    assert_eq!((&printed["effect"], writer.exit_code()), (&json!("not-sent"), 3));
 }
 
 #[test]
@@ -291,8 +285,9 @@ fn a_command_with_a_risk_asks_on_a_terminal() {
     let mut line = Line::with(&["bcg450@5"]);
     line.output("write", 5, &["execute"]);
     let stop = ["write", "--port", &line.path, "--address", "5", "stop"];
-    let (ended, out, _) = interrupted_on_terminal(&stop, "[y/N] ");
-    assert_eq!((ended, out.as_str()), (2, ""), "Ctrl-C needs no Enter");
+    let (ended, out, said) = interrupted_on_terminal(&stop, "[y/N] ");
+    assert_eq!((ended, out.as_str()), (3, ""), "Ctrl-C needs no Enter");
+    assert_eq!(said, "\r\nprofivac: interrupted by a signal; nothing was written\r\n");
     for (typed, code, printed, state) in [
         ("n\n", 2, "", "EXECUTING"),
         ("\n", 2, "", "EXECUTING"),

@@ -38,6 +38,10 @@ use std::time::{Duration, Instant};
 /// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
+/// The longest time that guards restore after a cancellation, whatever the timeout of the session. chosen: the time that a command waits
+/// for the line unless the user says otherwise.
+const MAX_RESTORING: Duration = Duration::from_secs(5);
+
 /// The shortest wait for the line.
 const MIN_WAIT: Duration = Duration::from_millis(1);
 
@@ -183,7 +187,7 @@ impl BusSession {
         self.cancelled_at = None;
     }
 
-    /// Whether the program ends. While a guard restores, only after the timeout of the session.
+    /// Whether the program ends. While a guard restores, only after the timeout of the session, or after 5 s if that is longer.
     pub fn is_cancelled(&mut self) -> bool {
         if !self.cancellation.as_ref().is_some_and(|is_cancelled| is_cancelled()) {
             self.cancelled_at = None;
@@ -191,12 +195,12 @@ impl BusSession {
         }
         let now = self.segment.now();
         let since = *self.cancelled_at.get_or_insert(now);
-        !self.is_restoring || self.has_passed(self.timeout, since)
+        !self.is_restoring || self.has_passed(self.timeout.min(MAX_RESTORING), since)
     }
 
     /// While this is true, the guards of a client restore what they have changed although the program ends. Waits end by cancellation
-    /// only when the [`timeout`](Self::timeout) has passed since the cancellation was seen, for all guards together: so a program on a
-    /// dead line ends too.
+    /// only when the [`timeout`](Self::timeout), and 5 s at most, has passed since the cancellation was seen, for all guards together: so a
+    /// program on a dead line ends too.
     pub const fn set_restoring(&mut self, is_restoring: bool) {
         self.is_restoring = is_restoring;
     }
