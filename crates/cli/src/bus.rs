@@ -66,6 +66,12 @@ impl MasterOptions {
     }
 }
 
+/// A session whose waits a signal ends.
+fn cancellable(mut session: BusSession) -> Result<BusSession, Failure> {
+    session.set_cancellation(Some(Signals::of_command()?.cancellation()?));
+    Ok(session)
+}
+
 impl BusOptions {
     /// The bus at `port`.
     pub fn new(port: &str, line: &MasterOptions) -> Self {
@@ -84,12 +90,18 @@ impl BusOptions {
     }
 
     /// The station that has the address of this master too: while the master uses the address, that station cannot be asked. So it is
-    /// asked from the lowest address that is free; `seen` are the others that answered.
-    pub fn station_at_own_address(&self, seen: &[FoundStation]) -> Result<Option<FoundStation>, Failure> {
+    /// asked from the lowest address that is free, on the port of `session`; `seen` are the others that answered.
+    pub fn station_at_own_address(
+        &self,
+        session: BusSession,
+        seen: &[FoundStation],
+    ) -> Result<Option<FoundStation>, Failure> {
         let own = self.master();
         let is_free = |address: &u8| *address != own && !seen.iter().any(|station| station.address == *address);
         let Some(free) = (0..=self.hsa().min(MAX_MASTER)).find(is_free) else { return Ok(None) };
-        let mut session = self.with_master(free).open()?;
+        Signals::caught().map_or(Ok(()), Signals::check)?;
+        let baud = session.baud();
+        let mut session = cancellable(self.with_master(free).session_on(session.into_port(), baud)?)?;
         let mut found = Vec::new();
         probe_all(&mut session, [own], &mut found)?;
         Ok(found.pop())
@@ -109,9 +121,7 @@ impl BusOptions {
 
     fn open_unless(&self, caught: Option<&Signals>) -> Result<BusSession, Failure> {
         caught.map_or(Ok(()), Signals::check)?;
-        let (mut session, _) = self.open_session()?;
-        session.set_cancellation(Some(Signals::of_command()?.cancellation()?));
-        Ok(session)
+        cancellable(self.open_session()?.0)
     }
 
     /// The same for a command that runs for long: a lost port is opened again until that succeeds.

@@ -63,14 +63,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut owners = BTreeMap::new();
     let mut found = Vec::new();
     probe_all(&mut session, (0..=bus.hsa().min(125)).filter(|address| *address != bus.master()), &mut found)?;
-    drop(session);
-    if bus.station_at_own_address(&found)?.is_some() {
+    if bus.station_at_own_address(session, &found)?.is_some() {
         return Err(Failure::usage(format!(
             "another station has address {}, which this master used: choose another with --master N",
             bus.master()
         )));
     }
-    let mut session = bus.open()?;
     for station in found {
         let address = station.address;
         owners.extend(station.slave.and_then(|slave| Some((address, slave.owner?))));
@@ -86,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if gauges.is_empty() {
         return Err(Failure::no_answer(format!("no known gauge answers on {}", bus.port())));
     }
+    let mut session = bus.open()?;
     report_models(&mut session, &mut gauges)?;
     let owner = |address| owners.get(&address).copied().unwrap_or_else(|| bus.master());
     integer_notices(&mut session, &gauges, owner)?.iter().for_each(notice);

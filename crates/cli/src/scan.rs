@@ -6,6 +6,7 @@ use crate::output::{json, notice, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
+use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
 use serde::Serialize;
 
@@ -38,8 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
     let looked = probe_all(&mut session, others, &mut seen).map_err(Failure::from);
     notices(|| session.next_notice());
-    drop(session);
-    let looked = looked.and_then(|()| add_station_at_own_address(bus, &mut seen));
+    let looked = looked.and_then(|()| add_station_at_own_address(bus, session, &mut seen));
     if arguments.json {
         let rows: Vec<_> = seen.iter().map(Row::of).collect();
         out(&json(&rows));
@@ -58,8 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Adds the station that has the address of this master too, with a notice.
-fn add_station_at_own_address(bus: &BusOptions, seen: &mut Vec<FoundStation>) -> Result<(), Failure> {
-    let Some(station) = bus.station_at_own_address(seen)? else { return Ok(()) };
+fn add_station_at_own_address(
+    bus: &BusOptions,
+    session: BusSession,
+    seen: &mut Vec<FoundStation>,
+) -> Result<(), Failure> {
+    let Some(station) = bus.station_at_own_address(session, seen)? else { return Ok(()) };
     notice(&format_args!(
         "{} answers at address {}, which this master used: give the master another address with --master N",
         if station.station_type == StationType::Slave { "a slave" } else { "another master" },
