@@ -64,6 +64,11 @@ const PARTS: &[&str] = &[
     "4294967295\n",
     "9.6_supp=1\n",
     "Unknown=x\n",
+    "#Other\n",
+    "ExtUserPrmData=1 \"[SlotNumber]\"\n",
+    "Text(-1)=\"below\"\n",
+    "0x10,,0x20 valve\n",
+    "65535\n",
     "é",
     "\u{a0}",
 ];
