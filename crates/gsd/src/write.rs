@@ -148,8 +148,10 @@ impl Writer {
     }
 
     fn others(&mut self, others: &[Other]) {
-        // A line that starts with `#` would end the section.
-        others.iter().filter(|other| !other.text.starts_with('#')).for_each(|other| self.line(&other.text));
+        // A line that starts with `#` would end the section, and an open text that ends with `\` would go on.
+        let is_left_out = |one: char| one == '\\' || one.is_whitespace();
+        let lines = others.iter().filter(|other| !other.text.starts_with('#'));
+        lines.for_each(|other| self.line(other.text.trim_end_matches(is_left_out)));
     }
 
     fn module(&mut self, module: &Module) {

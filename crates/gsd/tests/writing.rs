@@ -124,3 +124,13 @@ fn the_slave_family_has_no_quotation_marks() {
     }
     assert_eq!(family("\"3@a;b\""), ("Slave_Family = \"3@a;b\"".to_owned(), "3@a;b".to_owned()));
 }
+
+#[test]
+fn a_line_that_is_not_interpreted_takes_no_line_behind_it() {
+    for line in ["Colour=\"red\\", "#Other"] {
+        let read = GsdFile::read(format!("Module=\"m\" 0x10\nEndModule\n{line}").as_bytes());
+        assert_eq!(read.device().others.len(), 1, "{line}");
+        let written = text(read.device());
+        assert_eq!(GsdFile::read(written.as_bytes()).device().modules.len(), 1, "{written}");
+    }
+}
