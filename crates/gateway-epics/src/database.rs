@@ -136,7 +136,7 @@ fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
     Meta {
         description: description(entry, point, &settings.unit),
         precision: point.decimals_in(settings.unit_pa()).into(),
-        is_exponential: is_pressure || point.unit == Some("s"),
+        is_exponential: is_pressure || (point.unit == Some("s") && matches!(point.signal.kind(), Kind::Float)),
         display: point.range.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
         limits: AlarmLimits {
             high_high: limit(limits.high_high),

@@ -8,7 +8,7 @@ use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
 use profivac_gateway_epics::database::World;
 use profivac_gateway_epics::listing;
 use profivac_gateway_epics::names::NameError;
-use profivac_gateway_epics::record::{Answer, Data};
+use profivac_gateway_epics::record::{Answer, Data, Record, RecordType};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::epics::Settings;
@@ -180,7 +180,12 @@ fn a_number_has_decimals_and_ends_so_that_a_client_without_exponents_shows_it() 
     assert_eq!((logarithm.precision, logarithm.is_exponential), (2, false));
     assert_eq!(logarithm.description, "chamber: log10 of the pressure in mbar");
     let cycle = meta(&mbar, "HALL:CYCLE");
-    assert_eq!((cycle.unit.as_str(), cycle.precision), ("s", 6));
+    assert_eq!((cycle.unit.as_str(), cycle.precision, cycle.is_exponential), ("s", 6, true));
+    let whole = |record: &&Record| record.kind == RecordType::Int64in && record.meta.unit == "s";
+    let seconds: Vec<_> = mbar.database.records.iter().filter(whole).collect();
+    assert!(seconds.iter().any(|record| record.signal == Signal::Heartbeat));
+    assert!(seconds.iter().any(|record| record.signal == Signal::ObservedTime));
+    assert!(seconds.iter().all(|record| !record.meta.is_exponential), "3600 s is no 3.60e+03 s");
 }
 
 #[test]
