@@ -45,6 +45,7 @@ mod user;
 mod values;
 mod whole_file;
 mod write;
+mod write_failure;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;

@@ -5,7 +5,7 @@ use crate::gauge::{GaugeOptions, confirm};
 use crate::output::{json, out};
 use crate::record_row::RecordRow;
 use crate::values;
-use crate::write::{before_write, print_failure};
+use crate::write_failure::{before_write, print_failure};
 use profivac_client::names::numbers;
 use profivac_client::records::{RecordError, Records, WriteEffect};
 use profivac_client::values::hex;

@@ -5,6 +5,7 @@ use crate::gauge::{AnyGauge, GaugeOptions, confirm};
 use crate::octets;
 use crate::output::{json, out};
 use crate::record_row::RecordRow;
+use crate::write_failure::{before_write, print_failure};
 use clap::Args;
 use profivac_client::records::WriteEffect;
 use profivac_client::{ClientError, PreparedWrite, WriteResult};
@@ -66,15 +67,6 @@ struct Change {
     after: Option<RecordRow>,
 }
 
-/// A write that failed, in the JSON output.
-#[derive(Debug, Serialize)]
-struct FailedChange<'a> {
-    target: &'a str,
-    /// `not-sent`, `refused`, `possibly-executed` or `executed`.
-    effect: &'static str,
-    error: String,
-}
-
 /// Checks, asks for confirmation, sends, reads back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.octets {
@@ -101,16 +93,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         print_failure(&arguments.target, effect, failure);
     }
     done
-}
-
-/// The failure of a command that has sent no write.
-pub fn before_write(failure: Failure) -> Failure {
-    if failure.is_interrupted() { Failure::interrupted_with("nothing was written") } else { failure }
-}
-
-/// Prints a write that failed as JSON.
-pub fn print_failure(target: &str, effect: WriteEffect, failure: &Failure) {
-    out(&json(&FailedChange { target, effect: effect.name(), error: failure.to_string() }));
 }
 
 /// Prepares a command, or a parameter and its value.

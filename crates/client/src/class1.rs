@@ -4,8 +4,8 @@
 //! [`OwnedChannel`] uses the parameter channel of a slave that the master exchanges data with already.
 
 use super::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable, UnrestoredRecord};
-use crate::abandoned::Abandoned;
 use crate::cyclic::CyclicSlave;
+use crate::ms2::Abandoned;
 use crate::ms2::{Ms2, Ms2Error, Ms2Line};
 use crate::records::read_code;
 use profivac_devices::model::{AccessPath, Configuration, Field, Model, NumberType, Role, TaskKind, Telegram};

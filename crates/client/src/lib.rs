@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![warn(missing_docs)]
 
-mod abandoned;
 pub mod address;
 pub mod async_bus;
 pub mod bus;

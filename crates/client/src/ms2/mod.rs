@@ -6,7 +6,10 @@
 //! is repeated only if the slave cannot have executed it; otherwise its error says that it may have been executed. The master ends the
 //! connections that it gives up: [`profivac_dp::master::ms2`].
 
-use crate::abandoned::Abandoned;
+mod abandoned;
+
+pub(crate) use abandoned::Abandoned;
+
 use crate::records::{Interruption, RecordError, Records, Unavailable, UnrestoredRecord};
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;

@@ -1,6 +1,6 @@
 //! The request whose wait a cancellation has ended. The master accepts the next one to the slave after its outcome was taken.
 
-use crate::ms2::{Ms2Error, Ms2Line};
+use super::{Ms2Error, Ms2Line};
 use profivac_dp::master::{Handle, Operation, SubmitError};
 use profivac_host::session::BusMaster;
 use std::time::Instant;
@@ -9,7 +9,7 @@ use std::time::Instant;
 type TakeOutcome = Box<dyn Fn(&mut BusMaster) -> bool + Send>;
 
 /// A request that was given up and has no outcome yet, if there is one.
-pub struct Abandoned(Option<TakeOutcome>);
+pub(crate) struct Abandoned(Option<TakeOutcome>);
 
 impl Abandoned {
     /// No request was given up.
