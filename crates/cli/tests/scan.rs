@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::common::{End, Folder, Program, octets, run, sd2};
-use std::io;
+use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::thread;
 use std::time::Duration;
@@ -74,30 +74,42 @@ fn a_slave_at_the_address_of_the_master_is_found() {
     assert!(!std::path::Path::new(&file).exists(), "no file with an address that is used twice");
 }
 
-/// A port that passes one connection on and then exists no more.
-fn single_connection(target: &str) -> String {
+/// FDL_Status to the address of the master, from any other one: what `scan` asks last.
+fn asks_own_address(octets: &[u8]) -> bool {
+    octets.windows(4).any(|octets| matches!(octets, [0x10, 3, _, 0x49]))
+}
+
+/// A port that is lost when the address of the master is asked.
+fn lost_before_the_last_address(target: &str) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let name = listener.local_addr().unwrap().to_string();
     let target = target.to_owned();
     thread::spawn(move || {
-        let (client, _) = listener.accept().unwrap();
+        let (mut client, _) = listener.accept().unwrap();
         drop(listener);
-        let line = TcpStream::connect(target).unwrap();
+        let mut line = TcpStream::connect(target).unwrap();
         let (mut from, mut to) = (line.try_clone().unwrap(), client.try_clone().unwrap());
         thread::spawn(move || io::copy(&mut from, &mut to));
-        let _ended = io::copy(&mut &client, &mut &line);
+        let (mut sent, mut chunk) = (Vec::new(), [0; 256]);
+        while let Ok(length @ 1..) = client.read(&mut chunk) {
+            sent.extend(&chunk[..length]);
+            if asks_own_address(&sent) {
+                break;
+            }
+            line.write_all(&chunk[..length]).unwrap();
+        }
+        client.shutdown(Shutdown::Both).unwrap();
         line.shutdown(Shutdown::Both).unwrap();
     });
     name
 }
 
-/// The address of the master is asked in a second session.
 #[test]
 fn the_stations_are_printed_although_the_port_is_lost_before_the_last_address() {
     let (_simulation, address) = on_tcp(&["bcg450@5"]);
     for (option, expected) in [(None, "\n   5  slave   0x08E6"), (Some("--json"), "\"address\": 5,")] {
-        let port = format!("tcp://{}", single_connection(&address));
-        let mut arguments = vec!["scan", "--port", &port, PATIENTLY, "--hsa", "6"];
+        let port = format!("tcp://{}", lost_before_the_last_address(&address));
+        let mut arguments = vec!["scan", "--port", &port, PATIENTLY, "--master", "3", "--hsa", "6"];
         arguments.extend(option);
         let scanned = run(&arguments);
         let (shown, said) = (String::from_utf8(scanned.stdout).unwrap(), String::from_utf8(scanned.stderr).unwrap());
