@@ -1,5 +1,6 @@
 //! `profivac gsd check` and `gsd show`: GSD files of any slave.
 
+use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::output::{json, notice, out};
 use clap::{Args, Subcommand};
@@ -7,6 +8,8 @@ use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
 };
 use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 #[derive(Subcommand, Debug)]
@@ -20,8 +23,8 @@ pub enum FileCommand {
 /// profivac reads every file, also one with faults. Exit code 2 if a line is wrong, 0 if there are remarks only.
 #[derive(Args, Debug)]
 pub struct CheckArguments {
-    /// GSD files of any slave
-    #[arg(value_name = "FILE", required = true)]
+    /// GSD files of any slave, and folders of them: names that end in .gsd, .gse, .gsg ...
+    #[arg(value_name = "FILE|FOLDER", required = true)]
     files: Vec<PathBuf>,
 }
 
@@ -44,46 +47,88 @@ pub fn run(command: &FileCommand) -> Result<(), Failure> {
     }
 }
 
+/// The largest file that is read, in octets. chosen: more than ten times the largest one that is known.
+const MAX_OCTETS: u64 = 16 << 20;
+
 fn read(path: &Path) -> Result<GsdFile, Failure> {
-    let octets = std::fs::read(path);
-    let octets = octets
-        .map_err(|error| Failure::usage(format!("{} cannot be read: {error}; check the path", path.display())))?;
+    let failed =
+        |error: io::Error| Failure::usage(format!("{} cannot be read: {error}; check the path", path.display()));
+    let mut octets = Vec::new();
+    File::open(path).and_then(|file| file.take(MAX_OCTETS + 1).read_to_end(&mut octets)).map_err(failed)?;
+    if octets.len() as u64 > MAX_OCTETS {
+        return Err(Failure::usage(format!(
+            "expected a GSD file of at most {} MiB, {} is larger; check the path",
+            MAX_OCTETS >> 20,
+            path.display()
+        )));
+    }
     Ok(GsdFile::read(&octets))
 }
 
-fn check(paths: &[PathBuf]) -> Result<(), Failure> {
-    let mut wrong = 0_usize;
-    for path in paths {
-        let file = match read(path) {
-            Ok(file) => file,
-            Err(failure) => {
-                notice(&visible(&failure.to_string()));
-                wrong = wrong.saturating_add(1);
-                continue;
-            }
-        };
-        let faults = file.faults().count();
-        let remarks = file.problems().len().saturating_sub(faults);
-        let name = path.display();
-        out(&visible(&format!(
-            "{name}: {}, {} modules, {faults} faults, {remarks} remarks",
-            file.encoding(),
-            file.device().modules.len()
+/// The GSD files at a path: itself, or those of a folder by their names, in order.
+fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let failed = |error: io::Error| Failure::usage(format!("{} cannot be read: {error}", path.display()));
+    let entries = fs::read_dir(path).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(failed)?;
+    let mut files: Vec<_> = entries.iter().map(fs::DirEntry::path).filter(|path| has_gsd_ending(path)).collect();
+    files.sort();
+    if files.is_empty() {
+        return Err(Failure::usage(format!(
+            "expected GSD files in {}, found none whose name ends in .gsd, .gse, .gsg ...",
+            path.display()
         )));
-        for problem in file.problems() {
-            let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
-            out(&visible(&format!("  {kind}, {problem}")));
-        }
-        wrong = wrong.saturating_add(usize::from(faults > 0));
     }
-    let all = paths.len();
+    Ok(files)
+}
+
+/// Whether a name ends in `.gsd`, or in `.gs` and the letter of a language.
+fn has_gsd_ending(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+    ending.is_some_and(|ending| ending.len() == 3 && ending.starts_with("gs"))
+}
+
+fn check(paths: &[PathBuf]) -> Result<(), Failure> {
+    let (mut wrong, mut all) = (0_usize, 0_usize);
+    for path in paths {
+        let found = files(path).unwrap_or_else(|failure| {
+            notice(&visible(&failure.to_string()));
+            (wrong, all) = (wrong + 1, all + 1);
+            Vec::new()
+        });
+        all = all.saturating_add(found.len());
+        wrong = wrong.saturating_add(found.iter().filter(|file| !is_right(file)).count());
+    }
     if wrong == 0 {
-        Ok(())
-    } else {
-        Err(Failure::usage(format!(
-            "{wrong} of {all} GSD files have faults or cannot be read; the lines above say where"
-        )))
+        return Ok(());
     }
+    Err(Failure::usage(format!("{wrong} of {all} GSD files have faults or cannot be read; the lines above say where")))
+}
+
+/// Prints the problems of a file. Returns whether it has no fault.
+fn is_right(path: &Path) -> bool {
+    let file = match read(path) {
+        Ok(file) => file,
+        Err(failure) => {
+            notice(&visible(&failure.to_string()));
+            return false;
+        }
+    };
+    let faults = file.faults().count();
+    out(&visible(&format!(
+        "{}: {}, {}, {}, {}",
+        path.display(),
+        file.encoding(),
+        counted(file.device().modules.len() as u64, "module"),
+        counted(faults as u64, "fault"),
+        counted(file.problems().len().saturating_sub(faults) as u64, "remark")
+    )));
+    for problem in file.problems() {
+        let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
+        out(&visible(&format!("  {kind}, {problem}")));
+    }
+    faults == 0
 }
 
 /// A line without control characters, which a file can contain and a terminal would obey.
@@ -121,6 +166,8 @@ struct Shown {
     modules: Vec<ShownModule>,
     slots: Vec<ShownSlot>,
     preset: Option<ShownConfiguration>,
+    /// Why the modules that are plugged at first have no octets.
+    preset_problem: Option<String>,
     diagnosis: Vec<ShownText>,
 }
 
@@ -143,6 +190,8 @@ struct ShownParameter {
     text: Option<String>,
     possible: String,
     changeable: bool,
+    /// The value is the number of the slot, and `default` is not sent.
+    is_slot_number: bool,
 }
 
 #[derive(Serialize)]
@@ -174,6 +223,10 @@ impl Shown {
     fn of(file: &GsdFile) -> Self {
         let device = file.device();
         let general = &device.general;
+        let (preset, preset_problem) = match Configuration::preset(device) {
+            Ok(preset) => (Some(configuration(&preset)), None),
+            Err(error) => (None, Some(error.to_string())),
+        };
         let slot = |slot: &profivac_gsd::Slot| ShownSlot {
             number: slot.number,
             name: slot.name.clone(),
@@ -189,10 +242,11 @@ impl Shown {
             modular: device.is_modular(),
             max_modules: device.max_modules(),
             problems: file.problems().len(),
-            parameters: parameters(device, &device.prm),
+            parameters: parameters(device, &device.prm, |_| false),
             modules: device.modules.iter().map(|one| module(device, one)).collect(),
             slots: device.slots.values().map(slot).collect(),
-            preset: Configuration::preset(device).ok().map(|preset| configuration(&preset)),
+            preset,
+            preset_problem,
             diagnosis: diagnosis(&device.diagnosis),
         }
     }
@@ -230,6 +284,7 @@ impl Shown {
             ));
             lines.extend(warnings.iter().map(|warning| format!("warning   {warning}")));
         }
+        lines.extend(self.preset_problem.iter().map(|problem| format!("at first  no octets: {problem}")));
         if !self.diagnosis.is_empty() {
             lines.push("diagnosis".to_owned());
             lines.extend(self.diagnosis.iter().map(|one| one.line("  ")));
@@ -249,7 +304,10 @@ impl ShownModule {
 
 impl ShownParameter {
     fn line(&self, indent: &str) -> String {
-        let Self { offset, name, r#type, default, text, possible, changeable } = self;
+        let Self { offset, name, r#type, default, text, possible, changeable, is_slot_number } = self;
+        if *is_slot_number {
+            return format!("{indent}octet {offset}, {type}: {name}, the number of the slot; possible {possible}");
+        }
         let default = text.as_ref().map_or_else(|| default.to_string(), |text| format!("{default} ({text})"));
         let fixed = if *changeable { "" } else { ", fixed" };
         format!("{indent}octet {offset}, {type}: {name} = {default}; possible {possible}{fixed}")
@@ -278,12 +336,13 @@ fn module(device: &Device, module: &Module) -> ShownModule {
         name: module.name.clone(),
         config: hex(&module.config),
         preset: module.preset,
-        parameters: parameters(device, &module.prm),
+        parameters: parameters(device, &module.prm, Parameter::is_slot_number),
         diagnosis: diagnosis(&module.diagnosis),
     }
 }
 
-fn parameters(device: &Device, area: &PrmArea) -> Vec<ShownParameter> {
+/// The parameters of an area; `is_slot_number` tells those whose value is the number of the slot, which only modules have.
+fn parameters(device: &Device, area: &PrmArea, is_slot_number: impl Fn(&Parameter) -> bool) -> Vec<ShownParameter> {
     let shown = |offset: u8, parameter: &Parameter| ShownParameter {
         offset,
         name: parameter.name.clone(),
@@ -292,6 +351,7 @@ fn parameters(device: &Device, area: &PrmArea) -> Vec<ShownParameter> {
         text: device.text_of(parameter, parameter.default).map(str::to_owned),
         possible: device.values_of(parameter),
         changeable: parameter.changeable,
+        is_slot_number: is_slot_number(parameter),
     };
     let referred = |item: &profivac_gsd::PrmItem| match item.content {
         PrmContent::Ref(number) => device.parameters.get(&number).map(|parameter| shown(item.offset, parameter)),
@@ -301,11 +361,13 @@ fn parameters(device: &Device, area: &PrmArea) -> Vec<ShownParameter> {
 }
 
 fn configuration(preset: &Configuration<'_>) -> ShownConfiguration {
+    let user_prm = preset.user_prm();
+    let missing = user_prm.as_ref().err().map(|error| format!("no user parameters: {error}"));
     ShownConfiguration {
         modules: preset.modules().iter().map(|plugged| plugged.module.number).collect(),
         chk_cfg: hex(&preset.chk_cfg()),
-        user_prm: preset.user_prm().ok().map(|octets| hex(&octets)),
-        warnings: preset.warnings().iter().map(ToString::to_string).collect(),
+        warnings: preset.warnings().iter().map(ToString::to_string).chain(missing).collect(),
+        user_prm: user_prm.ok().map(|octets| hex(&octets)),
     }
 }
 
@@ -380,6 +442,59 @@ EndModule
             "{text}"
         );
         assert!(!Shown::of(&GsdFile::read(FILE)).text().contains("warning"));
+    }
+
+    /// One module with the parameter of its slot, plugged at first.
+    const SLOT: &[u8] = b"#Profibus_DP
+ExtUserPrmData = 1 \"[SlotNumber]\"
+Unsigned8 1 1-8
+EndExtUserPrmData
+Modular_Station = 1
+Max_Module = 2
+Module = \"input\" 0x10
+Preset = 1
+Ext_Module_Prm_Data_Len = 1
+Ext_User_Prm_Data_Ref(0) = 1
+EndModule
+";
+
+    #[test]
+    fn the_number_of_the_slot_is_not_shown_as_a_default() {
+        let text = Shown::of(&GsdFile::read(SLOT)).text();
+        assert!(text.contains("octet 0, Unsigned8: [SlotNumber], the number of the slot; possible 1 to 8"), "{text}");
+    }
+
+    #[test]
+    fn octets_that_cannot_be_made_have_a_reason() {
+        let too_long = String::from_utf8_lossy(SLOT).replace("1-8", "2-8");
+        let text = Shown::of(&GsdFile::read(too_long.as_bytes())).text();
+        assert!(text.lines().any(|line| line.starts_with("at first  no octets: ")), "{text}");
+    }
+
+    #[test]
+    fn check_reads_the_files_of_a_folder_and_says_that_one_has_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, octets: &[u8]| fs::write(folder.path().join(name), octets).unwrap();
+        write("valve.txt", b"no GSD file");
+        let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
+        assert!(failure.starts_with("1 of 1 GSD files"), "{failure}");
+        write("valve.GSE", FILE);
+        write("valve.gsd", FILE);
+        write("pump.gsd", b"#Profibus_DP\n");
+        let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
+        assert!(failure.starts_with("1 of 3 GSD files"), "{failure}");
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_to_be_a_gsd_file_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.gsd");
+        let file = File::create(&path).unwrap();
+        file.set_len(MAX_OCTETS + 1).unwrap();
+        let failure = read(&path).err().map(|failure| failure.to_string()).unwrap_or_default();
+        assert!(failure.contains("at most 16 MiB"), "{failure}");
+        file.set_len(MAX_OCTETS).unwrap();
+        assert!(read(&path).is_ok());
     }
 
     #[test]
