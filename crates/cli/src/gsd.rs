@@ -35,7 +35,7 @@ Examples:
   profivac gsd check PUMP.GSD VALVE.GSD
   profivac gsd show VALVE.GSD --json";
 
-/// Prints the file, writes the files, or reads those of other vendors.
+/// Prints or writes our GSD files, or reads the files of other vendors.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(command) = &arguments.file {
         return file::run(command);

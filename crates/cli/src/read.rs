@@ -17,11 +17,11 @@ use serde::Serialize;
 
 /// Read parameters of a gauge by name or number.
 ///
-/// TARGET is a name like pirani.process-value, slot and index like 1/19, or those of instance 2 like 1:2/19; `profivac list`
-/// shows all. The beginning of a word is enough: `serial`, `pressure`. Reading takes no ownership. Where several instances share a slot, it writes the Channel Instance Selector and restores
-/// it: meanwhile a PLC that reads this slot acyclically gets the values of another instance, without an error. The manuals list the
-/// selector as nonvolatile, so a gauge may write its EEPROM each time: use `profivac monitor`, not a loop of `read`, to watch a
-/// pressure.
+/// TARGET is a name like pirani.process-value, slot and index like 1/19, or with instance 2 like 1:2/19; `profivac list` shows
+/// all. The beginning of a word is enough: `serial`, `pressure`. Reading takes no ownership. Where several instances share a slot,
+/// it writes the Channel Instance Selector and restores it: meanwhile a PLC that reads this slot acyclically gets the values of
+/// another instance, without an error. The manuals list the selector as nonvolatile, so a gauge may write its EEPROM each time:
+/// use `profivac monitor`, not a loop of `read`, to watch a pressure.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

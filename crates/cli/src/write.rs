@@ -13,8 +13,8 @@ use serde::Serialize;
 
 /// Write a parameter of a gauge, or send a command by name.
 ///
-/// TARGET VALUE is a parameter with its whole name, or its numbers, and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A value is a number, one of the names
-/// that `profivac list` shows, or a pressure with its unit, which may be any unit of the gauge: `1e-3 mbar`.
+/// TARGET VALUE is a parameter with its whole name, or its numbers, and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A
+/// value is a number, one of the names that `profivac list` shows, or a pressure with its unit, which may be any unit of the gauge: `1e-3 mbar`.
 /// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
 ///

@@ -1,6 +1,6 @@
 //! A signal ends a command soon, whatever it waits for: an answer, a poll, the pause before a repetition, a restoration.
 //!
-//! The time is that of the simulated line.
+//! Time passes on the simulated line only.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 

@@ -248,7 +248,7 @@ fn each_reading_is_counted_once() {
     assert_eq!(counts, [1, 1, 2, 3]);
 }
 
-/// The state has a time of its own; the age is that of the reading.
+/// A loss has its own time; the age counts from the last reading.
 #[test]
 fn a_loss_is_no_reading_and_makes_no_reading_younger() {
     let mut plant = Plant::new("");

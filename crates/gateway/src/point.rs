@@ -106,7 +106,7 @@ pub struct Point {
     pub is_simulated: bool,
 }
 
-/// The lowest pressure in Pa of a gauge whose range is not known: that of a cold cathode gauge at a controller. chosen.
+/// The lowest pressure in Pa that a gauge without a known range may show. chosen: the low end of a cold cathode gauge at a controller.
 const LOWEST_PA: f64 = 1e-9;
 
 impl Point {

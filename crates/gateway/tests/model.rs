@@ -186,7 +186,7 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let snapshot = Modeller::default().next(inputs, Micros(200));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
-    assert_eq!(value.at, Some(Micros(150)), "its loss is that of the gauge");
+    assert_eq!(value.at, Some(Micros(150)), "a value is lost when its gauge is lost");
 }
 
 #[test]

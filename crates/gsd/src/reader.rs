@@ -236,7 +236,7 @@ impl Reader {
                     module.info = Some(statement.values.text());
                     return Ok(());
                 }
-                // Modules have them too; those of the device stay.
+                // Modules have them too; here the device's stay.
                 "ordernumber" | "ident_maintenance_supp" => {
                     self.keep(statement);
                     return Ok(());

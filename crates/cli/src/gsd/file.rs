@@ -65,7 +65,7 @@ fn read(path: &Path) -> Result<GsdFile, Failure> {
     Ok(GsdFile::read(&octets))
 }
 
-/// The GSD files at a path: itself, or those of a folder by their names, in order.
+/// The GSD files at a path: the file itself, or every GSD file of a folder, sorted by name.
 fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);

@@ -38,7 +38,7 @@ pub struct Arguments {
     /// The gauge; needed if there are several. In the CSV of monitor it is the address
     #[arg(long, value_name = "NAME")]
     gauge: Option<String>,
-    /// The start of the pump-down: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339. Default: that of the last pump-down
+    /// The start of the pump-down: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339. Default: the start of the last pump-down
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     from: Option<String>,
     /// The end of the record, in the same form

@@ -66,7 +66,7 @@ fn a_write_takes_the_whole_name_and_no_abbreviation() {
         for named in names.all() {
             let Ok(Target::Parameter(found)) = names.find_whole(model.name, &named.name) else { panic!("{named}") };
             assert_eq!(found.to_string(), named.to_string());
-            // Without its last letter the name may be that of another parameter, but never its own.
+            // Without its last letter the name may name another parameter, but never this one.
             let short = &named.name[..named.name.len() - 1];
             if let Ok(Target::Parameter(found)) = names.find_whole(model.name, short) {
                 assert_ne!(found.to_string(), named.to_string(), "{short}");

@@ -158,7 +158,7 @@ impl fmt::Display for PrmError {
 impl std::error::Error for PrmError {}
 
 impl<'a> Configuration<'a> {
-    /// The user parameters of Set_Prm, the octets from 7 on: those of the station, then those of the modules by slot.
+    /// The user parameters of Set_Prm, from octet 7 on: first the parameters of the station, then of each module by slot.
     ///
     /// Ext_User_Prm_Data replace User_Prm_Data as a whole. On a DP-V1 slave the first three octets are the DP-V1 status, as the file
     /// gives them. The parameters for PROFIsafe are left out. A parameter `[SlotNumber]` of a module is the number of its slot.

@@ -44,7 +44,7 @@ impl Reader {
         }
     }
 
-    /// The texts of the open type, or those of every block.
+    /// The texts of the open type, or else the texts for every block.
     fn unit(&mut self, typed: bool) -> &mut UnitDiag {
         let kind = if let Block::UnitDiag(kind) = self.block { Some(kind).filter(|_| typed) } else { None };
         let texts = self.texts();

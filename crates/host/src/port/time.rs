@@ -1,4 +1,4 @@
-//! The time of a port: simulated, or that of the system.
+//! The clock of a port: simulated, or the system's.
 
 use super::{Port, PortError};
 use crate::clock::{Clock, tbit_of};

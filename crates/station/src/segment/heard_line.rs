@@ -220,7 +220,7 @@ impl HeardLine {
     }
 }
 
-/// The baud rate of the line. A port without a rate has that of the file.
+/// The baud rate of the line; for a port without a rate, the rate in the file.
 fn detected(port: &mut dyn Port, baud: Baud) -> Result<Baud, PortError> {
     match rate::detect(port) {
         Err(PortError::NoBaudRate(_)) => Ok(baud),
@@ -257,7 +257,7 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, opened: BitTime, now: BitTi
     }
 }
 
-/// The sentence about a device whose Ident_Number is not that of the station's file.
+/// The sentence about a device with another Ident_Number than the station's file says.
 fn other_device(station: &Station, device: &str) -> Option<String> {
     let (ident, configured) = (station.knowledge.ident()?, entry(device).ok()?.model);
     if ident == configured.ident {

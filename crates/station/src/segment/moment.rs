@@ -5,8 +5,7 @@ use profivac_host::clock::duration_of;
 use profivac_recorder::Micros;
 use std::time::{Duration, Instant};
 
-/// A moment on the clock that is never set, which measures silences and intervals, and on that of the system, which dates samples and
-/// events.
+/// The same moment on two clocks: one that is never set measures silences and intervals, the clock of the system dates samples and events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moment {
     /// On the clock that is never set.

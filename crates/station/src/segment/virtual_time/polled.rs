@@ -126,7 +126,7 @@ fn a_sample_has_the_time_of_its_exchange_in_the_api_and_in_the_database() {
     assert!(shown.iter().all(|at| recorded.contains(at)), "{shown:?} {recorded:?}");
 }
 
-/// The line stands still before the sample, as while another master keeps the token: the inputs stay those of the last exchange.
+/// The line stands still before the sample, as while another master keeps the token: the inputs stay as they were in the last exchange.
 #[test]
 fn the_reading_of_a_gauge_that_is_sampled_seldom_has_the_time_of_its_exchange_and_ends_with_a_silence() {
     let slow = config::Gauge { poll: Duration::from_secs(5), ..gauge("chamber bcg450 5") };
