@@ -148,12 +148,12 @@ faults! {
     MissingEnd Fault "end of the block above is missing", "the block ends here; write its End line", Pyprofibus, GsdParser;
     StrayEnd Fault "end of a block that is not open", "remove the line", GsdParser;
     DefinitionTwice Fault "number is defined twice", "the last definition counts; give each a number of its own";
-    MissingDefault Fault "default value missing", "the lowest allowed value is the default; write it in front of the range";
+    MissingDefault Fault "default value missing", "the first allowed value is the default; write the default in front of the range";
     BadBits Fault "bits beyond the octet, or in falling order", "write bits from 0 to 7, the lower one first";
     UnknownText Fault "Prm_Text_Ref to texts that the file lacks", "the parameter has no texts; define the PrmText", GsdParser;
     UnknownParameter Fault "reference to an ExtUserPrmData that the file lacks", "the reference is ignored; define the ExtUserPrmData", GsdParser;
-    DefaultOutOfRange Fault "default value outside the allowed values", "the default is sent as the file gives it; correct it";
-    BeyondLength Fault "parameter reaches beyond the length that the file gives", "octets beyond the length are not sent; correct the length or the offset";
+    DefaultOutOfRange Fault "default value outside the allowed values", "the default is sent all the same, as far as its bits fit; correct it";
+    BeyondLength Fault "parameter reaches beyond the length that the file gives", "a slave may refuse such parameters; correct the length or the offset";
     PrmLength Fault "User_Prm_Data has another length than User_Prm_Data_Len says", "User_Prm_Data_Len counts; correct one of them";
     BothPrm Remark "User_Prm_Data differs from Ext_User_Prm_Data", "the Ext_User_Prm_Data are sent; make both equal";
     NoIdent Fault "Ident_Number missing", "write the Ident_Number that the slave has";

@@ -97,20 +97,31 @@ mod tests {
     use profivac_devices::catalog::model_named;
     use profivac_devices::profile::StatusExtension;
     use profivac_recorder::{Micros, Quality, Recorder, Sample, Settings};
+    use tempfile::TempDir;
 
     fn moment() -> Moment {
         Moment { at: Instant::now(), wall: Micros(1_700_000_000_000_000) }
     }
 
-    /// The number may be a pressure in the true unit, so the gauge has no fault that raises an alarm.
-    #[test]
-    fn a_number_that_is_no_pressure_in_an_assumed_unit_is_no_fault_of_the_gauge() {
+    fn recorder() -> (TempDir, RecorderHandle) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
+        (folder, recorder)
+    }
+
+    /// A BCG450 at address 5 whose telegram has integers in this unit.
+    fn with_integers(unit: &str) -> CyclicSlave {
         let model = model_named("bcg450").unwrap();
-        let (configuration, unit) = (&model.configurations[4], model.unit_named("COUNTS").unwrap());
-        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let (configuration, unit) = (&model.configurations[4], model.unit_named(unit).unwrap());
+        CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() }
+    }
+
+    /// The number may be a pressure in the true unit, so the gauge has no fault that raises an alarm.
+    #[test]
+    fn a_number_that_is_no_pressure_in_an_assumed_unit_is_no_fault_of_the_gauge() {
+        let (_folder, recorder) = recorder();
+        let slave = with_integers("COUNTS");
         let now = moment();
         let heard = |exception: u8, status: u8, assumed| {
             let values = slave.decode_inputs(&[&[0; 8][..], &[exception, status, 2, 0, 0]].concat());
@@ -137,12 +148,8 @@ mod tests {
     /// A BCG450 with integers in Pascal at 900 mbar: the diaphragm shows 32767.
     #[test]
     fn the_highest_integer_is_recorded_as_a_bound_and_one_event_names_the_limits() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
-        let model = model_named("bcg450").unwrap();
-        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
-        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let (_folder, recorder) = recorder();
+        let slave = with_integers("Pascal");
         let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, 0x7F, 0xFF]].concat());
         let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
         let now = moment();
@@ -175,12 +182,8 @@ mod tests {
 
     #[test]
     fn an_exchange_is_one_sample_with_its_time_however_often_the_gauge_is_sampled() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
-        let model = model_named("bcg450").unwrap();
-        let (configuration, unit) = (&model.configurations[4], model.unit_named("Pascal").unwrap());
-        let slave = CyclicSlave { address: 5, model, configuration, unit, channels: ReportedChannels::default() };
+        let (_folder, recorder) = recorder();
+        let slave = with_integers("Pascal");
         let begin = moment();
         let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
         let mut gauge = HeardGauge::new(config, begin);
