@@ -31,6 +31,7 @@ mod message_cycle;
 mod ms1;
 mod ms2;
 mod ms2_master;
+mod ms2_search;
 mod ms2_timers;
 mod no_panic;
 mod persistent;
