@@ -162,6 +162,8 @@ struct Shown {
     modular: bool,
     max_modules: usize,
     problems: usize,
+    /// The user parameters of the station with their defaults; none if there are none.
+    user_prm: Option<String>,
     parameters: Vec<ShownParameter>,
     modules: Vec<ShownModule>,
     slots: Vec<ShownSlot>,
@@ -177,6 +179,8 @@ struct ShownModule {
     name: String,
     config: String,
     preset: bool,
+    /// The user parameters that the module adds, with their defaults; none if it adds none.
+    user_prm: Option<String>,
     parameters: Vec<ShownParameter>,
     diagnosis: Vec<ShownText>,
 }
@@ -242,6 +246,7 @@ impl Shown {
             modular: device.is_modular(),
             max_modules: device.max_modules(),
             problems: file.problems().len(),
+            user_prm: octets(&device.default_user_prm()),
             parameters: parameters(device, &device.prm, |_| false),
             modules: device.modules.iter().map(|one| module(device, one)).collect(),
             slots: device.slots.values().map(slot).collect(),
@@ -270,6 +275,7 @@ impl Shown {
                 if self.modular { format!("at most {} modules", self.max_modules) } else { "one module".to_owned() }
             ),
         ];
+        lines.extend(self.user_prm.iter().map(|octets| format!("user parameters  {octets}")));
         lines.extend(self.parameters.iter().map(|one| one.line("  ")));
         lines.push("modules".to_owned());
         self.modules.iter().for_each(|module| module.add_lines(&mut lines));
@@ -295,8 +301,9 @@ impl Shown {
 
 impl ShownModule {
     fn add_lines(&self, lines: &mut Vec<String>) {
-        let Self { number, name, config, preset, parameters, diagnosis } = self;
+        let Self { number, name, config, preset, user_prm, parameters, diagnosis } = self;
         lines.push(format!("{number:>5}  {name}: {config}{}", if *preset { ", preset" } else { "" }));
+        lines.extend(user_prm.iter().map(|octets| format!("         user parameters {octets}")));
         lines.extend(parameters.iter().map(|one| one.line("         ")));
         lines.extend(diagnosis.iter().map(|one| one.line("         ")));
     }
@@ -336,6 +343,7 @@ fn module(device: &Device, module: &Module) -> ShownModule {
         name: module.name.clone(),
         config: hex(&module.config),
         preset: module.preset,
+        user_prm: octets(&device.default_module_prm(module)),
         parameters: parameters(device, &module.prm, Parameter::is_slot_number),
         diagnosis: diagnosis(&module.diagnosis),
     }
@@ -393,6 +401,11 @@ fn unit(prefix: &str, unit: &UnitDiag) -> Vec<ShownText> {
 
 fn text(place: String, words: &profivac_gsd::Words) -> ShownText {
     ShownText { place, text: words.text.clone(), help: words.help.clone() }
+}
+
+/// Octets as text, nothing for none.
+fn octets(octets: &[u8]) -> Option<String> {
+    (!octets.is_empty()).then(|| hex(octets))
 }
 
 fn hex(octets: &[u8]) -> String {
@@ -509,6 +522,30 @@ EndModule
         let file = GsdFile::read(b"#Profibus_DP\nVendor_Name=\"\x1b[2Jx\"\n");
         let text = Shown::of(&file).text();
         assert!(text.lines().any(|line| line == "vendor    \\u{1b}[2Jx"), "{text}");
+    }
+
+    #[test]
+    fn the_station_and_each_module_have_their_default_octets() {
+        let file = GsdFile::read(
+            b"#Profibus_DP
+ExtUserPrmData = 1 \"Filter\"
+Unsigned8 7 0-9
+EndExtUserPrmData
+Ext_User_Prm_Data_Const(0) = 0x80,0x00
+Ext_User_Prm_Data_Ref(1) = 1
+Module = \"input\" 0x10
+Ext_Module_Prm_Data_Len = 2
+Ext_User_Prm_Data_Ref(0) = 1
+EndModule
+Module = \"output\" 0x20
+EndModule
+",
+        );
+        let value = serde_json::to_value(Shown::of(&file)).unwrap();
+        let at = |pointer: &str| value.pointer(pointer).cloned();
+        assert_eq!(at("/user_prm"), Some("80 07".into()));
+        assert_eq!(at("/modules/0/user_prm"), Some("07 00".into()));
+        assert_eq!(at("/modules/1/user_prm"), Some(serde_json::Value::Null));
     }
 
     #[test]

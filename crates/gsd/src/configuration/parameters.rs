@@ -1,7 +1,7 @@
 //! The user parameters of Set_Prm.
 
 use super::Configuration;
-use crate::device::Device;
+use crate::device::{Device, Module};
 use crate::parameter::{DataType, MAX_USER_PRM, Parameter, PrmArea, PrmContent};
 use crate::words;
 use std::collections::BTreeMap;
@@ -225,10 +225,7 @@ impl<'a> Configuration<'a> {
     }
 
     fn octets_of(&self, index: usize, place: Place, area: &PrmArea) -> Vec<u8> {
-        if place == Place::Station && area.items.is_empty() {
-            return plain(self.device);
-        }
-        area.octets(&self.device.parameters, |item, parameter| self.value(index, place, item, parameter))
+        self.device.octets_of(place, area, |item, parameter| self.value(index, place, item, parameter))
     }
 
     /// The number of the slot, the change or the default.
@@ -268,6 +265,28 @@ impl<'a> Configuration<'a> {
                 possible: words::list(several.iter().map(PlacedParameter::words)),
             }),
         }
+    }
+}
+
+impl Device {
+    /// The user parameters of the station with the defaults of the file: octets 7 and following of Set_Prm, before those of the modules.
+    #[must_use]
+    pub fn default_user_prm(&self) -> Vec<u8> {
+        self.octets_of(Place::Station, &self.prm, |_, parameter| parameter.default)
+    }
+
+    /// The user parameters that a module adds, with the defaults of the file. chosen: a parameter `[SlotNumber]` has its default too,
+    /// because the module is in no slot.
+    #[must_use]
+    pub fn default_module_prm(&self, module: &Module) -> Vec<u8> {
+        module.prm.octets(&self.parameters, |_, parameter| parameter.default)
+    }
+
+    fn octets_of(&self, place: Place, area: &PrmArea, value: impl Fn(usize, &Parameter) -> i64) -> Vec<u8> {
+        if place == Place::Station && area.items.is_empty() {
+            return plain(self);
+        }
+        area.octets(&self.parameters, value)
     }
 }
 
