@@ -1,5 +1,6 @@
 //! The typed model of a GSD file.
 
+use crate::alarm::Alarms;
 use crate::diagnosis::Diagnosis;
 use crate::general::{General, Rate};
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
@@ -51,6 +52,8 @@ pub struct Module {
     /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets;
     /// [`Configuration::warnings`](crate::Configuration::warnings) names such modules.
     pub safety: PrmArea,
+    /// Its alarms; the keywords of the station are in [`General`].
+    pub alarms: Alarms,
     /// Texts for diagnosis of this module.
     pub diagnosis: Diagnosis,
     /// Lines that the model does not interpret.
