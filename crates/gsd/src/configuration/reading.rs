@@ -183,20 +183,22 @@ impl<'a> Fit<'a> {
         reading
     }
 
-    /// For each slot the module whose parameters fit best: the total length first, then the octets that are as the file says.
+    /// For each slot the module whose parameters fit best: the total length first, then the fewest octets that differ from constants, then
+    /// the fewest values that are not allowed, then the fewest that are not the usual ones.
     fn modules_by_prm(&self, user: &[u8], start: usize) -> Vec<(u32, &'a Module)> {
-        // By end of the parameters so far: how many octets differ, and the modules.
-        let mut ways: BTreeMap<usize, (usize, Vec<&'a Module>)> = BTreeMap::from([(start, (0, Vec::new()))]);
+        // By end of the parameters so far: how well they fit, and the modules.
+        let mut ways: BTreeMap<usize, (Misfit, Vec<&'a Module>)> =
+            BTreeMap::from([(start, (Misfit::default(), Vec::new()))]);
         for slot in &self.slots {
-            let mut next: BTreeMap<usize, (usize, Vec<&'a Module>)> = BTreeMap::new();
-            for (at, (wrong, modules)) in &ways {
+            let mut next: BTreeMap<usize, (Misfit, Vec<&'a Module>)> = BTreeMap::new();
+            for (at, (misfit, modules)) in &ways {
                 for module in &slot.modules {
                     let part = Part::module(self.device, slot.slot, module);
                     let octets = user.get((*at).min(user.len())..).unwrap_or_default();
-                    let wrong = wrong.saturating_add(part.differences(self.device, octets).len());
+                    let misfit = misfit.plus(part.misfit(self.device, octets));
                     let end = at.saturating_add(part.length());
-                    if next.get(&end).is_none_or(|(before, _)| wrong < *before) {
-                        next.insert(end, (wrong, modules.iter().copied().chain([*module]).collect()));
+                    if next.get(&end).is_none_or(|(before, _)| misfit < *before) {
+                        next.insert(end, (misfit, modules.iter().copied().chain([*module]).collect()));
                     }
                 }
             }
@@ -205,7 +207,7 @@ impl<'a> Fit<'a> {
             beyond.iter().for_each(|end| drop(next.remove(end)));
             ways = next;
         }
-        let best = ways.iter().min_by_key(|(end, (wrong, _))| (end.abs_diff(user.len()), *wrong));
+        let best = ways.iter().min_by_key(|(end, (misfit, _))| (end.abs_diff(user.len()), *misfit));
         let modules = best.map(|(_, (_, modules))| modules.clone()).unwrap_or_default();
         self.slots.iter().map(|slot| slot.slot).zip(modules).collect()
     }
@@ -221,17 +223,8 @@ impl<'a> Reading<'a> {
     fn add(&mut self, device: &'a Device, part: Part<'a>, user: &[u8]) {
         let start = self.expected;
         let octets = user.get(start.min(user.len())..).unwrap_or_default();
-        let owners = part.owners(device);
-        for (index, item) in part.area.items.iter().enumerate() {
-            let PrmContent::Ref(number) = item.content else { continue };
-            let Some(parameter) = device.parameters.get(&number) else { continue };
-            let offset = usize::from(item.offset);
-            let Some(value) = octets.get(offset..).and_then(|octets| parameter.kind.get(octets)) else { continue };
-            let usual = slot_number(part.place, parameter).map_or(parameter.default, i64::from);
-            let later = bits(parameter, offset).filter_map(|(octet, bit)| owner(&owners, octet, bit));
-            let later = later.filter(|owner| *owner > index).max();
-            let is_allowed = parameter.allows(value) || value == usual;
-            self.values.push(ReadValue {
+        let values =
+            part.values(device, octets).into_iter().map(|Value { offset, parameter, value, usual, later }| ReadValue {
                 place: part.place,
                 octet: start.saturating_add(offset),
                 parameter,
@@ -239,10 +232,10 @@ impl<'a> Reading<'a> {
                 text: device.text_of(parameter, value),
                 usual,
                 usual_text: device.text_of(parameter, usual),
-                possible: (!is_allowed).then(|| device.values_of(parameter)),
+                possible: (!is_allowed(parameter, value, usual)).then(|| device.values_of(parameter)),
                 covered_by: later.map(|later| what(device, &part.area, later)),
             });
-        }
+        self.values.extend(values);
         let is_dpv1 = device.general.dpv1_slave == Some(true) && part.place == Place::Station;
         for (octet, found, expected) in part.differences(device, octets) {
             self.differences.push(Difference {
@@ -268,6 +261,32 @@ impl<'a> Reading<'a> {
             is_dpv1_status: false,
         }));
     }
+}
+
+/// How badly octets fit a definition: octets that differ from constants, values that are not allowed, values that are not the usual ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Misfit(usize, usize, usize);
+
+impl Misfit {
+    fn plus(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0), self.1.saturating_add(other.1), self.2.saturating_add(other.2))
+    }
+}
+
+/// A parameter in octets.
+struct Value<'a> {
+    /// Its first octet within the part.
+    offset: usize,
+    parameter: &'a Parameter,
+    value: i64,
+    usual: i64,
+    /// The item that is defined later in the same bits.
+    later: Option<usize>,
+}
+
+/// A default is right even where the file does not list it.
+fn is_allowed(parameter: &Parameter, value: i64, usual: i64) -> bool {
+    parameter.allows(value) || value == usual
 }
 
 /// The definition of the octets of the station or of a slot.
@@ -326,6 +345,31 @@ impl<'a> Part<'a> {
             }
         }
         owners
+    }
+
+    fn values<'d>(&self, device: &'d Device, octets: &[u8]) -> Vec<Value<'d>> {
+        let owners = self.owners(device);
+        let items = self.area.items.iter().enumerate();
+        items
+            .filter_map(|(index, item)| {
+                let PrmContent::Ref(number) = item.content else { return None };
+                let parameter = device.parameters.get(&number)?;
+                let offset = usize::from(item.offset);
+                let value = parameter.kind.get(octets.get(offset..)?)?;
+                let usual = slot_number(self.place, parameter).map_or(parameter.default, i64::from);
+                let later = bits(parameter, offset).filter_map(|(octet, bit)| owner(&owners, octet, bit));
+                let later = later.filter(|owner| *owner > index).max();
+                Some(Value { offset, parameter, value, usual, later })
+            })
+            .collect()
+    }
+
+    fn misfit(&self, device: &Device, octets: &[u8]) -> Misfit {
+        let values = self.values(device, octets);
+        let counting = || values.iter().filter(|one| one.later.is_none());
+        let refused = counting().filter(|one| !is_allowed(one.parameter, one.value, one.usual)).count();
+        let changed = counting().filter(|one| one.value != one.usual).count();
+        Misfit(self.differences(device, octets).len(), refused, changed)
     }
 
     /// The octets whose constant bits differ, or that are not 0 although nothing is defined there: their place within the part, the
