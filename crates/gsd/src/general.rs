@@ -1,8 +1,10 @@
 //! Keywords with one value.
 
+use crate::alarm::Alarm;
 use crate::problem::Fault;
 use crate::statement::Statement;
 use crate::words::quoted;
+use std::collections::BTreeSet;
 
 /// A value of a keyword.
 trait Value: Sized {
@@ -163,6 +165,22 @@ general! {
     ident_maintenance_supp: bool = "Ident_Maintenance_supp", "has the records of I&M";
     user_prm_data_len: u32 = "User_Prm_Data_Len", "length of User_Prm_Data";
     max_user_prm_data_len: u32 = "Max_User_Prm_Data_Len", "greatest length of all user parameters, 0 to 237";
+}
+
+impl General {
+    /// The alarms that the master must enable.
+    #[must_use]
+    pub fn required_alarms(&self) -> BTreeSet<Alarm> {
+        let required = |alarm: &Alarm| match alarm {
+            Alarm::Diagnostic => self.diagnostic_alarm_required,
+            Alarm::Process => self.process_alarm_required,
+            Alarm::PullPlug => self.pull_plug_alarm_required,
+            Alarm::Status => self.status_alarm_required,
+            Alarm::Update => self.update_alarm_required,
+            Alarm::Manufacturer => self.manufacturer_specific_alarm_required,
+        };
+        Alarm::ALL.into_iter().filter(|alarm| required(alarm) == Some(true)).collect()
+    }
 }
 
 /// The baud rates as keywords write them, in the order of a [`Device`](crate::Device).
