@@ -197,6 +197,17 @@ pub struct Rate {
     pub max_tsdr: Option<u32>,
 }
 
+impl Rate {
+    /// The rate in bit/s.
+    #[must_use]
+    pub fn bits_per_second(&self) -> Option<u32> {
+        let (number, factor) = self.name.strip_suffix('M').map_or((self.name, 1_000), |number| (number, 1_000_000));
+        let (whole, part) = number.split_once('.').unwrap_or((number, "0"));
+        let part = format!("{part:0<6}").parse::<u32>().ok()?.checked_mul(factor)?.checked_div(1_000_000)?;
+        whole.parse::<u32>().ok()?.checked_mul(factor)?.checked_add(part)
+    }
+}
+
 /// Takes a keyword of a baud rate. None if it is no such keyword; true if it had a value before.
 pub(crate) fn read_rate(rates: &mut Vec<Rate>, statement: &Statement<'_>) -> Option<Result<bool, Fault>> {
     let keyword = statement.keyword.as_str();
