@@ -1,6 +1,6 @@
 //! Configuration octets to the modules that give them: Chk_Cfg and Get_Cfg back to words.
 
-use crate::configuration::{Configuration, ConfigurationError, first_slot, is_fixed, name, takes_slot_number};
+use crate::configuration::{Configuration, ConfigurationError, is_fixed, name, takes_slot_number};
 use crate::device::{Device, Module};
 use crate::words::{hex, list};
 use profivac_wire::cfg::{Area, CfgError, Identifiers, lengths};
@@ -220,7 +220,7 @@ struct Search<'a, 'o> {
 
 impl<'a, 'o> Search<'a, 'o> {
     fn new(device: &'a Device, octets: &'o [u8]) -> Self {
-        let first = first_slot(device);
+        let first = device.first_slot();
         let fixed: Vec<_> = if device.slots.is_empty() && is_fixed(device) {
             device.modules.iter().filter(|module| module.preset).collect()
         } else {

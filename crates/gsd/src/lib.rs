@@ -24,8 +24,8 @@ mod write;
 
 pub use alarm::{Alarm, Alarms};
 pub use configuration::{
-    Configuration, ConfigurationError, Difference, Place, PlacedParameter, Plugged, PrmError, ReadValue, Reading,
-    Target, Warning,
+    Chosen, Configuration, ConfigurationError, Difference, Place, PlacedParameter, Plugged, PrmError, ReadValue,
+    Reading, Target, Warning,
 };
 pub use device::{Device, Module, Other, Slot};
 pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};

@@ -1,0 +1,83 @@
+//! The modules of configuration octets that a slave returned.
+
+use crate::slave::{GsdSlave, SlaveError};
+use profivac_gsd::{Fit, FittedSlot, GsdFile};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The modules of a file that give configuration octets, see [`GsdSlave::by_chk_cfg`].
+#[derive(Clone, Debug)]
+pub struct FoundModules {
+    /// The slave with the first possible module in each slot and the file's default parameters.
+    pub slave: GsdSlave,
+    /// The slots with all modules that have their octets.
+    pub slots: Vec<FoundSlot>,
+    /// Whether the octets can also be divided into modules with other octets.
+    pub is_divided_otherwise: bool,
+}
+
+/// A slot and its possible modules.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoundSlot {
+    /// The number of the slot.
+    pub slot: u32,
+    /// Number and name of each module with these configuration octets that the slot takes, in the order of the file.
+    pub modules: Vec<(u32, String)>,
+    /// Its octets within Chk_Cfg.
+    pub range: Range<usize>,
+}
+
+impl FoundModules {
+    /// Whether one module is possible in each slot, and no other division.
+    #[must_use]
+    pub fn is_unique(&self) -> bool {
+        !self.is_divided_otherwise && self.slots.iter().all(|slot| slot.modules.len() == 1)
+    }
+}
+
+impl FoundSlot {
+    /// `slot 2 4DO`; several modules with the same octets are all named: `slot 2 4DO or 4DO HF`.
+    #[must_use]
+    pub fn label(&self) -> String {
+        let names: Vec<_> = self.modules.iter().map(|(_, name)| name.as_str()).collect();
+        format!("slot {} {}", self.slot, names.join(" or "))
+    }
+}
+
+impl GsdSlave {
+    /// The modules whose configuration octets are these, from Get_Cfg or Chk_Cfg. Several modules can have the same octets; all are
+    /// named.
+    ///
+    /// The slots of the file count: only modules that a slot takes, and free slots only where the file defines slots. chosen: as few
+    /// free slots as possible, then as few modules as possible. None if no modules of the file give these octets.
+    ///
+    /// ```
+    /// use profivac_gsd::GsdFile;
+    /// use profivac_gsd_slave::GsdSlave;
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP
+    /// Ident_Number = 0x1234
+    /// Modular_Station = 1
+    /// Max_Module = 4
+    /// Module = \"4DO\" 0x20
+    /// EndModule
+    /// Module = \"4DO HF\" 0x20
+    /// EndModule
+    /// ");
+    /// let found = GsdSlave::by_chk_cfg(&file.into(), &[0x20, 0x20]).unwrap();
+    /// assert_eq!(found.slots[1].label(), "slot 2 4DO or 4DO HF");
+    /// assert!(GsdSlave::by_chk_cfg(found.slave.file(), &[0x21]).is_none());
+    /// ```
+    #[must_use]
+    pub fn by_chk_cfg(file: &Arc<GsdFile>, octets: &[u8]) -> Option<FoundModules> {
+        let fit = Fit::new(file.device(), octets).ok()?;
+        let slave: Result<GsdSlave, SlaveError> = Self::of(file, &fit.configuration().ok()?);
+        let slot = |one: &FittedSlot<'_>| FoundSlot {
+            slot: one.slot,
+            modules: one.modules.iter().map(|module| (module.number, module.name.clone())).collect(),
+            range: one.config.clone(),
+        };
+        let slots = fit.slots.iter().map(slot).collect();
+        Some(FoundModules { slave: slave.ok()?, slots, is_divided_otherwise: fit.has_other_division })
+    }
+}
