@@ -1,9 +1,10 @@
 //! The modules of configuration octets that a slave returned.
 
 use crate::slave::{GsdSlave, SlaveError};
-use profivac_gsd::{Fit, FittedSlot, GsdFile};
+use profivac_gsd::{Fit, FitError, FittedSlot, GsdFile};
 use std::ops::Range;
 use std::sync::Arc;
+use thiserror::Error;
 
 /// The modules of a file that give configuration octets, see [`GsdSlave::by_chk_cfg`].
 #[derive(Clone, Debug)]
@@ -21,10 +22,22 @@ pub struct FoundModules {
 pub struct FoundSlot {
     /// The number of the slot.
     pub slot: u32,
-    /// Number and name of each module with these configuration octets that the slot takes, in the order of the file.
+    /// Number and name of each module with these configuration octets that the slot takes; the first one is the most likely.
     pub modules: Vec<(u32, String)>,
     /// Its octets within Chk_Cfg.
     pub range: Range<usize>,
+}
+
+/// Why configuration octets give no slave of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum FoundError {
+    /// No modules of the file give these octets.
+    #[error("{0}")]
+    Fit(#[from] FitError),
+    /// The modules break a rule of the file.
+    #[error("{0}")]
+    Slave(#[from] SlaveError),
 }
 
 impl FoundModules {
@@ -36,6 +49,11 @@ impl FoundModules {
 }
 
 impl FoundSlot {
+    fn of(slot: &FittedSlot<'_>) -> Self {
+        let modules = slot.modules.iter().map(|module| (module.number, module.name.clone())).collect();
+        Self { slot: slot.slot, modules, range: slot.config.clone() }
+    }
+
     /// `slot 2 4DO`; several modules with the same octets are all named: `slot 2 4DO or 4DO HF`.
     #[must_use]
     pub fn label(&self) -> String {
@@ -45,11 +63,8 @@ impl FoundSlot {
 }
 
 impl GsdSlave {
-    /// The modules whose configuration octets are these, from Get_Cfg or Chk_Cfg. Several modules can have the same octets; all are
-    /// named.
-    ///
-    /// The slots of the file count: only modules that a slot takes, and free slots only where the file defines slots. chosen: as few
-    /// free slots as possible, then as few modules as possible. None if no modules of the file give these octets.
+    /// The modules whose configuration octets are these, from Get_Cfg or Chk_Cfg, see [`Fit`]. Several modules can have the same
+    /// octets; all are named.
     ///
     /// ```
     /// use profivac_gsd::GsdFile;
@@ -64,20 +79,22 @@ impl GsdSlave {
     /// Module = \"4DO HF\" 0x20
     /// EndModule
     /// ");
-    /// let found = GsdSlave::by_chk_cfg(&file.into(), &[0x20, 0x20]).unwrap();
+    /// let found = GsdSlave::by_chk_cfg(&file.into(), &[0x20, 0x20])?;
     /// assert_eq!(found.slots[1].label(), "slot 2 4DO or 4DO HF");
-    /// assert!(GsdSlave::by_chk_cfg(found.slave.file(), &[0x21]).is_none());
+    /// assert!(GsdSlave::by_chk_cfg(found.slave.file(), &[0x21]).is_err());
+    /// # Ok::<(), profivac_gsd_slave::FoundError>(())
     /// ```
-    #[must_use]
-    pub fn by_chk_cfg(file: &Arc<GsdFile>, octets: &[u8]) -> Option<FoundModules> {
-        let fit = Fit::new(file.device(), octets).ok()?;
-        let slave: Result<GsdSlave, SlaveError> = Self::of(file, &fit.configuration().ok()?);
-        let slot = |one: &FittedSlot<'_>| FoundSlot {
-            slot: one.slot,
-            modules: one.modules.iter().map(|module| (module.number, module.name.clone())).collect(),
-            range: one.config.clone(),
-        };
-        let slots = fit.slots.iter().map(slot).collect();
-        Some(FoundModules { slave: slave.ok()?, slots, is_divided_otherwise: fit.has_other_division })
+    ///
+    /// # Errors
+    ///
+    /// [`FoundError`] says which octets belong to no module, or which rule of the file the modules break.
+    pub fn by_chk_cfg(file: &Arc<GsdFile>, octets: &[u8]) -> Result<FoundModules, FoundError> {
+        let fit = Fit::new(file.device(), octets)?;
+        let configuration = fit.configuration().map_err(SlaveError::from)?;
+        Ok(FoundModules {
+            slave: Self::of(file, &configuration)?,
+            slots: fit.slots.iter().map(FoundSlot::of).collect(),
+            is_divided_otherwise: fit.has_other_division,
+        })
     }
 }

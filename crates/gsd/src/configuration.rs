@@ -228,7 +228,7 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
-        let first = device.first_slot();
+        let first = first_slot(device);
         Self::in_slots(device, (first..).zip(modules))
     }
 
@@ -392,7 +392,7 @@ impl<'a> Configuration<'a> {
             self.plugged.iter().any(|one| std::ptr::eq(one.module, fixed) && (is_free || one.slot == slot))
         };
         let fixed = self.device.modules.iter().filter(|module| module.preset);
-        let missing = (self.device.first_slot()..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
+        let missing = (first_slot(self.device)..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
         let error =
             |(slot, module)| ConfigurationError::Fixed { module: name(module), slot: (!is_free).then_some(slot) };
         missing.map_or(Ok(()), |missing| Err(error(missing)))
@@ -444,6 +444,11 @@ fn lengths(octets: &[u8]) -> (usize, usize) {
     Identifiers::new(octets)
         .flatten()
         .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
+}
+
+/// chosen: slots count from 1, or from 0 if the file defines a slot 0.
+pub(crate) fn first_slot(device: &Device) -> u32 {
+    u32::from(!device.slots.contains_key(&0))
 }
 
 /// Whether the modules with Preset are always plugged.

@@ -1,6 +1,6 @@
 //! Configuration octets to the modules that give them: Chk_Cfg and Get_Cfg back to words.
 
-use crate::configuration::{Configuration, ConfigurationError, is_fixed, name, takes_slot_number};
+use crate::configuration::{Configuration, ConfigurationError, first_slot, is_fixed, name, takes_slot_number};
 use crate::device::{Device, Module, Slot};
 use crate::words::{hex, list};
 use profivac_wire::cfg::{Area, CfgError, Identifiers, lengths};
@@ -252,7 +252,7 @@ impl Allowed {
 
 impl<'a, 'o> Search<'a, 'o> {
     fn new(device: &'a Device, octets: &'o [u8]) -> Self {
-        let first = device.first_slot();
+        let first = first_slot(device);
         let fixed: Vec<_> = if device.slots.is_empty() && is_fixed(device) {
             device.modules.iter().filter(|module| module.preset).collect()
         } else {
@@ -278,8 +278,10 @@ impl<'a, 'o> Search<'a, 'o> {
             for at in 0..=self.octets.len() {
                 let Some(State { cost: (free, modules), has_other, .. }) = self.state(slot, at) else { continue };
                 let next = slot.saturating_add(1);
-                if let Some(cost) = self.cost_of_free(slot) {
-                    self.reach(next, at, State { cost: (free.saturating_add(cost), modules), has_other, from: None });
+                if self.silent(slot).is_some() {
+                    self.reach(next, at, State { cost: (free, modules), has_other, from: Some(0) });
+                } else if self.can_be_free() {
+                    self.reach(next, at, State { cost: (free.saturating_add(1), modules), has_other, from: None });
                 }
                 for (end, group) in self.matches.get(at).cloned().unwrap_or_default() {
                     let Some(known) = taken.get_mut(group) else { continue };
@@ -323,18 +325,17 @@ impl<'a, 'o> Search<'a, 'o> {
         });
     }
 
-    /// What it costs to leave a slot without octets; `None` if it cannot be.
-    ///
-    /// chosen: without slot definitions modules stand side by side, because nothing in the octets would show a gap. A module without an
-    /// identifier that is always plugged, or is the default of the slot, leaves no gap.
-    fn cost_of_free(&self, slot: usize) -> Option<usize> {
-        if let Some(fixed) = self.fixed.get(slot) {
-            return fixed.config.is_empty().then_some(0);
-        }
-        let definition = self.device.slots.get(&self.number(slot));
-        let has_silent =
-            definition.and_then(|slot| self.device.module(slot.default)).is_some_and(|module| module.config.is_empty());
-        (!self.device.slots.is_empty()).then_some(usize::from(!has_silent))
+    /// The module without an identifier in a slot. chosen: one that is always plugged, or the default of the slot, because the octets do
+    /// not show others.
+    fn silent(&self, slot: usize) -> Option<&'a Module> {
+        let default = || self.device.module(self.device.slots.get(&self.number(slot))?.default);
+        let module = self.fixed.get(slot).copied().or_else(default);
+        module.filter(|module| module.config.is_empty())
+    }
+
+    /// Whether slots can be free. chosen: without slot definitions modules stand side by side, because the octets show no gap.
+    fn can_be_free(&self) -> bool {
+        !self.device.slots.is_empty()
     }
 
     fn slot_takes(&self, slot: usize, allowed: Option<&Allowed>, module: &Module) -> bool {
@@ -348,6 +349,9 @@ impl<'a, 'o> Search<'a, 'o> {
     /// The modules with these octets that the slot takes.
     fn candidates(&self, number: u32, config: &Range<usize>) -> Vec<&'a Module> {
         let slot = usize::try_from(number.saturating_sub(self.first)).unwrap_or(usize::MAX);
+        if config.is_empty() {
+            return self.silent(slot).into_iter().collect();
+        }
         let there = self.matches.get(config.start).and_then(|there| there.iter().find(|(end, _)| *end == config.end));
         let group = there.and_then(|(_, group)| self.groups.get(*group)).map(Vec::as_slice).unwrap_or_default();
         let allowed = self.allowed(slot);
@@ -378,12 +382,15 @@ impl<'a, 'o> Search<'a, 'o> {
             slot = before;
         }
         path.reverse();
+        // Modules without identifiers behind the last octets.
+        let behind = (last..self.states.len().saturating_sub(1)).take_while(|slot| self.silent(*slot).is_some());
+        path.extend(behind.map(|slot| (self.number(slot), end..end)));
         Ok((path, has_other))
     }
 
     /// Whether the division that ends behind this slot has a module in it, and not a free slot behind the same modules.
     fn ends_with_octets(&self, slot: usize, end: usize) -> bool {
-        self.state(slot, end).is_some_and(|state| state.from.is_some())
+        self.state(slot, end).is_some_and(|state| state.from.is_some_and(|length| length > 0))
     }
 
     /// The first octets that belong to no module.
