@@ -113,9 +113,11 @@ fn recordings() -> Vec<(&'static str, Log, [&'static str; 4])> {
         ("MS1 after Set_Prm without", service(prm(NO_ENABLE), 51, READ), MESSAGES),
         ("MS2 and Set_Prm without", service(log(), 48, READ).prm(UNKNOWN, NO_ENABLE), BOTH),
         ("Set_Prm without and MS2", service(prm(NO_ENABLE), 48, READ), BOTH),
-        ("a refused DPV1_Enable, then Set_Prm without", prm(ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]).prm(UNKNOWN, NO_ENABLE), {
-            VENDOR_OR_MODULE_STATUS
-        }),
+        (
+            "a refused DPV1_Enable, then Set_Prm without",
+            prm(ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]).prm(UNKNOWN, NO_ENABLE),
+            { VENDOR_OR_MODULE_STATUS },
+        ),
         (
             "DPV1_Enable, a refused Set_Prm, and one without",
             { prm(ENABLE).prm(UNKNOWN, ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]).prm(UNKNOWN, NO_ENABLE) },

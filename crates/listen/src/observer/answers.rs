@@ -97,9 +97,8 @@ impl Observer {
         }
         // The words of a diagnosis depend on the format of its blocks, and with a GSD file on the modules.
         let is_configured = matches!(request.sap, Sap::ChkCfg | Sap::GetCfg);
-        let is_other = |station: &&mut Station| {
-            station.device_blocks() != before || is_configured && station.described.is_known()
-        };
+        let is_other =
+            |station: &&mut Station| station.device_blocks() != before || is_configured && station.described.is_known();
         if let Some(station) = self.station_mut(slave).filter(is_other) {
             station.reword_diagnosis();
         }
