@@ -1,36 +1,19 @@
-//! `--gsd FILE|FOLDER` of the commands that explain traffic, and GSD files where traffic is expected.
+//! Slaves by their GSD files in the output of the commands that explain traffic, and GSD files where traffic is expected.
 
-use crate::explanation::counted;
 use crate::failure::Failure;
-use crate::output::notice;
-use clap::Args;
+use crate::gsd_slaves::GsdOptions;
 use profivac_explain::gsd::{Described, Extent, Files, Seen};
-use profivac_gsd_slave::{Catalog, has_gsd_ending};
+use profivac_gsd_slave::has_gsd_ending;
 use profivac_wire::prm::SetPrm;
 use serde::Serialize;
 use std::io::{self, Read};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-/// The GSD files of the slaves.
-#[derive(Args, Clone, Debug, Default)]
-pub struct GsdOption {
-    /// GSD files of the slaves, and folders of them: names, modules, parameters and diagnosis are explained in their words
-    #[arg(long, value_name = "FILE|FOLDER")]
-    gsd: Vec<PathBuf>,
-}
-
-impl GsdOption {
-    /// Reads the files, and says which files of a folder it cannot use.
-    pub fn read(&self) -> Result<Files, Failure> {
-        let catalog = Catalog::read(&self.gsd).map_err(|error| Failure::usage(error.to_string()))?;
-        if let Some(first) = catalog.unread().first() {
-            let count = counted(catalog.unread().len() as u64, "file");
-            notice(&format_args!("--gsd: {count} not used, the first is {}: {}", first.path.display(), first.reason));
-        }
-        Ok(Files::new(catalog.entries().map(|(_, entry)| Arc::clone(&entry.file))))
-    }
+/// The GSD files of `--gsd`, to explain traffic with.
+pub fn files(options: &GsdOptions) -> Result<Files, Failure> {
+    Ok(Files::new(options.read()?.entries().map(|(_, entry)| Arc::clone(&entry.file))))
 }
 
 /// A slave in the words of its GSD file, in the JSON output.

@@ -23,6 +23,7 @@ mod gateways;
 mod gauge;
 mod gsd;
 mod gsd_files;
+mod gsd_slaves;
 mod hub;
 mod identify;
 mod init;

@@ -2,7 +2,8 @@
 
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer, counted};
 use crate::failure::Failure;
-use crate::gsd_files::{GsdOption, is_gsd, peek};
+use crate::gsd_files::{self, is_gsd, peek};
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{check, notice};
 use crate::values;
 use clap::{Args, ValueEnum};
@@ -36,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "KIND", default_value = "auto", value_enum)]
     input: Input,
     #[command(flatten)]
-    gsd: GsdOption,
+    gsd: GsdOptions,
     #[command(flatten)]
     options: PrintOptions,
 }
@@ -69,7 +70,7 @@ const BATCH: usize = 1000;
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let unreadable = |error: io::Error| Failure::usage(format!("{name} cannot be read: {error}"));
-    let files = arguments.gsd.read()?;
+    let files = gsd_files::files(&arguments.gsd)?;
     let (head, file) = open(&arguments.file).and_then(peek).map_err(unreadable)?;
     if arguments.input == Input::Auto && is_gsd(Path::new(&arguments.file), &head) {
         return Err(no_traffic(name));

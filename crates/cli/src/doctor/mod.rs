@@ -8,7 +8,8 @@ mod slaves;
 mod station;
 
 use crate::failure::Failure;
-use crate::gsd_files::GsdOption;
+use crate::gsd_files;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{json, out};
 use crate::values::{self, Rate};
 use clap::Args;
@@ -37,7 +38,7 @@ pub struct Arguments {
     #[arg(long = "for", value_name = "SECONDS", default_value = "3", value_parser = values::seconds)]
     time: Duration,
     #[command(flatten)]
-    gsd: GsdOption,
+    gsd: GsdOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -104,7 +105,7 @@ struct Examination {
 
 /// Checks and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let files = arguments.gsd.read()?;
+    let files = gsd_files::files(&arguments.gsd)?;
     let mut examinations = Vec::new();
     if arguments.subjects.is_empty() {
         examinations.push(Examination { subject: "computer".to_owned(), findings: computer::check() });

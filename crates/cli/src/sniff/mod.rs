@@ -6,7 +6,8 @@ use crate::bus::open_port_to_listen;
 use crate::console::Signals;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer};
 use crate::failure::Failure;
-use crate::gsd_files::GsdOption;
+use crate::gsd_files;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{check, notice};
 use crate::values::{self, Rate};
 use clap::Args;
@@ -41,7 +42,7 @@ pub struct Arguments {
     #[arg(long = "gauge", value_name = "DEVICE@ADDRESS", requires = "statistics")]
     gauges: Vec<DeviceSpec>,
     #[command(flatten)]
-    gsd: GsdOption,
+    gsd: GsdOptions,
     #[command(flatten)]
     options: PrintOptions,
 }
@@ -60,7 +61,7 @@ const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// Listens until a signal or the end of --for.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let files = arguments.gsd.read()?;
+    let files = gsd_files::files(&arguments.gsd)?;
     let signals = Signals::catch()?;
     let (port, baud) = open_port_to_listen(&arguments.port, arguments.baud)?;
     let mut tap = Tap::new(port, baud);
