@@ -2,6 +2,7 @@
 
 use super::{Finding, database, slaves, station};
 use crate::explanation::counted;
+use crate::gsd::visible;
 use crate::gsd_files::{is_gsd, peek};
 use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
@@ -102,7 +103,7 @@ fn gsd(path: &Path) -> Vec<Finding> {
         }
     };
     let Some((device, file)) = file else { return Vec::new() };
-    let modules = counted(file.device().modules.len() as u64, "module");
+    let (device, modules) = (visible(&device), counted(file.device().modules.len() as u64, "module"));
     let found =
         format!("a GSD file: {device}, {modules}; `profivac doctor --gsd {name} CAPTURE` compares traffic with it");
     vec![match file.faults().count() {

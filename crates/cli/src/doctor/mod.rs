@@ -152,7 +152,7 @@ fn text(examinations: &[Examination]) -> String {
                 Verdict::Note => "note",
                 Verdict::BadFile | Verdict::BadPort => "problem",
             };
-            lines.push(format!("  {word:<8} {found}"));
+            lines.push(format!("  {word:<8} {}", found));
             lines.extend(next.iter().map(|next| format!("  {:<8} next: {next}", "")));
         }
     }

@@ -1,6 +1,7 @@
 //! The slaves of a line beside their GSD files.
 
 use super::Finding;
+use crate::gsd::visible;
 use profivac_client::identify::device_names;
 use profivac_dp::link::Baud;
 use profivac_explain::gsd::{Extent, Seen};
@@ -10,7 +11,9 @@ use profivac_listen::station::Station;
 /// What the traffic of each slave says otherwise than its GSD file, and which device it is. `baud` is the rate if the line or the recording
 /// shows it.
 pub fn findings(observer: &Observer, baud: Option<Baud>) -> Vec<Finding> {
-    observer.stations().flat_map(|(address, station)| of_slave(address, station, baud)).collect()
+    let all = observer.stations().flat_map(|(address, station)| of_slave(address, station, baud));
+    // The texts of a file can have control characters.
+    all.map(|finding| Finding { found: visible(&finding.found), ..finding }).collect()
 }
 
 fn of_slave(address: u8, station: &Station, baud: Option<Baud>) -> Vec<Finding> {

@@ -5,6 +5,7 @@ mod repeats;
 
 pub use capture::Capture;
 
+use crate::gsd::visible;
 use crate::gsd_files::{ModuleRow, module_rows};
 use crate::output::out;
 use crate::values::{Expected, ValueError};
@@ -179,12 +180,12 @@ impl<'a> Printer<'a> {
 
     fn note(&self, note: &Note, text: &str) -> String {
         let station = note.station.map(|station| station.to_string()).unwrap_or_default();
-        format!("{} {station:>4}  {text}", self.time(note.at, note.number))
+        format!("{} {station:>4}  {}", self.time(note.at, note.number), visible(text))
     }
 
     fn piece(&self, explained: &ExplainedPiece) -> String {
         let ExplainedPiece { piece, number, meaning, .. } = explained;
-        let meaning = if meaning.is_empty() { String::new() } else { format!(" = {meaning}") };
+        let meaning = if meaning.is_empty() { String::new() } else { format!(" = {}", visible(meaning)) };
         format!("{}       {}{meaning} | {}", self.time(piece.start, *number), words(piece), octets(piece))
     }
 
@@ -321,7 +322,7 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
         let sent = summary.sent.get(&address).copied().unwrap_or_default();
         text += &match rows.iter().find(|row| row.address == address) {
             Some(SlaveRow { device, requests, retries, unanswered, exchanges, .. }) => {
-                let device = device.as_deref().unwrap_or("?");
+                let device = visible(device.as_deref().unwrap_or("?"));
                 format!(
                     "\n{address:>4}  {device:<width$}{sent:>10}{requests:>10}{retries:>10}{unanswered:>12}{exchanges:>11}"
                 )

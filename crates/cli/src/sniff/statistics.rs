@@ -3,6 +3,7 @@
 use super::{Arguments, MAX_WAIT};
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gsd::visible;
 use crate::gsd_files::SlaveRow;
 use crate::output::{check, json, out};
 use profivac_client::pressure::Pressure;
@@ -154,7 +155,7 @@ fn table(observer: &Observer, report: &BusReport) -> String {
     lines.extend(
         report.events.iter().rev().map(|event| format!("{:.1} s ago: {}", event.age_ms as f64 / 1e3, event.text)),
     );
-    lines.join("\n")
+    lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
 }
 
 fn times(times: &Distribution) -> String {
