@@ -283,6 +283,9 @@ fn each_contradiction_between_line_and_file_is_found() {
         mismatches(cfg, &Seen { set_prm: &prm(0x1234, 11, &[0x10, 3]), ..seen }),
         ["Set_Prm has ident 1234, the slave is AAAB"]
     );
+    let mut release = prm(IDENT, 11, &[]);
+    release[0] = 0x48;
+    assert_eq!(mismatches(cfg, &Seen { set_prm: &release, ..seen }), [""; 0], "Unlock_Req has no parameters");
     let long = [&diag[..], &[0]].concat();
     assert_eq!(
         mismatches(cfg, &Seen { diagnosis: &long, ..seen }),

@@ -141,8 +141,10 @@ fn explained(mut source: Source<File>, path: &Path, files: &Files) -> Vec<Findin
         SourceKind::Octets => "the octets of a line",
     };
     let baud = source.line_baud.unwrap_or(ANY_RATE);
+    // Captures have the times of an operating system, which say nothing about T_SDR.
+    let times = if source.kind == SourceKind::Trace { source.times } else { TimeSource::Platform };
     let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, source.times).with_gsd(files.clone()));
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, times).with_gsd(files.clone()));
     let (mut chunks, mut pieces, mut has_more) = (Vec::new(), Vec::new(), true);
     while has_more {
         has_more = match source.read(&mut chunks) {
