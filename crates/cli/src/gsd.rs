@@ -1,5 +1,6 @@
 //! `profivac gsd`: the GSD files of devices, and GSD files of any slave.
 
+mod chosen;
 mod file;
 
 pub use file::visible;
@@ -35,7 +36,8 @@ Examples:
   profivac gsd bcg450 --out gsd
   profivac gsd --out gsd
   profivac gsd check PUMP.GSD VALVE.GSD
-  profivac gsd show VALVE.GSD --json";
+  profivac gsd show VALVE.GSD --json
+  profivac gsd show VALVE.GSD --modules 3+7";
 
 /// Prints or writes our GSD files, or reads the files of other vendors.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

@@ -1,17 +1,20 @@
 //! `profivac gsd check` and `gsd show`: GSD files of any slave.
 
+use super::chosen::Chosen;
 use crate::explanation::counted;
 use crate::failure::Failure;
+use crate::gsd_slaves;
 use crate::output::{json, notice, out};
 use clap::{Args, Subcommand};
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
 };
-use profivac_gsd_slave::{MAX_OCTETS, has_gsd_ending};
+use profivac_gsd_slave::{Change, GsdSlave, MAX_OCTETS, has_gsd_ending};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 #[derive(Subcommand, Debug)]
 pub enum FileCommand {
@@ -29,16 +32,29 @@ pub struct CheckArguments {
     files: Vec<PathBuf>,
 }
 
-/// Show the modules, parameters and diagnosis texts of a GSD file
+/// Show the modules, parameters and diagnosis texts of a GSD file, or the octets of chosen modules
 #[derive(Args, Debug)]
+#[command(after_help = SHOW_EXAMPLES)]
 pub struct ShowArguments {
     /// A GSD file of any slave
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Show the octets of Chk_Cfg and Set_Prm for these modules: numbers of the file in slot order (3+7), or a TOML file with names and
+    /// parameters
+    #[arg(long, value_name = "NUMBERS|FILE")]
+    modules: Option<String>,
+    /// Change a parameter: its name and value in the file; default with --set alone: the modules that the file presets
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Change>,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
+
+const SHOW_EXAMPLES: &str = "\
+Examples:
+  profivac gsd show VALVE.GSD
+  profivac gsd show VALVE.GSD --modules 3+7 --set 'State without bus=closed'";
 
 /// Runs the command.
 pub fn run(command: &FileCommand) -> Result<(), Failure> {
@@ -136,10 +152,27 @@ pub fn visible(line: &str) -> String {
     visible
 }
 
+fn visible_lines(lines: &[String]) -> String {
+    lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
+}
+
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
     let file = read(&arguments.file)?;
+    if arguments.modules.is_some() || !arguments.set.is_empty() {
+        return show_chosen(arguments, file);
+    }
     let shown = Shown::of(&file);
     out(&if arguments.json { json(&shown) } else { shown.text() });
+    Ok(())
+}
+
+fn show_chosen(arguments: &ShowArguments, file: GsdFile) -> Result<(), Failure> {
+    let mut selection = arguments.modules.as_deref().map(gsd_slaves::selection).transpose()?.unwrap_or_default();
+    selection.changes.extend(arguments.set.iter().cloned());
+    let slave = GsdSlave::new(Arc::new(file), &selection)
+        .map_err(|error| Failure::usage(format!("{}: {error}", arguments.file.display())))?;
+    let chosen = Chosen::of(&slave);
+    out(&if arguments.json { json(&chosen) } else { visible_lines(&chosen.lines()) });
     Ok(())
 }
 
@@ -287,7 +320,7 @@ impl Shown {
             lines.push("diagnosis".to_owned());
             lines.extend(self.diagnosis.iter().map(|one| one.line("  ")));
         }
-        lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
+        visible_lines(&lines)
     }
 }
 
@@ -400,7 +433,7 @@ fn octets(octets: &[u8]) -> Option<String> {
     (!octets.is_empty()).then(|| hex(octets))
 }
 
-fn hex(octets: &[u8]) -> String {
+pub fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
