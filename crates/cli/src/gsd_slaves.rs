@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::output::notice;
 use clap::Args;
 use profivac_client::values::hex;
+use profivac_dp::link::Baud;
 use profivac_gsd_slave::{
     Catalog, CatalogError, Change, ChoiceError, FoundModules, GsdSlave, Modules, Selection, SelectionError, SlaveError,
 };
@@ -98,6 +99,24 @@ impl Wanted<'_> {
         }
         Ok(slave)
     }
+}
+
+/// A sentence about a rate that the file does not have.
+pub fn rate_remark(slave: &GsdSlave, baud: Baud) -> Option<String> {
+    let rates = &slave.device().rates;
+    let bits = |name: &str| -> Option<f64> {
+        let (number, factor) = name.strip_suffix('M').map_or((name, 1e3), |number| (number, 1e6));
+        number.parse::<f64>().ok().map(|number| number * factor)
+    };
+    let is_this = |name: &str| bits(name).is_some_and(|bits| (bits - f64::from(baud.bits_per_second())).abs() < 1.0);
+    let supported: Vec<_> = rates.iter().filter(|rate| rate.supported == Some(true)).map(|rate| rate.name).collect();
+    if supported.is_empty() || supported.iter().any(|name| is_this(name)) {
+        return None;
+    }
+    Some(format!(
+        "its GSD file does not have the rate {baud}; it has {} (in kbit/s, or Mbit/s with M)",
+        supported.join(", ")
+    ))
 }
 
 /// Modules with equal octets are told apart by the user, unless their parameters are equal too.

@@ -67,7 +67,23 @@ fn start(prm_length: usize) -> SlaveLine {
 }
 
 fn monitor(line: &SlaveLine, options: &[&str]) -> Output {
-    run(&[&["monitor", "--port", &line.port(), "--own", "--for", "3"], options, &["9"]].concat())
+    let command = ["monitor", "--port", &line.port(), "--own", "--for", "3", "--outputs", "9=00 00"];
+    run(&[&command, options, &["9"]].concat())
+}
+
+/// Zeros can stop a pump or close a valve.
+#[test]
+fn an_unknown_slave_with_outputs_is_not_owned_unless_they_are_given() {
+    let line = start(0);
+    let own = |options: &[&str]| {
+        run(&[&["monitor", "--port", &line.port(), "--own", "--for", "3"], options, &["9"]].concat())
+    };
+    let refused = own(&[]);
+    assert_eq!(refused.status.code(), Some(2));
+    let sentence = text(&refused.stderr);
+    assert!(sentence.contains("2 octets of outputs") && sentence.contains("--outputs \"9=00 00\""), "{sentence}");
+    assert_eq!(own(&["--outputs", "9=00"]).status.code(), Some(2));
+    assert_eq!(line.owner(), Value::Null);
 }
 
 fn text(octets: &[u8]) -> String {
@@ -84,7 +100,7 @@ fn the_inputs_of_an_unknown_slave_are_octets_in_every_form() {
     assert_eq!((&row["state"], &row["pressure"]), (&"DATA".into(), &Value::Null));
     assert!(row["exchanges"].as_u64().unwrap() > 0, "{row}");
     let notice = "the slave at address 9 has the ident number 0x1234, which no known device has; its inputs are shown as octets, \
-                  with its configuration 11 21, no user parameters and outputs of zero";
+                  with its configuration 11 21, no user parameters and the outputs 00 00";
     assert!(text(&output.stderr).contains(notice), "{}", text(&output.stderr));
     let csv = ",9,0x1234,,,,0,DATA,\"\",";
     let table = "   9  0x1234       0  -                 DATA";

@@ -273,12 +273,12 @@ impl<'a, 'o> Search<'a, 'o> {
     fn run(&mut self) {
         self.reach(0, 0, State { cost: (0, 0), has_other: false, from: None });
         for slot in 0..self.states.len().saturating_sub(1) {
-            let allowed = self.allowed(slot);
+            let (allowed, has_silent) = (self.allowed(slot), self.silent(slot).is_some());
             let mut taken: Vec<Option<bool>> = vec![None; self.groups.len()];
             for at in 0..=self.octets.len() {
                 let Some(State { cost: (free, modules), has_other, .. }) = self.state(slot, at) else { continue };
                 let next = slot.saturating_add(1);
-                if self.silent(slot).is_some() {
+                if has_silent {
                     self.reach(next, at, State { cost: (free, modules), has_other, from: Some(0) });
                 } else if self.can_be_free() {
                     self.reach(next, at, State { cost: (free.saturating_add(1), modules), has_other, from: None });

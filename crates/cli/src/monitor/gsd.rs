@@ -14,6 +14,7 @@ use profivac_explain::gsd::Files;
 use profivac_gsd_slave::{Catalog, Change, GsdSlave, Selection};
 use profivac_host::scan::probe;
 use profivac_host::session::BusSession;
+use profivac_wire::cfg;
 use std::collections::BTreeMap;
 
 /// The options for slaves by their GSD files.
@@ -28,8 +29,9 @@ pub struct GsdSlaves {
     /// A parameter of a slave by its name in the GSD file; the last `=` stands before the value
     #[arg(long, value_name = "ADDR=NAME=VALUE", value_parser = addressed, requires = "paths")]
     set: Vec<Addressed>,
-    /// The outputs of a slave by its GSD file, in hex; without a terminal the command owns no slave with outputs unless they are given
-    #[arg(long, value_name = "ADDR=HEX", value_parser = addressed, requires = "paths")]
+    /// The outputs of a slave that is no known device, in hex; the command owns no such slave with outputs unless they are given, or the
+    /// user agrees to zeros (with --gsd, on a terminal)
+    #[arg(long, value_name = "ADDR=HEX", value_parser = addressed)]
     outputs: Vec<Addressed>,
 }
 
@@ -77,15 +79,18 @@ impl GsdSlaves {
     /// Reads the files and asks each slave of the plans who it is; shows the outputs of those that the command will own, and asks. Changes
     /// nothing on the bus.
     pub fn prepare(&self, plans: &mut [Plan]) -> Result<(), Failure> {
-        if !self.files.is_given() {
-            return Ok(());
-        }
         let choices = self.choices()?;
         let missing = choices.addresses().find(|address| !plans.iter().any(|plan| plan.addresses.contains(address)));
         if let Some(address) = missing {
             return Err(Failure::usage(format!(
                 "--modules, --set or --outputs for address {address}, which is not monitored; add it to the addresses"
             )));
+        }
+        for plan in plans.iter_mut() {
+            plan.outputs.clone_from(&choices.outputs);
+        }
+        if !self.files.is_given() {
+            return Ok(());
         }
         let catalog = self.files.read()?;
         let files = Files::new(catalog.entries().map(|(_, entry)| entry.file.clone()));
@@ -148,14 +153,7 @@ fn find(
 fn outputs(slave: &GsdSlave, address: u8, given: Option<&Vec<u8>>) -> Result<Vec<u8>, Failure> {
     let length = usize::from(slave.lengths().outputs);
     if let Some(given) = given {
-        if given.len() == length {
-            return Ok(given.clone());
-        }
-        return Err(Failure::usage(format!(
-            "expected {length} octets of outputs for the slave at address {address}{}, got {}",
-            listed(slave, &vec![0; length]),
-            given.len()
-        )));
+        return checked(given, length, address, &listed(slave, &vec![0; length]));
     }
     let zeros = vec![0; length];
     if length == 0 {
@@ -174,7 +172,32 @@ fn outputs(slave: &GsdSlave, address: u8, given: Option<&Vec<u8>>) -> Result<Vec
     confirm(&risk, false).map(|()| zeros)
 }
 
-/// `: slot 2 4DO: 00, slot 3 2AO: 00 00 00 00`; empty without outputs.
+/// The outputs of the command line, if they are as long as those of the slave.
+fn checked(given: &[u8], length: usize, address: u8, modules: &str) -> Result<Vec<u8>, Failure> {
+    if given.len() == length {
+        return Ok(given.to_vec());
+    }
+    Err(Failure::usage(format!(
+        "expected {length} octets of outputs for the slave at address {address}{modules}, got {}",
+        given.len()
+    )))
+}
+
+/// The outputs of a slave without a GSD file, which its configuration `cfg` counts. They must be given.
+pub fn outputs_of_unknown(plan: &Plan, address: u8, cfg: &[u8]) -> Result<Vec<u8>, Failure> {
+    let length = cfg::lengths(cfg).map_or(0, |lengths| usize::from(lengths.outputs));
+    match plan.outputs.get(&address) {
+        Some(given) => checked(given, length, address, ""),
+        None if length == 0 => Ok(Vec::new()),
+        None => Err(Failure::usage(format!(
+            "the slave at address {address} is no known device and has {length} octets of outputs; zeros can stop a pump or close a \
+             valve; nothing was sent; give its outputs, for instance --outputs \"{address}={}\"",
+            hex(&vec![0; length])
+        ))),
+    }
+}
+
+/// ` (slot 2 4DO: 00, slot 3 2AO: 00 00 00 00)`; empty without outputs.
 fn listed(slave: &GsdSlave, outputs: &[u8]) -> String {
     let of = |data: profivac_gsd_slave::ModuleData<'_>| {
         data.of(outputs).map(|octets| visible(&format!("{}: {}", data.name(), hex(octets))))

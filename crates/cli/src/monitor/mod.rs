@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 /// The command takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. An unlocked
 /// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
 /// tries to open a lost port again until that succeeds. A slave that is no known device is shown too, with its inputs as octets: it gets
-/// its own configuration, the user parameters of `--prm`, and outputs of zero. If another master exchanges data with such a
+/// its own configuration, the user parameters of `--prm` and the outputs of `--outputs`. If another master exchanges data with such a
 /// slave, its inputs are read with RD_Inp, without ownership.
 ///
 /// With `--gsd` a slave of any vendor gets the modules and parameters of its GSD file, and its inputs and diagnosis are shown in the words of
@@ -74,7 +74,7 @@ Examples:
   profivac monitor --port /dev/ttyUSB0 5 6 7
   profivac monitor --port /tmp/line --own --csv 5 > pressures.csv
   profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5
-  profivac monitor --port /dev/ttyUSB0 --own --prm '00 00 00' 9
+  profivac monitor --port /dev/ttyUSB0 --own --prm '00 00 00' --outputs '9=00 00' 9
   profivac monitor --port /dev/ttyUSB0 --gsd VALVES.GSD 9
   profivac monitor --port /dev/ttyUSB0 --gsd gsd_files --modules 9=3+7 --set '9=State without bus=closed' 9
   profivac monitor --port /dev/ttyUSB0 --gsd gsd_files --own --modules 9=valves.toml --outputs '9=00 00' --json 9

@@ -19,6 +19,8 @@ pub struct Plan {
     pub addresses: Vec<u8>,
     /// The user parameters of slaves that are no known devices.
     pub user_prm: Vec<u8>,
+    /// The outputs of slaves that are no known devices.
+    pub outputs: BTreeMap<u8, Vec<u8>>,
     /// The slaves that the command owns by their GSD files.
     pub by_gsd: BTreeMap<u8, OwnedByGsd>,
     /// The GSD files, which describe slaves of other masters too.
@@ -43,6 +45,7 @@ impl Arguments {
                     bus: BusOptions::new(port, &self.line),
                     addresses,
                     user_prm: self.user_prm(),
+                    outputs: BTreeMap::new(),
                     by_gsd: BTreeMap::new(),
                     files: Files::default(),
                 }]
@@ -68,6 +71,7 @@ impl Arguments {
             bus: BusOptions::of_segment(segment, &self.line),
             addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
             user_prm: self.user_prm(),
+            outputs: BTreeMap::new(),
             by_gsd: BTreeMap::new(),
             files: Files::default(),
         };

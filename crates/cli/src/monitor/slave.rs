@@ -1,6 +1,6 @@
 //! The slaves that are monitored: gauges, and slaves of which only the octets are known.
 
-use super::gsd::OwnedByGsd;
+use super::gsd::{OwnedByGsd, outputs_of_unknown};
 use super::plan::Plan;
 use super::row::{ModuleInputs, Row, RowState};
 use crate::bus;
@@ -46,7 +46,7 @@ enum Access {
     /// With RD_Inp, while another master owns the slave.
     Read { owner: u8, state: ReadState },
     /// By data exchange: this master owns the slave.
-    Exchange { cfg: Vec<u8>, user_prm: Vec<u8> },
+    Exchange { cfg: Vec<u8>, user_prm: Vec<u8>, outputs: Vec<u8> },
     /// By data exchange, with modules and parameters of its GSD file.
     ByGsd(Box<OwnedByGsd>),
 }
@@ -95,7 +95,8 @@ impl MonitoredSlave {
                 let cfg = bus::present_cfg(session, address)?;
                 let cfg = cfg.ok_or_else(|| Failure::refused(without_configuration(address, ident)))?;
                 let described = described(plan, ident, &cfg);
-                let access = Access::Exchange { cfg, user_prm: plan.user_prm.clone() };
+                let outputs = outputs_of_unknown(plan, address, &cfg)?;
+                let access = Access::Exchange { cfg, user_prm: plan.user_prm.clone(), outputs };
                 Ok(Self::Unknown(UnknownSlave { address, ident, access, described }))
             }
             Err(error @ CyclicError::OwnedByOther { master: owner, .. }) => {
@@ -138,7 +139,7 @@ impl MonitoredSlave {
         let parameters = match self {
             Self::Gauge(gauge) => gauge.parameters(session.baud()),
             Self::Unknown(UnknownSlave { address, ident, access, .. }) => match access {
-                Access::Exchange { cfg, user_prm } => {
+                Access::Exchange { cfg, user_prm, .. } => {
                     SlaveParameters { user_prm, ..SlaveParameters::new(*address, *ident, cfg) }
                 }
                 Access::ByGsd(owned) => owned.slave.parameters(*address, session.baud()),
@@ -147,11 +148,18 @@ impl MonitoredSlave {
         };
         let master = session.master();
         add_or_restart(master, &parameters).map_err(|error| Failure::usage(error.to_string()))?;
-        if let Self::Unknown(UnknownSlave { address, access: Access::ByGsd(owned), .. }) = self {
-            let room = master.outputs_mut(*address).unwrap_or_default();
-            room.iter_mut().zip(&owned.outputs).for_each(|(room, output)| *room = *output);
-        }
+        let room = master.outputs_mut(self.address()).unwrap_or_default();
+        room.iter_mut().zip(self.outputs()).for_each(|(room, output)| *room = *output);
         Ok(())
+    }
+
+    /// The outputs that the command line gives; empty for a gauge, which gets zeros.
+    fn outputs(&self) -> &[u8] {
+        match self {
+            Self::Unknown(UnknownSlave { access: Access::ByGsd(owned), .. }) => &owned.outputs,
+            Self::Unknown(UnknownSlave { access: Access::Exchange { outputs, .. }, .. }) => outputs,
+            Self::Gauge(_) | Self::Unknown(_) => &[],
+        }
     }
 
     /// Reads the inputs of a slave that another master owns.
@@ -292,12 +300,13 @@ impl fmt::Display for UnknownSlave {
                 f,
                 "master {owner} owns it, and its inputs are read with RD_Inp and shown as octets, without ownership"
             ),
-            Access::Exchange { cfg, user_prm } => {
+            Access::Exchange { cfg, user_prm, outputs } => {
                 let prm = if user_prm.is_empty() { "no user parameters".to_owned() } else { hex(user_prm) };
                 write!(
                     f,
-                    "its inputs are shown as octets, with its configuration {}, {prm} and outputs of zero",
-                    hex(cfg)
+                    "its inputs are shown as octets, with its configuration {}, {prm} and {}",
+                    hex(cfg),
+                    if outputs.is_empty() { "no outputs".to_owned() } else { format!("the outputs {}", hex(outputs)) }
                 )
             }
             Access::ByGsd(owned) => {
