@@ -305,3 +305,14 @@ fn each_contradiction_between_line_and_file_is_found() {
         "{impossible:?}"
     );
 }
+
+#[test]
+fn of_very_many_equal_modules_a_sentence_names_two_and_the_meaning_all() {
+    let more: String = (1..=5).map(|number| format!("Module = \"D{number}\" 0x22\nEndModule\n")).collect();
+    let file = format!("{STATION}{more}");
+    let log = chk_cfg(quiet(), &[0x22]);
+    let all = explained(&log, &[&file]);
+    let note = &all.iter().flat_map(|piece| &piece.notes).last().unwrap().text;
+    assert_eq!(note, "its modules by the GSD file: slot 1 D1 or D2 or 3 others with the same octets");
+    assert!(all.iter().any(|piece| piece.meaning == "slot 1 D1 or D2 or D3 or D4 or D5"));
+}

@@ -106,10 +106,22 @@ pub struct Slot {
 }
 
 impl Slot {
-    /// The modules in words: `4DO or 4DO HF`.
+    /// The modules in words: `4DO or 4DO HF`; of more than three the first two and the number of the others.
     #[must_use]
     pub fn names(&self) -> String {
-        brief(&self.modules, " or ")
+        match self.modules.as_slice() {
+            [first, second, others @ ..] if others.len() > 1 => {
+                format!("{first} or {second} or {} others with the same octets", others.len())
+            }
+            modules => modules.join(" or "),
+        }
+    }
+
+    fn names_of(&self, extent: Extent) -> String {
+        match extent {
+            Extent::Changes => self.names(),
+            Extent::All => self.modules.join(" or "),
+        }
     }
 }
 
@@ -197,7 +209,8 @@ impl Described {
         if let Some(error) = self.misfit() {
             return format!("not possible by the GSD file: {error}");
         }
-        let slots: Vec<_> = self.slots.iter().map(|slot| format!("slot {} {}", slot.slot, slot.names())).collect();
+        let slots: Vec<_> =
+            self.slots.iter().map(|slot| format!("slot {} {}", slot.slot, slot.names_of(extent))).collect();
         let other = if self.fitted.iter().any(|fitted| fitted.has_other_division) {
             "; other modules can have these octets too"
         } else {
@@ -291,11 +304,6 @@ fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
         }
     }
     all
-}
-
-/// The first twenty texts; the others are counted.
-fn brief(texts: &[String], between: &str) -> String {
-    shortened(texts, between, LISTED)
 }
 
 /// The first texts; the others are counted.

@@ -4,6 +4,7 @@ use super::parameters::{Place, plain, slot_number};
 use crate::device::{Device, Module};
 use crate::fit::Fit;
 use crate::parameter::{DataType, Parameter, PrmArea, PrmContent, PrmItem};
+use crate::words::list;
 use profivac_wire::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -232,7 +233,7 @@ impl<'a> Reading<'a> {
                 text: device.text_of(parameter, value),
                 usual,
                 usual_text: device.text_of(parameter, usual),
-                possible: (!is_allowed(parameter, value, usual)).then(|| device.values_of(parameter)),
+                possible: (!is_allowed(parameter, value, usual)).then(|| ranges(parameter)),
                 covered_by: later.map(|later| what(device, &part.area, later)),
             });
         self.values.extend(values);
@@ -282,6 +283,21 @@ struct Value<'a> {
     usual: i64,
     /// The item that is defined later in the same bits.
     later: Option<usize>,
+}
+
+/// The allowed values as ranges: `1 to 63`. Their texts would make a sentence of a telegram too long.
+fn ranges(parameter: &Parameter) -> String {
+    let mut allowed =
+        if parameter.allowed.is_empty() { vec![parameter.kind.limits()] } else { parameter.allowed.clone() };
+    allowed.sort_unstable();
+    let mut ranges: Vec<(i64, i64)> = Vec::new();
+    for (low, high) in allowed {
+        match ranges.last_mut() {
+            Some((_, last)) if low <= last.saturating_add(1) => *last = high.max(*last),
+            _ => ranges.push((low, high)),
+        }
+    }
+    list(ranges.iter().map(|(low, high)| if low == high { low.to_string() } else { format!("{low} to {high}") }))
 }
 
 /// A default is right even where the file does not list it.
