@@ -27,6 +27,7 @@ mod first_steps;
 mod gauge_commands;
 mod gsd;
 mod gsd_slaves;
+mod gsd_traffic;
 mod hub;
 mod identify;
 mod lines;

@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::decoded::decoded;
-use crate::log::{Log, MASTER, SLAVE};
+use crate::log::{Log, SLAVE};
 use profivac_devices::catalog::MODELS;
 use profivac_dp::link::Baud;
 use profivac_explain::dpv1::DeviceBlocks;
 use profivac_explain::input::Capture;
 use profivac_explain::note::Kind;
+use profivac_sim::describe::Hex;
 
 const BAUD: Baud = Baud::B500000;
 /// An Ident_Number that no device of the catalogue has.

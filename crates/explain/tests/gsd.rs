@@ -63,9 +63,7 @@ Model_Name = \"Drive\"
 Ident_Number = 0xAAAB
 DPV1_Slave = 1
 Module = \"speed\" 0x31
-UnitDiagType = 161
-X_Unit_Diag_Bit(24) = \"too fast\"
-EndUnitDiagType
+Unit_Diag_Bit(24) = \"sensor lost\"
 EndModule
 UnitDiagType = 161
 X_Unit_Diag_Bit(24) = \"too fast\"
@@ -93,9 +91,14 @@ fn chk_cfg(log: Log, octets: &[u8]) -> Log {
     log.request(SLAVE, 62, octets).ack()
 }
 
+/// A slave without any report.
+fn quiet() -> Log {
+    Log::default().diag_of(SLAVE, IDENT, 0, &[])
+}
+
 /// The start-up of an island with 4DO and 2AI.
 fn island() -> Log {
-    chk_cfg(Log::default().diag(IDENT, &[]).prm(IDENT, &[0x11, 5]), &[0x20, 0x10, 0x51])
+    chk_cfg(quiet().prm(IDENT, &[0x11, 5]), &[0x20, 0x10, 0x51])
 }
 
 #[test]
@@ -103,12 +106,12 @@ fn the_start_up_names_the_slave_its_parameters_and_its_modules() {
     let notes = notes(&island(), &[STATION]);
     assert_eq!(
         notes[0],
-        "is present: Island of Valves Ltd by the GSD file (ident AAAB), belongs to master 2, data exchange"
+        "is present: Island of Valves Ltd by the GSD file (ident AAAB), belongs to master 2, exchanges data"
     );
     assert_eq!(
         notes[2..],
         [
-            "its parameters by the GSD file: Valve without bus = closes (1), default opens (0); 1 more octets, of the modules: Chk_Cfg shows them",
+            "its parameters by the GSD file: Valve without bus = closes (1), default opens (0); 1 octet more, of the modules, which Chk_Cfg shows",
             "master 2 asks for the configuration 20 10 51: 1 octet out, 5 in",
             "its modules by the GSD file: slot 1 4DO or 4DO HF, slot 2 2AI with status",
             "its parameters by the GSD file: Valve without bus = closes (1), default opens (0), slot 2 2AI with status: Filter in ms = 5, default 3",
@@ -124,7 +127,7 @@ fn the_meaning_of_the_telegrams_names_everything() {
     assert_eq!(
         named,
         [
-            "Valve without bus = closes (1), default opens (0); 1 more octets, of the modules: Chk_Cfg shows them",
+            "Valve without bus = closes (1), default opens (0); 1 octet more, of the modules, which Chk_Cfg shows",
             "slot 1 4DO or 4DO HF, slot 2 2AI with status",
             "Valve without bus = opens (0), slot 2 2AI with status: Filter in ms = 3",
             "slot 1 4DO or 4DO HF: 0F",
@@ -143,7 +146,7 @@ fn data_of_another_length_than_the_modules_have_get_no_names() {
 #[test]
 fn without_a_file_nothing_changes() {
     let without = notes(&island(), &[]);
-    assert_eq!(without[0], "is present: an unknown device (ident AAAB), belongs to master 2, data exchange");
+    assert_eq!(without[0], "is present: an unknown device (ident AAAB), belongs to master 2, exchanges data");
     assert_eq!(without.len(), 3);
     let other = "#Profibus_DP\nIdent_Number = 0x1234\nModule = \"m\" 0x20\nEndModule\n";
     assert_eq!(notes(&island(), &[other]), without, "the file of another ident");
@@ -151,7 +154,7 @@ fn without_a_file_nothing_changes() {
 
 #[test]
 fn devices_with_one_ident_are_all_named_until_the_configuration_shows_which_one_it_is() {
-    let log = chk_cfg(Log::default().diag(IDENT, &[]), &[0x31]).diag(IDENT, &[0x05, 0xA1, 2, 1, 1]);
+    let log = chk_cfg(quiet(), &[0x31]).diag(IDENT, &[0x05, 0xA1, 2, 1, 1]);
     let notes = notes(&log, &[STATION, OTHER]);
     assert!(
         notes[0].starts_with("is present: Island of Valves Ltd or Drive of Drives Ltd by the GSD file"),
@@ -159,7 +162,7 @@ fn devices_with_one_ident_are_all_named_until_the_configuration_shows_which_one_
     );
     assert_eq!(notes[2], "its modules by the GSD file: slot 1 speed");
     // DPV1_Slave of the one that is left decides what the block is.
-    assert!(notes[3].starts_with("its diagnosis: manufacturer specific status 33 of slot 2"), "{notes:?}");
+    assert!(notes[3].starts_with("its diagnosis: Ext_Diag; manufacturer specific status 33 of slot 2"), "{notes:?}");
 }
 
 fn diagnosis(blocks: &[u8]) -> Vec<String> {
@@ -167,7 +170,7 @@ fn diagnosis(blocks: &[u8]) -> Vec<String> {
     notes(&log, &[STATION])
         .last()
         .unwrap()
-        .strip_prefix("its diagnosis: ")
+        .strip_prefix("its diagnosis: Ext_Diag; ")
         .unwrap()
         .split("; ")
         .map(str::to_owned)
@@ -203,41 +206,44 @@ fn identifiers_and_channels_are_numbered_both_ways() {
 
 #[test]
 fn identifiers_without_a_configuration_say_that_the_module_is_unknown() {
-    let log = Log::default().diag(IDENT, &[]).diag(IDENT, &[0x42, 0x01]);
+    let log = quiet().diag(IDENT, &[0x42, 0x01]);
     assert_eq!(
         notes(&log, &[STATION]).last().unwrap(),
-        "its diagnosis: with diagnosis: identifier 0 (module unknown: no Chk_Cfg that fits was received)"
+        "its diagnosis: Ext_Diag; with diagnosis: identifier 0 (module unknown: no Chk_Cfg that fits was received)"
     );
 }
 
 #[test]
 fn alarms_and_module_status_of_a_dp_v1_slave_have_slot_module_and_text() {
-    let start = chk_cfg(Log::default().diag(IDENT, &[]), &[0x31]);
+    let start = chk_cfg(quiet(), &[0x31]);
     let last = |blocks: &[u8]| notes(&start.clone().diag(IDENT, blocks), &[OTHER]).last().unwrap().clone();
     assert_eq!(
         last(&[0x05, 0xA1, 1, 1, 1]),
-        "its diagnosis: manufacturer specific status 33 of slot 1, appears: 01 (slot 1 is speed): too fast",
+        "its diagnosis: Ext_Diag; manufacturer specific status 33 of slot 1, appears: 01 (slot 1 is speed): sensor lost",
     );
     assert_eq!(
         last(&[0x05, 0xA1, 0, 1, 1]),
-        "its diagnosis: manufacturer specific status 33 of slot 0, appears: 01: too fast (slow down)",
+        "its diagnosis: Ext_Diag; manufacturer specific status 33 of slot 0, appears: 01: too fast (slow down)",
     );
-    assert_eq!(last(&[0x05, 0x82, 0, 0, 0x02]), "its diagnosis: module status: module 1 (slot 1, speed) wrong module");
-    assert_eq!(last(&[0x05, 0x82, 0, 0, 0]), "its diagnosis: module status: all valid");
+    assert_eq!(
+        last(&[0x05, 0x82, 0, 0, 0x02]),
+        "its diagnosis: Ext_Diag; module status: module 1 (slot 1, speed) wrong module"
+    );
+    assert_eq!(last(&[0x05, 0x82, 0, 0, 0]), "its diagnosis: Ext_Diag; module status: all valid");
     assert_eq!(
         last(&[0x04, 0x02, 1, 9]),
-        "its diagnosis: process alarm of slot 1, sequence number 1, appears (slot 1 is speed)"
+        "its diagnosis: Ext_Diag; process alarm of slot 1, sequence number 1, appears (slot 1 is speed)"
     );
 }
 
 #[test]
 fn a_refused_start_up_has_the_reasons_of_the_file() {
-    let log = Log::default().diag(IDENT, &[]).prm(IDENT, &[]).diag_of(SLAVE, IDENT, 0x42, &[]);
+    let log = quiet().prm(IDENT, &[]).diag_of(SLAVE, IDENT, 0x42, &[]);
     let refused = notes(&log, &[STATION]);
     let wanted = "Set_Prm refused: the slave reports no reason, and the telegram shows none; by the GSD file: Set_Prm has 0 octets of user parameters, \
                   the station alone has 1 by the GSD file";
     assert!(refused.contains(&wanted.to_owned()), "{refused:?}");
-    let log = chk_cfg(Log::default().diag(IDENT, &[]), &[0x20, 0x33]).diag_of(SLAVE, IDENT, 0x04, &[]);
+    let log = chk_cfg(quiet(), &[0x20, 0x33]).diag_of(SLAVE, IDENT, 0x04, &[]);
     let refused = notes(&log, &[STATION]);
     let wanted = "Chk_Cfg refused: the configuration of the Island is not known, the master asked for 20 33; by the GSD file: no module for slot 2 begins \
                   with 33 (configuration octet 2); the slot takes 1 (4DO) 20, 2 (4DO HF) 20, 3 (2AI with status) 10 51";
@@ -263,7 +269,7 @@ fn each_contradiction_between_line_and_file_is_found() {
     let good = prm(IDENT, 100, &[0x11, 9]);
     let seen = Seen { bits_per_second: Some(500_000), set_prm: &good, diagnosis: &diag, longest_tsdr: Some(100) };
     assert_eq!(mismatches(cfg, &seen), [""; 0]);
-    let length = "Set_Prm has 1 octets of user parameters, station and modules have 2 by the GSD file";
+    let length = "Set_Prm has 1 octet of user parameters, station and modules have 2 by the GSD file";
     assert_eq!(mismatches(cfg, &Seen { set_prm: &prm(IDENT, 11, &[0x10]), ..seen }), [length]);
     assert_eq!(
         mismatches(cfg, &Seen { set_prm: &prm(IDENT, 11, &[0x10, 10]), ..seen }),
@@ -277,6 +283,9 @@ fn each_contradiction_between_line_and_file_is_found() {
         mismatches(cfg, &Seen { set_prm: &prm(0x1234, 11, &[0x10, 3]), ..seen }),
         ["Set_Prm has ident 1234, the slave is AAAB"]
     );
+    let mut release = prm(IDENT, 11, &[]);
+    release[0] = 0x48;
+    assert_eq!(mismatches(cfg, &Seen { set_prm: &release, ..seen }), [""; 0], "Unlock_Req has no parameters");
     let long = [&diag[..], &[0]].concat();
     assert_eq!(
         mismatches(cfg, &Seen { diagnosis: &long, ..seen }),

@@ -1,5 +1,7 @@
 //! Logs of telegrams, made by the tests.
 
+#![allow(clippy::unwrap_used, reason = "a test")]
+
 use profivac_sim::describe::Hex;
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
@@ -10,7 +12,7 @@ pub const SLAVE: u8 = 5;
 #[derive(Clone, Default)]
 pub struct Log {
     pub text: String,
-    frame_count: bool,
+    pub frame_count: bool,
 }
 
 impl Log {

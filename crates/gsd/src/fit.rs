@@ -1,7 +1,7 @@
 //! Configuration octets to the modules that give them: Chk_Cfg and Get_Cfg back to words.
 
 use crate::configuration::{Configuration, ConfigurationError, first_slot, is_fixed, name, takes_slot_number};
-use crate::device::{Device, Module};
+use crate::device::{Device, Module, Slot};
 use crate::words::{hex, list};
 use profivac_wire::cfg::{Area, CfgError, Identifiers, lengths};
 use std::collections::BTreeMap;
@@ -209,13 +209,45 @@ type Path = Vec<(u32, Range<usize>)>;
 struct Search<'a, 'o> {
     device: &'a Device,
     octets: &'o [u8],
-    /// By place: where modules that begin there end, and these modules.
-    matches: Vec<Vec<(usize, Vec<&'a Module>)>>,
+    /// The modules by their octets.
+    groups: Vec<Vec<&'a Module>>,
+    /// By place: where the modules of a group that begin there end.
+    matches: Vec<Vec<(usize, usize)>>,
     first: u32,
     /// The modules that are always plugged, in the first slots; empty if slot definitions say where they may be.
     fixed: Vec<&'a Module>,
     /// By slot from the first one, and by place in the octets.
     states: Vec<Vec<Option<State>>>,
+    /// Number of modules that were compared with slots, to prove that the work is linear.
+    steps: usize,
+}
+
+/// The modules that a slot takes by its definition.
+struct Allowed {
+    default: u32,
+    /// In rising order, without overlaps.
+    numbers: Vec<(u32, u32)>,
+}
+
+impl Allowed {
+    fn of(slot: &Slot) -> Self {
+        let mut all = slot.allowed.clone();
+        all.sort_unstable();
+        let mut numbers: Vec<(u32, u32)> = Vec::new();
+        for (low, high) in all {
+            match numbers.last_mut() {
+                Some((_, last)) if low <= last.saturating_add(1) => *last = high.max(*last),
+                _ => numbers.push((low, high)),
+            }
+        }
+        Self { default: slot.default, numbers }
+    }
+
+    fn contains(&self, number: u32) -> bool {
+        let behind = self.numbers.partition_point(|(low, _)| *low <= number);
+        let within = behind.checked_sub(1).and_then(|place| self.numbers.get(place));
+        number == self.default || within.is_some_and(|(_, high)| number <= *high)
+    }
 }
 
 impl<'a, 'o> Search<'a, 'o> {
@@ -230,7 +262,8 @@ impl<'a, 'o> Search<'a, 'o> {
         let slots = defined.map_or(0, |last| last.saturating_add(1));
         let slots = slots.max(octets.len().saturating_add(fixed.len())).min(MAX_SLOTS);
         let states = vec![vec![None; octets.len().saturating_add(1)]; slots.saturating_add(1)];
-        Self { device, octets, matches: matches(device, octets), first, fixed, states }
+        let (groups, matches) = matches(device, octets);
+        Self { device, octets, groups, matches, first, fixed, states, steps: 0 }
     }
 
     fn number(&self, slot: usize) -> u32 {
@@ -240,20 +273,40 @@ impl<'a, 'o> Search<'a, 'o> {
     fn run(&mut self) {
         self.reach(0, 0, State { cost: (0, 0), has_other: false, from: None });
         for slot in 0..self.states.len().saturating_sub(1) {
+            let (allowed, has_silent) = (self.allowed(slot), self.silent(slot).is_some());
+            let mut taken: Vec<Option<bool>> = vec![None; self.groups.len()];
             for at in 0..=self.octets.len() {
                 let Some(State { cost: (free, modules), has_other, .. }) = self.state(slot, at) else { continue };
                 let next = slot.saturating_add(1);
-                if let Some(cost) = self.cost_of_free(slot) {
-                    self.reach(next, at, State { cost: (free.saturating_add(cost), modules), has_other, from: None });
+                if has_silent {
+                    self.reach(next, at, State { cost: (free, modules), has_other, from: Some(0) });
+                } else if self.can_be_free() {
+                    self.reach(next, at, State { cost: (free.saturating_add(1), modules), has_other, from: None });
                 }
-                let there = self.matches.get(at).map(Vec::as_slice).unwrap_or_default();
-                let taken = there.iter().filter(|(_, modules)| modules.iter().any(|one| self.slot_takes(slot, one)));
-                for end in taken.map(|(end, _)| *end).collect::<Vec<_>>() {
-                    let cost = (free, modules.saturating_add(1));
-                    self.reach(next, end, State { cost, has_other, from: Some(end.saturating_sub(at)) });
+                for (end, group) in self.matches.get(at).cloned().unwrap_or_default() {
+                    let Some(known) = taken.get_mut(group) else { continue };
+                    let is_taken = match *known {
+                        Some(is_taken) => is_taken,
+                        None => *known.insert(self.group_is_taken(slot, allowed.as_ref(), group)),
+                    };
+                    if is_taken {
+                        let cost = (free, modules.saturating_add(1));
+                        self.reach(next, end, State { cost, has_other, from: Some(end.saturating_sub(at)) });
+                    }
                 }
             }
         }
+    }
+
+    fn group_is_taken(&mut self, slot: usize, allowed: Option<&Allowed>, group: usize) -> bool {
+        let modules = self.groups.get(group).map(Vec::as_slice).unwrap_or_default();
+        let first = modules.iter().position(|module| self.slot_takes(slot, allowed, module));
+        self.steps = self.steps.saturating_add(first.unwrap_or(modules.len()));
+        first.is_some()
+    }
+
+    fn allowed(&self, slot: usize) -> Option<Allowed> {
+        self.device.slots.get(&self.number(slot)).map(Allowed::of)
     }
 
     fn state(&self, slot: usize, at: usize) -> Option<State> {
@@ -272,35 +325,38 @@ impl<'a, 'o> Search<'a, 'o> {
         });
     }
 
-    /// What it costs to leave a slot without octets; `None` if it cannot be.
-    ///
-    /// chosen: without slot definitions modules stand side by side, because nothing in the octets would show a gap. A module without an
-    /// identifier that is always plugged, or is the default of the slot, leaves no gap.
-    fn cost_of_free(&self, slot: usize) -> Option<usize> {
-        if let Some(fixed) = self.fixed.get(slot) {
-            return fixed.config.is_empty().then_some(0);
-        }
-        let definition = self.device.slots.get(&self.number(slot));
-        let has_silent =
-            definition.and_then(|slot| self.device.module(slot.default)).is_some_and(|module| module.config.is_empty());
-        (!self.device.slots.is_empty()).then_some(usize::from(!has_silent))
+    /// The module without an identifier in a slot. chosen: one that is always plugged, or the default of the slot, because the octets do
+    /// not show others.
+    fn silent(&self, slot: usize) -> Option<&'a Module> {
+        let default = || self.device.module(self.device.slots.get(&self.number(slot))?.default);
+        let module = self.fixed.get(slot).copied().or_else(default);
+        module.filter(|module| module.config.is_empty())
     }
 
-    fn slot_takes(&self, slot: usize, module: &Module) -> bool {
+    /// Whether slots can be free. chosen: without slot definitions modules stand side by side, because the octets show no gap.
+    fn can_be_free(&self) -> bool {
+        !self.device.slots.is_empty()
+    }
+
+    fn slot_takes(&self, slot: usize, allowed: Option<&Allowed>, module: &Module) -> bool {
         if let Some(fixed) = self.fixed.get(slot) {
             return std::ptr::eq(*fixed, module);
         }
-        let number = self.number(slot);
-        let is_allowed = self.device.slots.get(&number).is_none_or(|slot| slot.allows(module.number));
-        is_allowed && takes_slot_number(self.device, number, module)
+        let is_allowed = allowed.is_none_or(|allowed| allowed.contains(module.number));
+        is_allowed && takes_slot_number(self.device, self.number(slot), module)
     }
 
     /// The modules with these octets that the slot takes.
     fn candidates(&self, number: u32, config: &Range<usize>) -> Vec<&'a Module> {
         let slot = usize::try_from(number.saturating_sub(self.first)).unwrap_or(usize::MAX);
+        if config.is_empty() {
+            return self.silent(slot).into_iter().collect();
+        }
         let there = self.matches.get(config.start).and_then(|there| there.iter().find(|(end, _)| *end == config.end));
-        let modules = there.map(|(_, modules)| modules.as_slice()).unwrap_or_default();
-        let mut modules: Vec<_> = modules.iter().filter(|module| self.slot_takes(slot, module)).copied().collect();
+        let group = there.and_then(|(_, group)| self.groups.get(*group)).map(Vec::as_slice).unwrap_or_default();
+        let allowed = self.allowed(slot);
+        let mut modules: Vec<_> =
+            group.iter().filter(|module| self.slot_takes(slot, allowed.as_ref(), module)).copied().collect();
         let default = self.device.slots.get(&number).map(|slot| slot.default);
         modules.sort_by_key(|module| (default != Some(module.number), !module.preset));
         modules
@@ -326,12 +382,15 @@ impl<'a, 'o> Search<'a, 'o> {
             slot = before;
         }
         path.reverse();
+        // Modules without identifiers behind the last octets.
+        let behind = (last..self.states.len().saturating_sub(1)).take_while(|slot| self.silent(*slot).is_some());
+        path.extend(behind.map(|slot| (self.number(slot), end..end)));
         Ok((path, has_other))
     }
 
     /// Whether the division that ends behind this slot has a module in it, and not a free slot behind the same modules.
     fn ends_with_octets(&self, slot: usize, end: usize) -> bool {
-        self.state(slot, end).is_some_and(|state| state.from.is_some())
+        self.state(slot, end).is_some_and(|state| state.from.is_some_and(|length| length > 0))
     }
 
     /// The first octets that belong to no module.
@@ -340,28 +399,74 @@ impl<'a, 'o> Search<'a, 'o> {
         let slots = 0..self.states.len();
         let at = (0..=self.octets.len()).rev().find(|at| slots.clone().any(|slot| is_reached(*at, slot))).unwrap_or(0);
         let with_octets = |slot: usize| {
-            self.device.modules.iter().filter(move |module| !module.config.is_empty() && self.slot_takes(slot, module))
+            let allowed = self.allowed(slot);
+            let takes = |module: &&Module| !module.config.is_empty() && self.slot_takes(slot, allowed.as_ref(), module);
+            self.device.modules.iter().filter(takes).collect::<Vec<_>>()
         };
-        let slot = slots.clone().find(|slot| is_reached(at, *slot) && with_octets(*slot).next().is_some()).unwrap_or(0);
+        let slot = slots.clone().find(|slot| is_reached(at, *slot) && !with_octets(*slot).is_empty()).unwrap_or(0);
         FitError::NoModule {
             at,
             rest: self.octets.get(at..).unwrap_or_default().to_vec(),
             slot: self.number(slot),
-            possible: list(with_octets(slot).map(|module| format!("{} {}", name(module), hex(&module.config)))),
+            possible: list(
+                with_octets(slot).into_iter().map(|module| format!("{} {}", name(module), hex(&module.config))),
+            ),
         }
     }
 }
 
-/// For each place in the octets: the ends of the modules that begin there, the shortest first, with these modules.
-fn matches<'a>(device: &'a Device, octets: &[u8]) -> Vec<Vec<(usize, Vec<&'a Module>)>> {
-    let mut groups: BTreeMap<&'a [u8], Vec<&'a Module>> = BTreeMap::new();
+/// For each place in the octets where a group of modules ends, and the number of the group.
+type Matches = Vec<Vec<(usize, usize)>>;
+
+/// The modules by their octets, and where each group stands in the octets, the shortest first.
+fn matches<'a>(device: &'a Device, octets: &[u8]) -> (Vec<Vec<&'a Module>>, Matches) {
+    let mut by_octets: BTreeMap<&'a [u8], Vec<&'a Module>> = BTreeMap::new();
     for module in &device.modules {
-        groups.entry(module.config.as_slice()).or_default().push(module);
+        by_octets.entry(module.config.as_slice()).or_default().push(module);
     }
-    let longest = groups.keys().map(|config| config.len()).max().unwrap_or(0);
+    let longest = by_octets.keys().map(|config| config.len()).max().unwrap_or(0);
+    let numbers: BTreeMap<&[u8], usize> = by_octets.keys().copied().zip(0..).collect();
     let at = |at: usize| {
         let ends = at.saturating_add(1)..=at.saturating_add(longest).min(octets.len());
-        ends.filter_map(|end| Some((end, groups.get(octets.get(at..end)?)?.clone()))).collect()
+        ends.filter_map(|end| Some((end, *numbers.get(octets.get(at..end)?)?))).collect()
     };
-    (0..octets.len()).map(at).collect()
+    let matches = (0..octets.len()).map(at).collect();
+    (by_octets.into_values().collect(), matches)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::GsdFile;
+
+    /// Modules that no slot takes, and slots with very many numbers, are the worst case: each slot looks at all modules once.
+    #[test]
+    fn the_work_of_the_search_grows_with_the_number_of_modules() {
+        let steps = |modules: usize| {
+            let lines: String =
+                (1..=modules).map(|number| format!("Module=\"m\" 0x10\n{number}\nEndModule\n")).collect();
+            let slots: String = (1..=40).map(|slot| format!("Slot({slot})=\"s\" 65000 65000\n")).collect();
+            let text = format!("#Profibus_DP\nModular_Station=1\n{lines}SlotDefinition\n{slots}EndSlotDefinition\n");
+            let file = GsdFile::read(text.as_bytes());
+            let mut search = Search::new(file.device(), &[0x10; 40]);
+            search.run();
+            assert!(search.path().is_err());
+            search.steps
+        };
+        let (few, many) = (steps(100), steps(400));
+        assert!(few >= 100, "{few} steps are not all");
+        assert!(many <= few * 4, "{few} steps, {many} for four times the modules");
+    }
+
+    #[test]
+    fn numbers_of_a_slot_are_found_in_overlapping_ranges() {
+        let allowed =
+            Allowed::of(&Slot { default: 99, allowed: vec![(20, 30), (1, 3), (4, 4), (25, 27)], ..Slot::default() });
+        assert_eq!(allowed.numbers, [(1, 4), (20, 30)]);
+        let is = |number| allowed.contains(number);
+        assert_eq!(
+            [0, 1, 4, 5, 19, 20, 28, 30, 31, 99].map(is),
+            [false, true, true, false, false, true, true, true, false, true]
+        );
+    }
 }

@@ -79,7 +79,10 @@ fn a_module_that_is_always_plugged_has_the_first_slot() {
     let fixed =
         "FixPresetModules=1\nModule=\"head\"\nPreset=1\nEndModule\nModule=\"fixed out\" 0x20\nPreset=1\nEndModule";
     let file = device(fixed);
-    assert_eq!(slots(&file, &[0x20, 0x20]), [slot(2, "fixed out"), slot(3, "fixed out or out or out HF")]);
+    assert_eq!(
+        slots(&file, &[0x20, 0x20]),
+        [slot(1, "head"), slot(2, "fixed out"), slot(3, "fixed out or out or out HF")]
+    );
     let error = Fit::new(file.device(), &[0x10]).unwrap_err();
     assert_eq!(
         error.to_string(),

@@ -4,7 +4,7 @@ use super::Described;
 use super::parameters::length_text;
 use profivac_gsd::{Device, Fit};
 use profivac_wire::diag::SlaveDiag;
-use profivac_wire::prm::SetPrm;
+use profivac_wire::prm::{PrmStatus, SetPrm};
 
 /// What the traffic has shown of one slave.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,6 +84,10 @@ impl Described {
 fn set_prm(device: &Device, fit: Option<&Fit<'_>>, seen: &Seen<'_>) -> Vec<Mismatch> {
     const NEXT: &str = "take parameters and modules from the GSD file in the engineering tool of the master; `profivac gsd show` lists them";
     let Ok(prm) = SetPrm::parse(seen.set_prm) else { return Vec::new() };
+    // A Set_Prm that releases the slave has no parameters.
+    if prm.status.contains(PrmStatus::UNLOCK_REQ) || !prm.status.contains(PrmStatus::LOCK_REQ) {
+        return Vec::new();
+    }
     let mut all = Vec::new();
     let reading = fit.map_or_else(|| device.read_station_prm(prm.user), |fit| fit.read_prm(prm.user));
     let is_wrong = fit.is_some() || reading.found < reading.expected;
@@ -132,7 +136,7 @@ fn rate(device: &Device, seen: &Seen<'_>) -> Vec<Mismatch> {
     {
         all.push(Mismatch::new(
             format!("an answer began {found} bit times after its request, MaxTsdr is {most}"),
-            "if the recording has the times of the line and not those of an operating system, set a longer slot time in the master",
+            "set a longer slot time in the master, and compare the GSD file with the firmware of the slave",
         ));
     }
     all

@@ -1,6 +1,7 @@
 //! The user parameters of Set_Prm in the words of the files.
 
 use super::{Described, LISTED, distinct, shortened};
+use crate::note::octets;
 use profivac_gsd::{Fit, Place, ReadValue, Reading};
 
 /// How much a text names.
@@ -85,13 +86,13 @@ pub(super) fn length_text(reading: &Reading<'_>, has_modules: bool) -> Option<St
     let Reading { expected, found, .. } = reading;
     match has_modules {
         true if expected != found => {
-            Some(format!("{found} octets of user parameters, station and modules have {expected} by the GSD file"))
+            Some(format!("{} of user parameters, station and modules have {expected} by the GSD file", octets(*found)))
         }
         false if found > expected => {
-            Some(format!("{} more octets, of the modules: Chk_Cfg shows them", found.saturating_sub(*expected)))
+            Some(format!("{} more, of the modules, which Chk_Cfg shows", octets(found.saturating_sub(*expected))))
         }
         false if found < expected => {
-            Some(format!("{found} octets of user parameters, the station alone has {expected} by the GSD file"))
+            Some(format!("{} of user parameters, the station alone has {expected} by the GSD file", octets(*found)))
         }
         _ => None,
     }

@@ -191,9 +191,9 @@ impl<'a> Fit<'a> {
             BTreeMap::from([(start, (Misfit::default(), Vec::new()))]);
         for slot in &self.slots {
             let mut next: BTreeMap<usize, (Misfit, Vec<&'a Module>)> = BTreeMap::new();
-            for (at, (misfit, modules)) in &ways {
-                for module in &slot.modules {
-                    let part = Part::module(self.device, slot.slot, module);
+            for module in &slot.modules {
+                let part = Part::module(self.device, slot.slot, module);
+                for (at, (misfit, modules)) in &ways {
                     let octets = user.get((*at).min(user.len())..).unwrap_or_default();
                     let misfit = misfit.plus(part.misfit(self.device, octets));
                     let end = at.saturating_add(part.length());
