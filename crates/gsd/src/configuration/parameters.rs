@@ -167,11 +167,15 @@ impl<'a> Configuration<'a> {
     ///
     /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
     pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
-        let octets: Vec<u8> =
-            self.areas().flat_map(|(index, place, area)| self.octets_of(index, place, area)).collect();
+        let octets: Vec<u8> = self.user_prm_by_place().flat_map(|(_, octets)| octets).collect();
         let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
         let most = most.unwrap_or(MAX_USER_PRM).min(MAX_USER_PRM);
         if octets.len() > most { Err(PrmError::TooLong { octets: octets.len(), most }) } else { Ok(octets) }
+    }
+
+    /// The parts of the user parameters: the octets of the station, then of each module by slot.
+    pub fn user_prm_by_place(&self) -> impl Iterator<Item = (Place, Vec<u8>)> + use<'a, '_> {
+        self.areas().map(|(index, place, area)| (place, self.octets_of(index, place, area)))
     }
 
     /// The parameters of the station and of the modules, in the order of their octets' definitions.
