@@ -46,6 +46,15 @@ pub struct Configuration<'a> {
     pub(crate) changes: Changes,
 }
 
+/// Modules and changes without the device: a program keeps them together with the file, and gets the configuration again with
+/// [`Configuration::again`].
+#[derive(Clone, Debug, Default)]
+pub struct Chosen {
+    /// Slots, and places of the modules in the file: numbers can occur twice.
+    modules: Vec<(u32, usize)>,
+    changes: Changes,
+}
+
 /// A module in its slot.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugged<'a> {
@@ -196,7 +205,7 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
-        let first = first_slot(device);
+        let first = device.first_slot();
         Self::in_slots(device, (first..).zip(modules))
     }
 
@@ -258,6 +267,30 @@ impl<'a> Configuration<'a> {
         }
     }
 
+    /// The device whose modules are plugged.
+    #[must_use]
+    pub fn device(&self) -> &'a Device {
+        self.device
+    }
+
+    /// The modules and changes, without the device.
+    #[must_use]
+    pub fn chosen(&self) -> Chosen {
+        let place = |one: &Plugged<'_>| {
+            let place = self.device.modules.iter().position(|module| std::ptr::eq(module, one.module));
+            place.map(|place| (one.slot, place))
+        };
+        Chosen { modules: self.plugged.iter().filter_map(place).collect(), changes: self.changes.clone() }
+    }
+
+    /// The configuration whose modules and changes were kept. The device must be the same one: its modules are found by their places.
+    #[must_use]
+    pub fn again(device: &'a Device, chosen: &Chosen) -> Self {
+        let plugged =
+            |(slot, place): &(u32, usize)| device.modules.get(*place).map(|module| Plugged { slot: *slot, module });
+        Self { device, plugged: chosen.modules.iter().filter_map(plugged).collect(), changes: chosen.changes.clone() }
+    }
+
     /// The modules in their slots.
     #[must_use]
     pub fn modules(&self) -> &[Plugged<'a>] {
@@ -317,7 +350,7 @@ impl<'a> Configuration<'a> {
             self.plugged.iter().any(|one| std::ptr::eq(one.module, fixed) && (is_free || one.slot == slot))
         };
         let fixed = self.device.modules.iter().filter(|module| module.preset);
-        let missing = (first_slot(self.device)..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
+        let missing = (self.device.first_slot()..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
         let error =
             |(slot, module)| ConfigurationError::Fixed { module: name(module), slot: (!is_free).then_some(slot) };
         missing.map_or(Ok(()), |missing| Err(error(missing)))
@@ -370,11 +403,6 @@ fn lengths(octets: &[u8]) -> (usize, usize) {
     Identifiers::new(octets)
         .flatten()
         .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
-}
-
-/// chosen: slots count from 1, or from 0 if the file defines a slot 0.
-fn first_slot(device: &Device) -> u32 {
-    u32::from(!device.slots.contains_key(&0))
 }
 
 fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {

@@ -125,6 +125,32 @@ impl Device {
         self.general.max_module.map_or(244, |most| usize::try_from(most).unwrap_or(usize::MAX))
     }
 
+    /// The number of the first slot. chosen: slots count from 1, or from 0 if the file defines a slot 0.
+    #[must_use]
+    pub fn first_slot(&self) -> u32 {
+        u32::from(!self.slots.contains_key(&0))
+    }
+
+    /// The module that FixPresetModules keeps in a slot. None if the file defines slots: its fixed modules may be in any slot that takes
+    /// them.
+    #[must_use]
+    pub fn fixed_in(&self, slot: u32) -> Option<&Module> {
+        if !self.is_modular() || self.general.fix_preset_modules != Some(true) || !self.slots.is_empty() {
+            return None;
+        }
+        let place = usize::try_from(slot.checked_sub(self.first_slot())?).ok()?;
+        self.modules.iter().filter(|module| module.preset).nth(place)
+    }
+
+    /// Whether a slot takes a module. A slot that the file does not define takes every module, unless a module is fixed in it.
+    #[must_use]
+    pub fn takes(&self, slot: u32, module: &Module) -> bool {
+        match self.slots.get(&slot) {
+            Some(slot) => slot.allows(module.number),
+            None => self.fixed_in(slot).is_none_or(|fixed| std::ptr::eq(fixed, module)),
+        }
+    }
+
     /// The parameters to which an area refers.
     pub(crate) fn parameters_of<'a>(&'a self, area: &'a PrmArea) -> impl Iterator<Item = &'a Parameter> {
         area.items.iter().filter_map(|item| match item.content {

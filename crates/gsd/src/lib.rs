@@ -21,7 +21,7 @@ mod words;
 mod write;
 
 pub use configuration::{
-    Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target, Warning,
+    Chosen, Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target, Warning,
 };
 pub use device::{Device, Module, Other, Slot};
 pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};

@@ -1,0 +1,289 @@
+//! GSD files of a folder, by ident.
+
+use crate::slave::GsdSlave;
+use profivac_gsd::{Device, GsdFile};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// The largest file that is read, in octets. chosen: more than ten times the largest one that is known.
+pub const MAX_OCTETS: u64 = 16 << 20;
+
+/// At most this many files are read. chosen: ten times the largest public collections.
+const MAX_FILES: usize = 20_000;
+
+/// Folders in folders, at most this deep: a link to a folder above ends here.
+const MAX_DEPTH: usize = 16;
+
+/// The devices of GSD files.
+#[derive(Clone, Debug, Default)]
+pub struct Catalog {
+    by_ident: BTreeMap<u16, Vec<Entry>>,
+    unread: Vec<Unread>,
+}
+
+/// A device of the catalog: its file and the other files of the same device.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// The file that is used: the default language, else English, else the first by name.
+    pub path: PathBuf,
+    /// Files of the same device in other languages, and copies.
+    pub others: Vec<PathBuf>,
+    /// The contents.
+    pub file: Arc<GsdFile>,
+}
+
+/// A file of a folder that is not in the catalog.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// The file.
+    pub path: PathBuf,
+    /// Why, and what to do.
+    pub reason: String,
+}
+
+/// Why there is no catalog.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CatalogError {
+    /// The system refuses to read a path.
+    #[error("{path} cannot be read: {reason}; check the path")]
+    Read {
+        /// The path.
+        path: PathBuf,
+        /// The words of the system.
+        reason: String,
+    },
+    /// The file cannot be used.
+    #[error("{path}: {reason}")]
+    File {
+        /// The path.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// A folder has no GSD file.
+    #[error("expected GSD files in {path} and its folders, found none whose name ends in .gsd, .gse, .gsg ...")]
+    Empty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Too many files.
+    #[error("{path} has more than {MAX_FILES} GSD files; name a folder with fewer")]
+    TooMany {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+/// Why no single device was chosen.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ChoiceError {
+    /// No file has the ident.
+    #[error(
+        "no GSD file has the ident 0x{0:04X}; get the file from the vendor of the slave, and name it or its folder with --gsd"
+    )]
+    Unknown(u16),
+    /// Several devices have the ident.
+    #[error("several devices have the ident 0x{ident:04X}: {files}; name the right file with --gsd")]
+    Several {
+        /// The ident.
+        ident: u16,
+        /// Vendor, device and path of each.
+        files: String,
+    },
+}
+
+impl Catalog {
+    /// Reads files and folders. A folder is read with its folders; files that are no GSD files for DP slaves are listed in
+    /// [`unread`](Self::unread), and a file that is named itself is an error then.
+    ///
+    /// Files of one folder whose names differ only in the language's letter, and files with the same contents, are one device if they
+    /// have one ident.
+    ///
+    /// # Errors
+    ///
+    /// [`CatalogError`] names the path, and what to do.
+    pub fn read(paths: &[PathBuf]) -> Result<Self, CatalogError> {
+        let mut catalog = Self::default();
+        for path in paths {
+            if !path.is_dir() {
+                let (ident, file) = read(path).map_err(|reason| match reason {
+                    NotRead::System(reason) => CatalogError::Read { path: path.clone(), reason },
+                    NotRead::File(reason) => CatalogError::File { path: path.clone(), reason },
+                })?;
+                catalog.add(ident, path.clone(), file);
+                continue;
+            }
+            let mut files = Vec::new();
+            find(path, 0, &mut files)
+                .map_err(|error| CatalogError::Read { path: path.clone(), reason: error.to_string() })?;
+            match files.len() {
+                0 => return Err(CatalogError::Empty { path: path.clone() }),
+                1..=MAX_FILES => catalog.add_all(files),
+                _ => return Err(CatalogError::TooMany { path: path.clone() }),
+            }
+        }
+        Ok(catalog)
+    }
+
+    /// The devices with this ident, by path.
+    #[must_use]
+    pub fn by_ident(&self, ident: u16) -> &[Entry] {
+        self.by_ident.get(&ident).map_or(&[], Vec::as_slice)
+    }
+
+    /// All devices, by ident.
+    pub fn entries(&self) -> impl Iterator<Item = (u16, &Entry)> {
+        self.by_ident.iter().flat_map(|(ident, entries)| entries.iter().map(|entry| (*ident, entry)))
+    }
+
+    /// Files of folders that are not in the catalog, and why.
+    #[must_use]
+    pub fn unread(&self) -> &[Unread] {
+        &self.unread
+    }
+
+    /// The devices of an ident whose modules give the octets of Get_Cfg. All devices of the ident if none does.
+    #[must_use]
+    pub fn narrowed(&self, ident: u16, get_cfg: &[u8]) -> Vec<&Entry> {
+        let all = self.by_ident(ident);
+        let fitting: Vec<_> = all.iter().filter(|entry| GsdSlave::by_chk_cfg(&entry.file, get_cfg).is_some()).collect();
+        if fitting.is_empty() { all.iter().collect() } else { fitting }
+    }
+
+    /// The only device with this ident; with the octets of Get_Cfg the only one whose modules give them.
+    ///
+    /// # Errors
+    ///
+    /// [`ChoiceError`] if no device has the ident, or several have, with the path of each.
+    pub fn choose(&self, ident: u16, get_cfg: Option<&[u8]>) -> Result<&Entry, ChoiceError> {
+        let candidates = match get_cfg {
+            Some(octets) => self.narrowed(ident, octets),
+            None => self.by_ident(ident).iter().collect(),
+        };
+        match candidates.as_slice() {
+            [only] => Ok(only),
+            [] => Err(ChoiceError::Unknown(ident)),
+            several => {
+                let words = |entry: &&Entry| format!("{} in {}", entry.name(), entry.path.display());
+                Err(ChoiceError::Several { ident, files: several.iter().map(words).collect::<Vec<_>>().join(", ") })
+            }
+        }
+    }
+
+    /// By folder and name, so that of files of one device the right one comes first.
+    fn add_all(&mut self, mut files: Vec<PathBuf>) {
+        files.sort_by_cached_key(|path| (without_language(path), language_rank(path), path.clone()));
+        for path in files {
+            match read(&path) {
+                Ok((ident, file)) => self.add(ident, path, file),
+                Err(NotRead::System(reason) | NotRead::File(reason)) => self.unread.push(Unread { path, reason }),
+            }
+        }
+    }
+
+    fn add(&mut self, ident: u16, path: PathBuf, file: GsdFile) {
+        let entries = self.by_ident.entry(ident).or_default();
+        let same = |entry: &&mut Entry| {
+            without_language(&entry.path) == without_language(&path) || entry.file.text() == file.text()
+        };
+        match entries.iter_mut().find(same) {
+            Some(entry) if entry.path == path => {}
+            Some(entry) => entry.others.push(path),
+            None => entries.push(Entry { path, others: Vec::new(), file: Arc::new(file) }),
+        }
+    }
+}
+
+impl Entry {
+    /// The device of the file.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        self.file.device()
+    }
+
+    /// Vendor and model: `Vendor Model`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let general = &self.device().general;
+        let mut name = general.vendor_name.as_deref().unwrap_or("unnamed vendor").trim().to_owned();
+        let _ = write!(name, " {}", general.model_name.as_deref().unwrap_or("unnamed device").trim());
+        name
+    }
+}
+
+/// Why a file was not read.
+enum NotRead {
+    System(String),
+    File(String),
+}
+
+fn read(path: &Path) -> Result<(u16, GsdFile), NotRead> {
+    let mut octets = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_OCTETS.saturating_add(1)).read_to_end(&mut octets));
+    read.map_err(|error| NotRead::System(error.to_string()))?;
+    if u64::try_from(octets.len()).unwrap_or(u64::MAX) > MAX_OCTETS {
+        return Err(NotRead::File(format!("expected a GSD file of at most {} MiB, got more", MAX_OCTETS >> 20)));
+    }
+    let file = GsdFile::read(&octets);
+    let general = &file.device().general;
+    match general.ident_number.map(u16::try_from) {
+        Some(Ok(ident)) => Ok((ident, file)),
+        Some(Err(_)) => Err(NotRead::File("expected an Ident_Number from 0 to 0xFFFF; see `profivac gsd check`".into())),
+        None => Err(NotRead::File(
+            "expected a GSD file of a DP slave, with #Profibus_DP and Ident_Number, and found no Ident_Number; see `profivac gsd check`".into(),
+        )),
+    }
+}
+
+/// Collects the GSD files of a folder and its folders. Ends early when there are too many.
+fn find(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            if depth < MAX_DEPTH {
+                find(&path, depth.saturating_add(1), files)?;
+            }
+        } else if has_gsd_ending(&path) {
+            files.push(path);
+        }
+        if files.len() > MAX_FILES {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a name ends in `.gsd`, or in `.gs` and the letter of a language.
+#[must_use]
+pub fn has_gsd_ending(path: &Path) -> bool {
+    language(path).is_some()
+}
+
+/// The last letter of `.gsd`, in small letters.
+fn language(path: &Path) -> Option<char> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    let mut rest = ending.strip_prefix("gs")?.chars();
+    rest.next().filter(|_| rest.next().is_none())
+}
+
+/// The default language comes first, then English.
+fn language_rank(path: &Path) -> usize {
+    match language(path) {
+        Some('d') => 0,
+        Some('e') => 1,
+        _ => 2,
+    }
+}
+
+/// What files of one device in several languages have in common: names in any capitals.
+fn without_language(path: &Path) -> (PathBuf, String) {
+    let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    (folder, path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase())
+}

@@ -1,0 +1,15 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+
+mod catalog;
+mod found;
+mod layout;
+mod selection;
+mod slave;
+
+pub use catalog::{Catalog, CatalogError, ChoiceError, Entry, MAX_OCTETS, Unread, has_gsd_ending};
+pub use found::{FoundModules, FoundSlot};
+pub use layout::{Area, Direction, Layout, ModuleData, PlacedModule};
+pub use selection::{Change, ModuleChoice, Modules, Selection, SelectionError, Value};
+pub use slave::{GsdSlave, SlaveError};
