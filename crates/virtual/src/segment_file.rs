@@ -1,7 +1,7 @@
 //! A segment in memory, described by a file: the port `sim:FILE.toml`.
 //!
 //! ```toml
-//! devices = ["bcg450@5:unit=torr", "pcg550@6"]    # as on the command line of `simulate`
+//! devices = ["bcg450@5:unit=torr", "pcg550@6"]    # as on the command line of `simulate`; GSD files beside the file
 //! baud = 19200                                    # delays of the devices count in its bit times
 //! pressure = "5e-6 mbar"
 //! atmosphere = "1013.25 mbar"

@@ -84,9 +84,14 @@ impl GsdStation {
 
     /// Switches the power. Inputs, diagnosis and records stay, outputs are safe.
     pub fn set_power(&mut self, on: bool) {
-        if on && !self.powered {
-            let address = start_address(self.slave.device(), self.switch_address);
-            self.slave.power_up(address);
+        match (self.powered, on) {
+            (false, true) => {
+                let address = start_address(self.slave.device(), self.switch_address);
+                self.slave.power_up(address);
+            }
+            // The state shows no exchange and safe outputs while the power is off.
+            (true, false) => self.slave.return_to_wait_prm(),
+            _ => {}
         }
         self.powered = on;
     }

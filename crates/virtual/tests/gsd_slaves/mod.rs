@@ -333,6 +333,8 @@ fn power_and_connector_take_the_slave_from_the_bus() {
     rig.slave.set_connected(true);
     rig.slave.set_power(false);
     assert_eq!(rig.dx(&[7]), "silence");
+    let state = rig.slave.state();
+    assert_eq!((state.power, state.state.as_str(), &*state.modules[0].outputs), (false, "WAIT-PRM", "00"));
     rig.slave.set_power(true);
     let state = rig.slave.state();
     assert_eq!((state.state.as_str(), state.master, state.outputs_safe), ("WAIT-PRM", None, true));
