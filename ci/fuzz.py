@@ -35,6 +35,7 @@ TARGETS = {
     "decode_line": (1024, ""),
     "decode_text": (2048, ""),
     "device_spec": (128, ""),
+    "gsd": (2048, ""),
     "master": (1024, ""),
     "modbus": (512, "station"),
     "opcua": (1024, "opcua"),

@@ -17,6 +17,7 @@ pub mod decode;
 pub mod files;
 #[cfg(feature = "station")]
 pub mod gateways;
+pub mod gsd;
 pub mod master;
 #[cfg(feature = "opcua")]
 pub mod opcua;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A target: its name, and what takes the octets.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 24] = [
+const TARGETS: [Target; 25] = [
     ("api", fuzz::api::run),
     ("batch", fuzz::batch::run),
     ("capture", fuzz::files::capture),
@@ -19,6 +19,7 @@ const TARGETS: [Target; 24] = [
     ("decode_line", fuzz::decode::line),
     ("decode_text", fuzz::decode::known_kind),
     ("device_spec", fuzz::files::device_spec),
+    ("gsd", fuzz::gsd::run),
     ("master", fuzz::master::run),
     ("modbus", fuzz::gateways::modbus),
     ("opcua", fuzz::opcua::run),

@@ -22,6 +22,8 @@ mod field_test;
 mod gateways;
 mod gauge;
 mod gsd;
+mod gsd_files;
+mod gsd_slaves;
 mod hub;
 mod identify;
 mod init;

@@ -26,6 +26,8 @@ mod field_test;
 mod first_steps;
 mod gauge_commands;
 mod gsd;
+mod gsd_slaves;
+mod gsd_traffic;
 mod hub;
 mod identify;
 mod lines;

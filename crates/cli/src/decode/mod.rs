@@ -2,6 +2,8 @@
 
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer, counted};
 use crate::failure::Failure;
+use crate::gsd_files::{self, is_gsd, peek};
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{check, notice};
 use crate::values;
 use clap::{Args, ValueEnum};
@@ -13,6 +15,7 @@ use profivac_explain::text::OMITTED;
 use profivac_explain::{Decoder, ExplainedPiece};
 use std::fs;
 use std::io::{self, Read};
+use std::path::Path;
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
@@ -33,6 +36,8 @@ pub struct Arguments {
     /// How to read the file, if its first octets mislead: text with octets in hexadecimal, or the octets of the line
     #[arg(long, value_name = "KIND", default_value = "auto", value_enum)]
     input: Input,
+    #[command(flatten)]
+    gsd: GsdOptions,
     #[command(flatten)]
     options: PrintOptions,
 }
@@ -55,6 +60,7 @@ Examples:
   echo 'TX 68 05 05 68 88 82 6D 3C 3E F1 16' | profivac decode --raw
   profivac decode log.txt --out log.pcapng        # for Wireshark, see contrib/wireshark
   profivac decode --input octets line.bin         # not text, though its octets may look like it
+  profivac decode --gsd PUMP.GSD capture.pcapng   # any slave: modules, parameters and diagnosis in the words of its file
   profivac decode --json capture.pcapng";
 
 /// The number of pieces that are explained before they are printed.
@@ -63,7 +69,12 @@ const BATCH: usize = 1000;
 /// Explains the file and prints a summary.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
-    let file = open(&arguments.file).map_err(|error| Failure::usage(format!("{name} cannot be read: {error}")))?;
+    let unreadable = |error: io::Error| Failure::usage(format!("{name} cannot be read: {error}"));
+    let files = gsd_files::files(&arguments.gsd)?;
+    let (head, file) = open(&arguments.file).and_then(peek).map_err(unreadable)?;
+    if arguments.input == Input::Auto && is_gsd(Path::new(&arguments.file), &head) {
+        return Err(no_traffic(name));
+    }
     let mut source = match arguments.input {
         Input::Auto => Source::open(file, arguments.baud),
         Input::Text => Source::open_as(file, arguments.baud, SourceKind::Text),
@@ -73,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     report_kind(&source, name);
     let baud = source.line_baud.unwrap_or(arguments.baud);
     let mut output = DecodeOutput {
-        decoder: Decoder::new(baud, source.times),
+        decoder: Decoder::new(baud, source.times).with_gsd(files),
         printer: Printer::new(&arguments.options, baud),
         capture: Capture::begin(&arguments.options, baud)?,
         left_over: LeftOverCount::default(),
@@ -98,6 +109,14 @@ fn refused(error: InputError, name: &str, input: Input) -> Failure {
         _ => "",
     };
     Failure::usage(format!("{name}: {error}{other}"))
+}
+
+/// The failure of a GSD file, which has no traffic.
+fn no_traffic(name: &str) -> Failure {
+    Failure::usage(format!(
+        "{name} is a GSD file, expected recorded traffic; `profivac gsd show {name}` shows its modules and parameters, `profivac gsd check {name}` \
+         its faults, and `profivac decode --gsd {name} FILE` explains the traffic of its slave"
+    ))
 }
 
 /// Prints how the file is read, and how to read it otherwise.

@@ -1,10 +1,14 @@
 //! A file: of a station, a segment, a gauge, a database, recorded traffic.
 
-use super::{Finding, database, station};
+use super::{Finding, database, slaves, station};
+use crate::explanation::counted;
+use crate::gsd::visible;
+use crate::gsd_files::{is_gsd, peek};
 use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;
 use profivac_explain::frame::TimeSource;
+use profivac_explain::gsd::Files;
 use profivac_explain::input::{Source, SourceKind};
 use profivac_listen::Observer;
 use profivac_listen::report::BusReport;
@@ -13,6 +17,7 @@ use profivac_virtual::scenario::Scenario;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The first octets of a SQLite database. SQLite, database file format, 1.3.1.
 const SQLITE: &[u8] = b"SQLite format 3\0";
@@ -21,14 +26,15 @@ const SQLITE: &[u8] = b"SQLite format 3\0";
 const ANY_RATE: Baud = Baud::B19200;
 
 /// The findings about a file.
-pub fn check(path: &Path) -> Vec<Finding> {
+pub fn check(path: &Path, files: &Files) -> Vec<Finding> {
     let mut first = [0; SQLITE.len()];
     let read = File::open(path).and_then(|mut file| file.read(&mut first));
     match read {
         Err(error) => vec![unreadable(path, &error)],
         Ok(_) if first == SQLITE => database::check(path, |_| None),
         Ok(_) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => toml(path),
-        Ok(_) => traffic(path),
+        Ok(_) if has_gsd_head(path) => gsd(path),
+        Ok(_) => traffic(path, files),
     }
 }
 
@@ -79,8 +85,38 @@ fn toml(path: &Path) -> Vec<Finding> {
     }]
 }
 
+/// Whether the file is a GSD file.
+fn has_gsd_head(path: &Path) -> bool {
+    File::open(path).and_then(peek).is_ok_and(|(head, _)| is_gsd(path, &head))
+}
+
+/// A GSD file, which other commands read.
+fn gsd(path: &Path) -> Vec<Finding> {
+    let name = path.display();
+    let file = match profivac_gsd_slave::Catalog::read(&[path.to_owned()]) {
+        Ok(catalog) => catalog.entries().next().map(|(_, entry)| (entry.name(), Arc::clone(&entry.file))),
+        Err(error) => {
+            return vec![Finding::bad_file(
+                error.to_string(),
+                format!("`profivac gsd check {name}` says what is wrong in which line"),
+            )];
+        }
+    };
+    let Some((device, file)) = file else { return Vec::new() };
+    let (device, modules) = (visible(&device), counted(file.device().modules.len() as u64, "module"));
+    let found =
+        format!("a GSD file: {device}, {modules}; `profivac doctor --gsd {name} CAPTURE` compares traffic with it");
+    vec![match file.faults().count() {
+        0 => Finding::note(found, format!("`profivac gsd show {name}` shows its modules and parameters")),
+        faults => Finding::note(
+            format!("{found}; {}", counted(faults as u64, "fault")),
+            format!("`profivac gsd check {name}` says what is wrong in which line"),
+        ),
+    }]
+}
+
 /// Recorded traffic.
-fn traffic(path: &Path) -> Vec<Finding> {
+fn traffic(path: &Path, files: &Files) -> Vec<Finding> {
     let file = match File::open(path) {
         Ok(file) => file,
         Err(error) => return vec![unreadable(path, &error)],
@@ -94,10 +130,10 @@ fn traffic(path: &Path) -> Vec<Finding> {
             )];
         }
     };
-    explained(source, path)
+    explained(source, path, files)
 }
 
-fn explained(mut source: Source<File>, path: &Path) -> Vec<Finding> {
+fn explained(mut source: Source<File>, path: &Path, files: &Files) -> Vec<Finding> {
     let kind = match source.kind {
         SourceKind::Pcapng => "a capture file",
         SourceKind::Trace => "a trace of profivac",
@@ -105,8 +141,10 @@ fn explained(mut source: Source<File>, path: &Path) -> Vec<Finding> {
         SourceKind::Octets => "the octets of a line",
     };
     let baud = source.line_baud.unwrap_or(ANY_RATE);
+    // Captures have the times of an operating system, which say nothing about T_SDR.
+    let times = if source.kind == SourceKind::Trace { source.times } else { TimeSource::Platform };
     let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, times).with_gsd(files.clone()));
     let (mut chunks, mut pieces, mut has_more) = (Vec::new(), Vec::new(), true);
     while has_more {
         has_more = match source.read(&mut chunks) {
@@ -132,6 +170,9 @@ fn explained(mut source: Source<File>, path: &Path) -> Vec<Finding> {
         (_, 0) => Finding::good(format!("{counted}; {explain}")),
         _ => Finding::note(counted, explain),
     }];
+    if !files.is_empty() {
+        findings.extend(slaves::findings(&observer, source.line_baud));
+    }
     if let Some(damage) = &source.damage {
         findings.push(Finding::bad_file(
             format!("the file ends early: {damage}"),

@@ -4,12 +4,16 @@ mod computer;
 mod database;
 mod file;
 mod port;
+mod slaves;
 mod station;
 
 use crate::failure::Failure;
+use crate::gsd_files;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{json, out};
 use crate::values::{self, Rate};
 use clap::Args;
+use profivac_explain::gsd::Files;
 use profivac_host::port::PortError;
 use serde::Serialize;
 use std::path::Path;
@@ -19,7 +23,8 @@ use std::time::Duration;
 ///
 /// Without WHAT the command checks the computer and its serial devices, and opens none of them. A port (serial device, pty,
 /// tcp://HOST:PORT, sim:FILE.toml) is opened and listened to; nothing is sent. A file may be the file of a station with everything it
-/// names, a segment or scenario, settings of a gauge, the database of a station, or recorded traffic.
+/// names, a segment or scenario, settings of a gauge, the database of a station, recorded traffic, or a GSD file. With --gsd the traffic of
+/// each slave is compared with its GSD file.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -32,6 +37,8 @@ pub struct Arguments {
     /// Listen to a port for this time
     #[arg(long = "for", value_name = "SECONDS", default_value = "3", value_parser = values::seconds)]
     time: Duration,
+    #[command(flatten)]
+    gsd: GsdOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -43,6 +50,7 @@ Examples:
   profivac doctor /dev/ttyUSB0
   profivac doctor /dev/ttyUSB0 --baud 93750 --for 30
   profivac doctor plant.toml plant.db capture.pcapng
+  profivac doctor --gsd gsd/ capture.pcapng      # compares each slave with its GSD file: parameters, modules, diagnosis, rates
 
 Exit codes: 0 without a problem, 2 with a problem in a file or argument, 3 with a problem of a port or line. Notes are no problems.";
 
@@ -97,6 +105,7 @@ struct Examination {
 
 /// Checks and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = gsd_files::files(&arguments.gsd)?;
     let mut examinations = Vec::new();
     if arguments.subjects.is_empty() {
         examinations.push(Examination { subject: "computer".to_owned(), findings: computer::check() });
@@ -106,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }));
     }
     for subject in &arguments.subjects {
-        let findings = check(subject, arguments);
+        let findings = check(subject, arguments, &files);
         examinations.push(Examination { subject: subject.clone(), findings });
     }
     if arguments.json {
@@ -126,10 +135,10 @@ fn is_port(subject: &str) -> bool {
         || Path::new(subject).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
 }
 
-fn check(subject: &str, arguments: &Arguments) -> Vec<Finding> {
+fn check(subject: &str, arguments: &Arguments, files: &Files) -> Vec<Finding> {
     match is_port(subject) {
-        true => port::check(subject, arguments.baud, arguments.time),
-        false => file::check(Path::new(subject)),
+        true => port::check(subject, arguments.baud, arguments.time, files),
+        false => file::check(Path::new(subject), files),
     }
 }
 
@@ -143,7 +152,7 @@ fn text(examinations: &[Examination]) -> String {
                 Verdict::Note => "note",
                 Verdict::BadFile | Verdict::BadPort => "problem",
             };
-            lines.push(format!("  {word:<8} {found}"));
+            lines.push(format!("  {word:<8} {}", found));
             lines.extend(next.iter().map(|next| format!("  {:<8} next: {next}", "")));
         }
     }

@@ -1,11 +1,12 @@
 //! A port and the line behind it. Nothing is sent.
 
-use super::{Finding, unusable};
+use super::{Finding, slaves, unusable};
 use crate::failure::Failure;
 use crate::values::Rate;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;
 use profivac_explain::frame::TimeSource;
+use profivac_explain::gsd::Files;
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_host::port::{self, Notice, Port, PortError, adapter_facts, delivery_of, open_elsewhere};
 use profivac_host::rate;
@@ -44,7 +45,7 @@ fn hardware(name: &str) -> Finding {
 }
 
 /// The findings about a port that is opened and listened to.
-pub fn check(name: &str, rate: Rate, time: Duration) -> Vec<Finding> {
+pub fn check(name: &str, rate: Rate, time: Duration, files: &Files) -> Vec<Finding> {
     let opened = match name.strip_prefix("sim:") {
         Some(_) => open::port(name, rate.initial())
             .map_err(Failure::from)
@@ -53,11 +54,11 @@ pub fn check(name: &str, rate: Rate, time: Duration) -> Vec<Finding> {
     };
     match opened {
         Err(finding) => vec![finding],
-        Ok(port) => listen(port, rate, time),
+        Ok(port) => listen(port, rate, time, files),
     }
 }
 
-fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration) -> Vec<Finding> {
+fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration, files: &Files) -> Vec<Finding> {
     let name = port.name().to_owned();
     let mut findings = Vec::new();
     let is_timed = port.delivery().is_timed();
@@ -70,14 +71,14 @@ fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration) -> Vec<Finding> {
         Rate::Auto => Ok(None),
     };
     findings.extend(std::iter::from_fn(|| port.next_notice()).map(|notice| noted(&notice)));
-    let baud = match detected {
-        Ok(baud) => baud.unwrap_or(ANY_RATE),
+    let detected = match detected {
+        Ok(detected) => detected,
         Err(error) => {
             findings.push(unusable(&error));
             return findings;
         }
     };
-    match observe(port, baud, time) {
+    match observe(port, detected, time, files) {
         Ok(heard) => findings.extend(heard.findings(&name, is_timed, rate)),
         Err(error) => findings.push(unusable(&error)),
     }
@@ -97,12 +98,15 @@ fn detect(port: &mut dyn Port) -> Result<Option<Baud>, PortError> {
 struct Heard {
     octets: u64,
     report: BusReport,
+    /// The slaves beside their GSD files.
+    slaves: Vec<Finding>,
 }
 
-fn observe(port: Box<dyn Port>, baud: Baud, time: Duration) -> Result<Heard, PortError> {
+fn observe(port: Box<dyn Port>, detected: Option<Baud>, time: Duration, files: &Files) -> Result<Heard, PortError> {
+    let baud = detected.unwrap_or(ANY_RATE);
     let mut tap = Tap::new(port, baud);
     let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform).with_gsd(files.clone()));
     let (mut pieces, mut octets) = (Vec::new(), 0_u64);
     let begun = Instant::now();
     while let Some(left) = time.checked_sub(begun.elapsed()) {
@@ -118,7 +122,8 @@ fn observe(port: Box<dyn Port>, baud: Baud, time: Duration) -> Result<Heard, Por
     }
     divider.end(&mut pieces);
     pieces.drain(..).for_each(|piece| observer.piece(&piece));
-    Ok(Heard { octets, report: BusReport::of(&observer) })
+    let slaves = if files.is_empty() { Vec::new() } else { slaves::findings(&observer, detected) };
+    Ok(Heard { octets, report: BusReport::of(&observer), slaves })
 }
 
 impl Heard {
@@ -171,6 +176,7 @@ impl Heard {
                 _ => None,
             }
         }));
+        findings.extend(self.slaves.iter().cloned());
         findings
     }
 }

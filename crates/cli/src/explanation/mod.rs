@@ -5,6 +5,8 @@ mod repeats;
 
 pub use capture::Capture;
 
+use crate::gsd::visible;
+use crate::gsd_files::{ModuleRow, module_rows};
 use crate::output::out;
 use crate::values::{Expected, ValueError};
 use clap::Args;
@@ -14,6 +16,7 @@ use profivac_explain::explainer::{Explainer, OctetCounts, Role, Summary};
 use profivac_explain::frame::{Piece, PieceKind};
 use profivac_explain::input::{LeftOver, SourceKind};
 use profivac_explain::note::Note;
+use profivac_explain::slave::Slave;
 use profivac_sim::describe::{Description, Hex};
 use profivac_sim::trace::pcapng;
 use profivac_wire::Telegram;
@@ -122,7 +125,14 @@ pub struct Accounting {
 #[derive(Debug, Serialize)]
 struct SlaveRow {
     address: u8,
-    device: Option<&'static str>,
+    /// The device of the tables, or the only one that a GSD file describes.
+    device: Option<String>,
+    /// Model and vendor of each device by the GSD files.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    possible_devices: Vec<String>,
+    /// The modules by the GSD file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    modules: Vec<ModuleRow>,
     requests: u64,
     retries: u64,
     unanswered: u64,
@@ -170,12 +180,12 @@ impl<'a> Printer<'a> {
 
     fn note(&self, note: &Note, text: &str) -> String {
         let station = note.station.map(|station| station.to_string()).unwrap_or_default();
-        format!("{} {station:>4}  {text}", self.time(note.at, note.number))
+        format!("{} {station:>4}  {}", self.time(note.at, note.number), visible(text))
     }
 
     fn piece(&self, explained: &ExplainedPiece) -> String {
         let ExplainedPiece { piece, number, meaning, .. } = explained;
-        let meaning = if meaning.is_empty() { String::new() } else { format!(" = {meaning}") };
+        let meaning = if meaning.is_empty() { String::new() } else { format!(" = {}", visible(meaning)) };
         format!("{}       {}{meaning} | {}", self.time(piece.start, *number), words(piece), octets(piece))
     }
 
@@ -277,7 +287,9 @@ fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
         let counters = slave.counters;
         SlaveRow {
             address,
-            device: slave.tables.model.map(|model| model.name),
+            device: device(slave),
+            possible_devices: slave.described.names(),
+            modules: module_rows(&slave.described),
             requests: counters.requests,
             retries: counters.repetitions,
             unanswered: counters.unanswered,
@@ -287,10 +299,21 @@ fn slave_rows(explainer: &Explainer) -> Vec<SlaveRow> {
     rows.collect()
 }
 
+/// The name of a device: of the tables, or the only model of the GSD files.
+fn device(slave: &Slave) -> Option<String> {
+    let by_tables = slave.tables.model.map(|model| model.name.to_owned());
+    by_tables.or_else(|| match slave.described.models().as_slice() {
+        [only] => Some(only.clone()),
+        _ => None,
+    })
+}
+
 /// A row for each station with its counters.
 fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
+    let longest = rows.iter().filter_map(|row| row.device.as_ref()).map(|device| device.chars().count()).max();
+    let width = longest.unwrap_or(0).max(8);
     let mut text = format!(
-        "{:>4}  {:<8}{:>10}{:>10}{:>10}{:>12}{:>11}",
+        "{:>4}  {:<width$}{:>10}{:>10}{:>10}{:>12}{:>11}",
         "ADDR", "DEVICE", "SENT", "REQUESTS", "REPEATED", "UNANSWERED", "EXCHANGES"
     );
     let stations: std::collections::BTreeSet<u8> =
@@ -299,12 +322,12 @@ fn table(summary: &Summary, rows: &[SlaveRow]) -> String {
         let sent = summary.sent.get(&address).copied().unwrap_or_default();
         text += &match rows.iter().find(|row| row.address == address) {
             Some(SlaveRow { device, requests, retries, unanswered, exchanges, .. }) => {
-                let device = device.unwrap_or("?");
+                let device = visible(device.as_deref().unwrap_or("?"));
                 format!(
-                    "\n{address:>4}  {device:<8}{sent:>10}{requests:>10}{retries:>10}{unanswered:>12}{exchanges:>11}"
+                    "\n{address:>4}  {device:<width$}{sent:>10}{requests:>10}{retries:>10}{unanswered:>12}{exchanges:>11}"
                 )
             }
-            None => format!("\n{address:>4}  {:<8}{sent:>10}", role_name(summary.roles.get(&address))),
+            None => format!("\n{address:>4}  {:<width$}{sent:>10}", role_name(summary.roles.get(&address))),
         };
     }
     text

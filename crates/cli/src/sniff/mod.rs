@@ -6,6 +6,8 @@ use crate::bus::open_port_to_listen;
 use crate::console::Signals;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer};
 use crate::failure::Failure;
+use crate::gsd_files;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{check, notice};
 use crate::values::{self, Rate};
 use clap::Args;
@@ -40,6 +42,8 @@ pub struct Arguments {
     #[arg(long = "gauge", value_name = "DEVICE@ADDRESS", requires = "statistics")]
     gauges: Vec<DeviceSpec>,
     #[command(flatten)]
+    gsd: GsdOptions,
+    #[command(flatten)]
     options: PrintOptions,
 }
 
@@ -49,21 +53,23 @@ Examples:
   profivac sniff --port tcp://127.0.0.1:4000 --raw
   profivac sniff --port /tmp/line --for 60 --out line.pcapng --json
   profivac sniff --port /dev/ttyUSB0 --baud auto --for 60 --statistics
-  profivac sniff --port /dev/ttyUSB0 --for 60 --statistics --gauge bcg450@5";
+  profivac sniff --port /dev/ttyUSB0 --for 60 --statistics --gauge bcg450@5
+  profivac sniff --port /dev/ttyUSB0 --gsd gsd/                      # any slave, in the words of its GSD file";
 
 /// The longest single wait without --for.
 const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// Listens until a signal or the end of --for.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = gsd_files::files(&arguments.gsd)?;
     let signals = Signals::catch()?;
     let (port, baud) = open_port_to_listen(&arguments.port, arguments.baud)?;
     let mut tap = Tap::new(port, baud);
     notice(&format_args!("listening on {}; Ctrl-C ends", arguments.port));
     if arguments.statistics {
-        return statistics::run(arguments, &signals, &mut tap, baud);
+        return statistics::run(arguments, files, &signals, &mut tap, baud);
     }
-    let mut decoder = Decoder::new(baud, TimeSource::Platform);
+    let mut decoder = Decoder::new(baud, TimeSource::Platform).with_gsd(files);
     let mut capture = Capture::begin(&arguments.options, baud)?;
     let mut printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));

@@ -3,16 +3,20 @@
 use super::{Arguments, MAX_WAIT};
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gsd::visible;
+use crate::gsd_files::SlaveRow;
 use crate::output::{check, json, out};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;
 use profivac_explain::frame::TimeSource;
+use profivac_explain::gsd::{Files, Seen};
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_host::readiness::Readiness;
 use profivac_listen::Observer;
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::report::{BusReport, Distribution, StationReport};
+use profivac_listen::station::Station;
 use profivac_virtual::device_spec::{check_addresses, entry};
 use serde::Serialize;
 use std::time::Instant;
@@ -36,13 +40,16 @@ struct Row<'a> {
     #[serde(flatten)]
     report: &'a BusReport,
     gauges: Vec<GaugeRow>,
+    /// The slaves that a file of --gsd describes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    slaves: Vec<SlaveRow>,
 }
 
 /// Listens until a signal or the end of --for, then prints.
-pub fn run(arguments: &Arguments, signals: &Signals, tap: &mut Tap, baud: Baud) -> Result<(), Failure> {
+pub fn run(arguments: &Arguments, files: Files, signals: &Signals, tap: &mut Tap, baud: Baud) -> Result<(), Failure> {
     check_addresses(&arguments.gauges)?;
     let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform));
+        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform).with_gsd(files));
     for spec in &arguments.gauges {
         let model = entry(&spec.device)?.model;
         let unit = spec.value("unit").and_then(|unit| model.unit_named(unit));
@@ -70,7 +77,7 @@ pub fn run(arguments: &Arguments, signals: &Signals, tap: &mut Tap, baud: Baud) 
     pieces.drain(..).for_each(|piece| observer.piece(&piece));
     let report = BusReport::of(&observer);
     if arguments.options.json {
-        out(&json(&Row { report: &report, gauges: gauges(&observer) }));
+        out(&json(&Row { report: &report, gauges: gauges(&observer), slaves: slaves(&observer) }));
     } else {
         out(&table(&observer, &report));
     }
@@ -93,6 +100,18 @@ fn gauges(observer: &Observer) -> Vec<GaugeRow> {
         }));
     }
     all
+}
+
+/// The slaves that GSD files describe.
+fn slaves(observer: &Observer) -> Vec<SlaveRow> {
+    // The rate of a pty or a host is not that of the line.
+    let bits_per_second = None;
+    let row = |(address, station): (u8, &Station)| {
+        let (set_prm, diagnosis) = (station.set_prm.as_slice(), station.diagnosis_octets.as_slice());
+        let seen = Seen { bits_per_second, set_prm, diagnosis, longest_tsdr: station.longest_tsdr };
+        SlaveRow::of(address, &station.described, &seen)
+    };
+    observer.stations().filter_map(row).collect()
 }
 
 /// The report as text.
@@ -122,6 +141,7 @@ fn table(observer: &Observer, report: &BusReport) -> String {
         let GaugeRow { address, device, instance, .. } = gauge;
         lines.push(format!("{address:>7}  {device} instance {instance}: {pressure} ({})", gauge.origin.text()));
     }
+    lines.extend(slaves(observer).iter().flat_map(SlaveRow::lines));
     for station in &report.stations {
         let address = station.address;
         lines.extend(station.diagnosis.iter().map(|text| format!("station {address}: diagnosis: {text}")));
@@ -135,7 +155,7 @@ fn table(observer: &Observer, report: &BusReport) -> String {
     lines.extend(
         report.events.iter().rev().map(|event| format!("{:.1} s ago: {}", event.age_ms as f64 / 1e3, event.text)),
     );
-    lines.join("\n")
+    lines.iter().map(|line| visible(line)).collect::<Vec<_>>().join("\n")
 }
 
 fn times(times: &Distribution) -> String {
