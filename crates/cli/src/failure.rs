@@ -10,6 +10,7 @@ use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
 use profivac_station::station::StationError;
 use profivac_virtual::device_spec::SpecError;
+use profivac_virtual::gsd_slave::GsdSpecError;
 use profivac_virtual::scenario::{MemorySegmentError, ScenarioError};
 use profivac_web_server::auth::file_permissions::PermissionError;
 use profivac_web_server::auth::users::{AccountError, UsersError};
@@ -169,6 +170,12 @@ impl From<AccountError> for Failure {
 impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
         Self { kind: Kind::Usage, sentence: error.to_string() }
+    }
+}
+
+impl From<GsdSpecError> for Failure {
+    fn from(error: GsdSpecError) -> Self {
+        Self::usage(error.to_string())
     }
 }
 

@@ -39,6 +39,7 @@ mod ports;
 mod report;
 mod scan;
 mod scenario;
+mod simulated_slaves;
 mod sniff;
 mod station;
 mod telegrams;

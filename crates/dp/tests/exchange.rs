@@ -103,6 +103,19 @@ fn outputs_of_length_zero_mean_fail_safe_if_set_prm_says_so() {
     assert_eq!(rig.device().seen.last(), Some(&Seen::Outputs(vec![7, 8])));
 }
 
+/// A DP-V0 master has no bit for it: the GSD file says it.
+#[test]
+fn outputs_of_length_zero_mean_fail_safe_to_a_dp_v0_device_with_fail_safe() {
+    let features = Features { dpv1: false, ms1: false, ..Gauge::default().features };
+    for fail_safe in [false, true] {
+        let mut rig = Rig::new(Gauge { features, fail_safe, ..Gauge::default() });
+        rig.start(MASTER, "");
+        rig.dx(MASTER, &[5, 6]);
+        rig.dx(MASTER, &[]);
+        assert_eq!(is_exchanging(&rig), fail_safe);
+    }
+}
+
 #[test]
 fn the_longest_exchange_has_244_octets_each_way() {
     let inputs: Vec<u8> = (0..244).collect();

@@ -78,6 +78,16 @@ fn a_dp_v0_device_has_no_connections() {
     assert_eq!(rig.ms2(1, 48, ""), RS);
 }
 
+/// C2_Read_Write_supp of a GSD file does not depend on DPV1_Slave.
+#[test]
+fn a_device_says_whether_it_has_connections() {
+    let features = Features { dpv1: false, ms1: false, ..Gauge::default().features };
+    let mut with = Rig::new(Gauge { features, ms2: Some(true), ..Gauge::default() });
+    assert_eq!(with.ms2(1, 49, INITIATE), low("56 30 00 64"));
+    let mut without = Rig::new(Gauge { ms2: Some(false), ..Gauge::default() });
+    assert_eq!(without.ms2(1, 49, INITIATE), RS);
+}
+
 /// The table of profibus-wire 4.6.5: the response to the first poll, and RS afterwards.
 #[test]
 fn an_initiate_that_does_not_fit_is_answered_on_the_announced_access_point() {

@@ -169,6 +169,16 @@ fn lock_req_and_unlock_req_in_all_combinations() {
     assert_eq!(rig.diag(MASTER), "02 05 00 FF");
 }
 
+/// The slave declares its longest T_SDR in the GSD file, and never answers later.
+#[test]
+fn min_tsdr_is_lowered_to_the_longest_time_of_the_device() {
+    for (max_tsdr_tbit, min_tsdr) in [(None, 100), (Some(20), 20), (Some(200), 100), (Some(5), 11)] {
+        let mut rig = Rig::new(Gauge { max_tsdr_tbit, ..Gauge::default() });
+        send(&mut rig, MASTER, SET_PRM, "00 00 00 64 12 34 00");
+        assert_eq!(rig.slave.min_tsdr_tbit(), min_tsdr, "{max_tsdr_tbit:?}");
+    }
+}
+
 #[test]
 fn a_second_set_prm_of_the_owner_leads_back_to_wait_cfg() {
     let mut rig = exchanging();

@@ -55,6 +55,9 @@ pub struct File {
     /// The volumes of measuring parts outside the volume of their device, by address and instance.
     #[serde(default)]
     pub channels: BTreeMap<Text, BTreeMap<Text, Text>>,
+    /// Slaves by their GSD files, as `FILE.gsd@ADDR:modules=3+7`.
+    #[serde(default)]
+    pub slaves: Vec<Text>,
     #[serde(default)]
     pub timeline: Vec<Spanned<Entry>>,
 }
@@ -258,6 +261,9 @@ pub struct Entry {
     pub pot: Vec<Pot>,
     #[serde(default)]
     pub write: Vec<Write>,
+    /// Lines to slaves by their GSD files, as on the standard input of `simulate`.
+    #[serde(default)]
+    pub order: Vec<Text>,
     #[serde(default)]
     pub expect: Vec<Spanned<Expect>>,
 }

@@ -329,9 +329,17 @@ pub fn parse_address(text: &str) -> Result<u8, SpecError> {
 /// # Errors
 /// [`SpecError::DuplicateAddress`] names the first duplicate.
 pub fn check_addresses(specs: &[DeviceSpec]) -> Result<(), SpecError> {
+    check_distinct(specs.iter().map(|spec| spec.address))
+}
+
+/// Checks that no address comes twice.
+///
+/// # Errors
+/// [`SpecError::DuplicateAddress`] names the first duplicate.
+pub fn check_distinct(addresses: impl IntoIterator<Item = u8>) -> Result<(), SpecError> {
     let mut taken = BTreeSet::new();
-    match specs.iter().find(|spec| !taken.insert(spec.address)) {
-        Some(spec) => Err(SpecError::DuplicateAddress(spec.address)),
+    match addresses.into_iter().find(|address| !taken.insert(*address)) {
+        Some(address) => Err(SpecError::DuplicateAddress(address)),
         None => Ok(()),
     }
 }

@@ -3,6 +3,7 @@
 //! All stations use the codec that a real line uses.
 
 use crate::device::VirtualDevice;
+use crate::gsd_slave::GsdStation;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_client::ms2::{Ms2Error, Ms2Line};
 use profivac_dp::link::active::{Active, CheckedBus};
@@ -36,6 +37,8 @@ pub struct Traffic {
 /// The stations of the segment.
 struct MemoryStations {
     devices: Vec<VirtualDevice>,
+    /// Slaves by their GSD files, which belong to no master of the segment.
+    slaves: Vec<GsdStation>,
     master: Box<Active<BusMaster>>,
 }
 
@@ -44,12 +47,14 @@ impl Stations for MemoryStations {
 
     fn all(&self) -> impl Iterator<Item = &Self::Station> {
         let devices = self.devices.iter().map(|device| device as &dyn Station);
-        devices.chain([&*self.master as &dyn Station])
+        let slaves = self.slaves.iter().map(|slave| slave as &dyn Station);
+        devices.chain(slaves).chain([&*self.master as &dyn Station])
     }
 
     fn all_mut(&mut self) -> impl Iterator<Item = &mut Self::Station> {
         let devices = self.devices.iter_mut().map(|device| device as &mut dyn Station);
-        devices.chain([&mut *self.master as &mut dyn Station])
+        let slaves = self.slaves.iter_mut().map(|slave| slave as &mut dyn Station);
+        devices.chain(slaves).chain([&mut *self.master as &mut dyn Station])
     }
 }
 
@@ -83,7 +88,7 @@ impl MemorySegment {
         master.user.set_mode(Mode::Operate);
         let receiver = Receiver::with_idle(BitTime(0), T_SYN_TBIT);
         Ok(Self {
-            line: Line::new(MemoryStations { devices, master }, receiver.clone(), Pace::ByLine),
+            line: Line::new(MemoryStations { devices, slaves: Vec::new(), master }, receiver.clone(), Pace::ByLine),
             slaves: watched,
             baud,
             now: BitTime(0),
@@ -91,6 +96,19 @@ impl MemorySegment {
             telegrams: VecDeque::new(),
             traffic: None,
         })
+    }
+
+    /// The same with slaves by their GSD files, with which its master exchanges no data.
+    #[must_use]
+    pub fn with_slaves(mut self, slaves: Vec<GsdStation>) -> Self {
+        self.line.stations_mut().slaves = slaves;
+        self
+    }
+
+    /// The devices and the slaves by their GSD files, mutable.
+    pub fn stations_mut(&mut self) -> (&mut [VirtualDevice], &mut [GsdStation]) {
+        let stations = self.line.stations_mut();
+        (&mut stations.devices, &mut stations.slaves)
     }
 
     /// Runs the segment until `seconds` after its start.

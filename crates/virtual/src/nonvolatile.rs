@@ -138,6 +138,11 @@ impl NonvolatileMemory {
         Ok(OpenedMemory { memory, set_aside })
     }
 
+    /// The keys of the stored values.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = Key> + '_ {
+        self.entries.keys().copied()
+    }
+
     /// A copy of the values that ends with the process.
     #[must_use]
     pub fn to_volatile(&self) -> Self {

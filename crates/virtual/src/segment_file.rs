@@ -1,7 +1,7 @@
 //! A segment in memory, described by a file: the port `sim:FILE.toml`.
 //!
 //! ```toml
-//! devices = ["bcg450@5:unit=torr", "pcg550@6"]    # as on the command line of `simulate`
+//! devices = ["bcg450@5:unit=torr", "pcg550@6"]    # as on the command line of `simulate`; GSD files beside the file
 //! baud = 19200                                    # delays of the devices count in its bit times
 //! pressure = "5e-6 mbar"
 //! atmosphere = "1013.25 mbar"
@@ -13,9 +13,11 @@
 //! behaves like any other; they end with the port.
 
 use crate::device::{GasConditions, VirtualDevice};
-use crate::device_spec::{DeviceSpec, MemoryError, SpecError, check_addresses};
+use crate::device_spec::{DeviceSpec, MemoryError, SpecError, check_distinct};
 use crate::gas_pressure::GasPressure;
+use crate::gsd_slave::{GsdSpec, GsdSpecError, GsdStation};
 use crate::nonvolatile::NonvolatileMemory;
+use crate::station_spec::{StationSpec, StationSpecError, VirtualStation};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Notice, PortError, Stream};
@@ -44,12 +46,13 @@ struct Description {
 
 impl Description {
     /// The devices, each with its position in the text.
-    fn specs(&self) -> Result<Vec<(Range<usize>, DeviceSpec)>, Positioned> {
+    fn specs(&self) -> Result<Vec<(Range<usize>, StationSpec)>, Positioned> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
-            specs.push(text.get_ref().parse::<DeviceSpec>().map_err(|error| Positioned::at(&text.span(), error))?);
+            specs.push(text.get_ref().parse::<StationSpec>().map_err(|error| Positioned::at(&text.span(), error))?);
         }
-        check_addresses(&specs).map_err(|error| Positioned::at(&self.devices.span(), error))?;
+        let addresses = specs.iter().map(StationSpec::address);
+        check_distinct(addresses).map_err(|error| Positioned::at(&self.devices.span(), error))?;
         Ok(self.devices.get_ref().iter().map(Spanned::span).zip(specs).collect())
     }
 
@@ -102,9 +105,21 @@ pub enum EntryError {
     /// A device spec is invalid.
     #[error(transparent)]
     Device(#[from] SpecError),
+    /// A slave by its GSD file cannot be built.
+    #[error(transparent)]
+    Slave(#[from] Box<GsdSpecError>),
     /// The folder of the nonvolatile memory cannot be used.
     #[error(transparent)]
     Store(#[from] MemoryError),
+}
+
+impl From<StationSpecError> for EntryError {
+    fn from(error: StationSpecError) -> Self {
+        match error {
+            StationSpecError::Gauge(error) => Self::Device(error),
+            StationSpecError::Slave(error) => Self::Slave(error),
+        }
+    }
 }
 
 impl From<SegmentFileError> for PortError {
@@ -129,7 +144,7 @@ impl Positioned {
 pub struct SegmentFile {
     name: String,
     baud: Baud,
-    devices: Vec<VirtualDevice>,
+    devices: Vec<VirtualStation>,
     notices: Vec<Notice>,
 }
 
@@ -161,9 +176,15 @@ impl SegmentFile {
         let (conditions, baud) = (described.environment(), described.baud);
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
         for (span, spec) in described.specs()? {
-            let memory = file.memory(&described, path, &spec)?;
-            let slave = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
-            file.devices.push(VirtualDevice::new(slave, spec.address, baud, conditions));
+            let station = match spec {
+                StationSpec::Gauge(spec) => {
+                    let memory = file.memory(&described, path, &spec)?;
+                    let slave = spec.build(memory, baud).map_err(|error| Positioned::at(&span, error))?;
+                    VirtualStation::Gauge(VirtualDevice::new(slave, spec.address, baud, conditions))
+                }
+                StationSpec::Slave(spec) => VirtualStation::Slave(file.slave(&described, path, spec, &span)?),
+            };
+            file.devices.push(station);
         }
         Ok(file)
     }
@@ -181,6 +202,22 @@ impl SegmentFile {
             .map_err(|error| Positioned::at(&folder.span(), error))?;
         self.notices.extend(opened.set_aside.map(|aside| aside.notice(&spec.device, spec.address)));
         Ok(opened.memory)
+    }
+
+    /// A slave by its GSD file; its files are relative to the segment file.
+    fn slave(
+        &mut self,
+        described: &Description,
+        path: &Path,
+        spec: GsdSpec,
+        span: &Range<usize>,
+    ) -> Result<GsdStation, Positioned> {
+        let address = spec.address;
+        let state = described.state.as_ref().map(|folder| path.with_file_name(folder.get_ref()));
+        let spec = spec.in_folder(path.parent().unwrap_or(Path::new("")));
+        let opened = spec.open(self.baud, state.as_deref()).map_err(|error| Positioned::at(span, Box::new(error)))?;
+        self.notices.extend(opened.set_aside.map(|(name, aside)| aside.notice(&name, address)));
+        Ok(opened.station)
     }
 
     /// Starts the devices. They run until the port is dropped.
@@ -222,11 +259,17 @@ baud = 93750
         SegmentFile::parse(text, Path::new("segment.toml"))
     }
 
+    fn gauges(file: &SegmentFile) -> impl Iterator<Item = &VirtualDevice> {
+        file.devices.iter().filter_map(|station| match station {
+            VirtualStation::Gauge(device) => Some(device),
+            VirtualStation::Slave(_) => None,
+        })
+    }
+
     #[test]
     fn a_file_describes_the_same_devices_as_a_command_line() {
         let file = parse(FILE).unwrap();
-        let devices: Vec<_> =
-            file.devices.iter().map(|device| (device.device().name(), device.switch_address())).collect();
+        let devices: Vec<_> = gauges(&file).map(|device| (device.device().name(), device.switch_address())).collect();
         assert_eq!((devices.as_slice(), file.baud), (&[("bcg450", 5), ("pcg550", 6)][..], Baud::B93750));
         assert_eq!(file.name, "sim:segment.toml");
         let usual = toml::from_str::<Description>("devices = []").unwrap();

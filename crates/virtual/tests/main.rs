@@ -9,6 +9,7 @@ mod until;
 
 mod coming_back;
 mod conditions;
+mod gsd_slaves;
 mod number_formats;
 mod ports;
 mod readings;

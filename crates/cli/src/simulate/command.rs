@@ -7,6 +7,7 @@ use profivac_vacuum::gas::UnknownGas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device_spec::{SpecError, parse_address};
 use profivac_virtual::gas_pressure::{GasPressure, GasPressureError};
+use profivac_virtual::gsd_slave::{self, Order, OrderError, Refused};
 use std::fmt;
 
 /// The longest `advance`: thirty years.
@@ -16,7 +17,7 @@ const MAX_SECONDS: f64 = 1e9;
 const MAX_VOLTS: f64 = 100.0;
 
 /// A command line.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Command<'a> {
     Pressure(Pressure),
     Atmosphere(Pressure),
@@ -28,9 +29,12 @@ pub enum Command<'a> {
 }
 
 /// A command for one device.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum DeviceCommand<'a> {
+    /// Of a gauge.
     Operate(Action<'a>),
+    /// Of a slave by its GSD file.
+    Order(Order),
     Power(bool),
     State,
 }
@@ -51,6 +55,11 @@ const FORMS: [(&str, &str); 12] = [
     ("quit", ""),
 ];
 
+/// Every command: those of gauges and of the segment, then those of slaves by their GSD files.
+fn forms() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FORMS.into_iter().chain(gsd_slave::FORMS)
+}
+
 /// The reason why a command was not executed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CommandError {
@@ -58,7 +67,7 @@ pub enum CommandError {
     #[error("expected {}", Form(.0))]
     Form(String),
     /// No command has this first word.
-    #[error("expected one of {known}, got {word:?}", known = FORMS.map(|(word, _)| word).join(", "))]
+    #[error("expected one of {known}, got {word:?}", known = forms().map(|(word, _)| word).collect::<Vec<_>>().join(", "))]
     UnknownCommand { word: String },
     #[error(transparent)]
     Number(#[from] ValueError),
@@ -74,17 +83,36 @@ pub enum CommandError {
     /// `known` are the addresses of the command line.
     #[error("no device at address {address}; known: {known}")]
     NoDevice { address: u8, known: String },
+    #[error(transparent)]
+    Order(#[from] OrderError),
+    #[error(transparent)]
+    Refused(#[from] Refused),
+    /// A slave by its GSD file has neither pressure nor faults nor controls.
+    #[error("{name} at address {address} is a slave by its GSD file, without gauge; expected {SLAVE_WORDS}")]
+    NoGauge { name: String, address: u8 },
+    /// A gauge has its inputs from its sensors.
+    #[error(
+        "{device} at address {address} is a gauge, whose inputs and diagnosis follow from pressure and faults; expected {GAUGE_WORDS}"
+    )]
+    IsGauge { device: &'static str, address: u8 },
+    /// The segment has only slaves by their GSD files.
+    #[error("there is no gauge on the line; a slave by its GSD file takes {SLAVE_WORDS}")]
+    NoGauges,
     /// The device does not have this fault, button, switch or potentiometer; `known` are those it has.
     #[error("{device} has no {part}{}", List(.known))]
     NoPart { device: &'static str, part: String, known: Vec<String> },
 }
+
+/// The commands of one kind of station.
+const SLAVE_WORDS: &str = "input, diagnosis, channel-error, record, power or state";
+const GAUGE_WORDS: &str = "fault, clear, power, button, switch, pot or state";
 
 /// The form of a command, by its first word.
 struct Form<'a>(&'a str);
 
 impl fmt::Display for Form<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let arguments = FORMS.into_iter().find(|(word, _)| *word == self.0).map_or("", |(_, arguments)| arguments);
+        let arguments = forms().find(|(word, _)| *word == self.0).map_or("", |(_, arguments)| arguments);
         f.write_str(format!("{} {arguments}", self.0).trim_end())
     }
 }
@@ -109,7 +137,10 @@ impl<'a> Command<'a> {
             ["advance", seconds] => Ok(Self::Advance(number(seconds, 0.0, MAX_SECONDS)?)),
             ["quit"] => Ok(Self::Quit),
             [word, address, ref rest @ ..] => {
-                let command = DeviceCommand::parse(word, rest)?.ok_or_else(|| expected(word))?;
+                let command = match Order::parse(word, rest) {
+                    Some(order) => DeviceCommand::Order(order?),
+                    None => DeviceCommand::parse(word, rest)?.ok_or_else(|| expected(word))?,
+                };
                 Ok(Self::Device(parse_address(address)?, command))
             }
             [word] => Err(expected(word)),
@@ -149,7 +180,7 @@ fn pressure(line: &str) -> Result<Pressure, GasPressureError> {
 
 /// The error for words that are no command.
 fn expected(word: &str) -> CommandError {
-    match FORMS.iter().any(|(known, _)| *known == word) {
+    match forms().any(|(known, _)| known == word) {
         true => CommandError::Form(word.to_owned()),
         false => CommandError::UnknownCommand { word: word.to_owned() },
     }
@@ -177,6 +208,10 @@ mod tests {
             ("pot 5 b -1", operate(Action::Pot { which: 'b', volts: -1.0 })),
             ("advance 180", Command::Advance(180.0)),
             ("state 126", Command::Device(126, DeviceCommand::State)),
+            (
+                "input 9 2 16#1F 00",
+                Command::Device(9, DeviceCommand::Order(Order::Input { slot: 2, at: 0, octets: vec![0x1F, 0] })),
+            ),
             ("quit", Command::Quit),
         ] {
             assert_eq!(Command::parse(line), Ok(command), "{line}");
@@ -210,12 +245,15 @@ mod tests {
             ("state 127", "expected an address from 0 to 126, got \"127\""),
             ("state", "expected state ADDR"),
             ("quit now", "expected quit"),
+            ("record 9 1", "expected record ADDR SLOT INDEX [OCTET|TYPE:VALUE ...]"),
+            ("channel-error", "expected channel-error ADDR SLOT CHANNEL ERROR|TEXT on|off"),
         ] {
             assert_eq!(Command::parse(line).unwrap_err().to_string(), reason, "{line}");
         }
         for line in ["", "dance", "dance 5 now"] {
             let reason = Command::parse(line).unwrap_err().to_string();
             assert!(reason.starts_with("expected one of pressure, atmosphere, gas, fault"), "{line}: {reason}");
+            assert!(reason.contains("quit, input, diagnosis, channel-error, record, got"), "{line}: {reason}");
         }
     }
 }

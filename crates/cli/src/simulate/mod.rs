@@ -17,11 +17,13 @@ use profivac_host::text_file;
 use profivac_vacuum::Gas;
 use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
-use profivac_virtual::device_spec::{DeviceSpec, MemoryError, SpecError, check_addresses};
+use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_distinct};
 use profivac_virtual::gas_pressure::GasPressure;
+use profivac_virtual::gsd_slave::{GsdStation, OpenedSlave};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
 use profivac_virtual::scenario::{Included, MasterPresence, Run, Scenario};
+use profivac_virtual::station_spec::{StationSpec, VirtualStation, gauges_of};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -68,9 +70,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
     /// A device and the setting of its address switch; 126 means a setting outside 0 to 125. With a scenario these devices join
-    /// its own ones, and their pressure is constant: 1e-3 mbar
+    /// its own ones, and their pressure is constant: 1e-3 mbar. FILE.gsd@ADDR is a slave as its GSD file describes it, with the
+    /// modules of the file in slot order, by number: FILE.gsd@9:modules=3+7; or by name in a TOML file: FILE.gsd@9:setup=FILE.toml
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
-    devices: Vec<DeviceSpec>,
+    devices: Vec<StationSpec>,
 }
 
 const EXAMPLES: &str = "\
@@ -86,6 +89,20 @@ Lines on standard input:
   pot ADDR a|b VOLTS            sets a set point potentiometer
   advance SECONDS               advances the time of the devices, not of the bus
   state ADDR                    answers `ok {json}`
+Lines for a slave by its GSD file, which also takes power and state:
+  input ADDR SLOT [at OCTET] OCTET|TYPE:VALUE ...
+                                sets inputs of the module in the slot: hexadecimal octets like 1F or 16#1F, or values like
+                                float:23.5, u16:500, i32:-7
+  input ADDR SLOT bit N on|off  sets a bit; bit 8 is the lowest one of the second octet
+  diagnosis ADDR bit N on|off   reports a bit behind the header of the diagnosis, as the file numbers its texts
+  diagnosis ADDR area FIRST-LAST VALUE|TEXT
+                                reports a number in several bits, or the number of the file's text
+  diagnosis ADDR none           ends every report
+  channel-error ADDR SLOT CHANNEL ERROR|TEXT on|off
+                                reports an error of a channel, by number or by the file's text
+  record ADDR SLOT INDEX [OCTET|TYPE:VALUE ...]
+                                makes or changes a DP-V1 record for masters; without octets, prints it
+All:
   quit                          ends the simulation
 
 Examples:
@@ -93,8 +110,12 @@ Examples:
   profivac simulate --pty /tmp/line --pressure '5e-6 mbar' --gas ar bcg450@5 bcg450@6:unit=torr
   profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
+  profivac simulate --pty /tmp/line bcg450@5 valves.gsd@9:modules=3+7
   profivac simulate --pty /tmp/line --scenario pump-down
   profivac simulate --scenario pump-down --show > mine.toml";
+
+/// How often the command looks whether a slave has refused a master. chosen: soon for a reader, rarely for the processor.
+const REFUSALS_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves until `quit` or a signal.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -104,20 +125,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = arguments.scenario.as_deref().map(Scenario::of_file_or_name).transpose()?;
     let conditions =
         GasConditions { pressure: arguments.pressure.0, atmosphere: arguments.atmosphere.0, gas: arguments.gas };
-    let devices = match &scenario {
-        Some(scenario) => {
-            let mut all = scenario.devices(arguments.baud, |spec| memory(spec, arguments.state.as_deref()))?;
-            for device in devices(arguments, conditions)? {
-                let address = device.switch_address();
-                if all.iter().any(|other| other.switch_address() == address) {
-                    return Err(SpecError::DuplicateAddress(address).into());
-                }
-                all.push(device);
-            }
-            all
-        }
-        None => devices(arguments, conditions)?,
-    };
+    let mut devices = scenario.as_ref().map_or(Ok(Vec::new()), |scenario| stations_of(scenario, arguments))?;
+    devices.extend(stations(arguments, conditions)?);
+    check_distinct(devices.iter().map(VirtualStation::switch_address))?;
     let mut console = Console::open()?;
     let segment = segment(arguments, devices)?;
     let scenario =
@@ -128,6 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     loop {
         let readable = simulation.segment.serve(&console.descriptors(), simulation.time_until_step(started))?;
         notices(|| simulation.segment.next_notice());
+        simulation.report_refusals();
         simulation.advance_scenario(started);
         for input in console.take_input(&readable) {
             if simulation.handle_input(&input).is_break() {
@@ -149,14 +160,37 @@ fn show(given: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The devices of the command line.
-fn devices(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<VirtualDevice>, Failure> {
-    check_addresses(&arguments.devices)?;
-    let device = |spec: &DeviceSpec| {
-        let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
-        Ok(VirtualDevice::new(unit, spec.address, arguments.baud, conditions))
+/// The stations of the command line.
+fn stations(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<VirtualStation>, Failure> {
+    check_distinct(arguments.devices.iter().map(StationSpec::address))?;
+    let station = |spec: &StationSpec| match spec {
+        StationSpec::Gauge(spec) => {
+            let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
+            Ok(VirtualStation::Gauge(VirtualDevice::new(unit, spec.address, arguments.baud, conditions)))
+        }
+        StationSpec::Slave(spec) => Ok(slave(spec.open(arguments.baud, arguments.state.as_deref())?)),
     };
-    arguments.devices.iter().map(device).collect()
+    arguments.devices.iter().map(station).collect()
+}
+
+/// The stations of a scenario.
+fn stations_of(scenario: &Scenario, arguments: &Arguments) -> Result<Vec<VirtualStation>, Failure> {
+    let state = arguments.state.as_deref();
+    let devices = scenario.devices(arguments.baud, |spec| memory(spec, state))?;
+    let slaves = scenario.slaves(arguments.baud, state)?;
+    Ok(devices.into_iter().map(VirtualStation::Gauge).chain(slaves.into_iter().map(slave)).collect())
+}
+
+/// A slave by its GSD file, with notices about it.
+fn slave(OpenedSlave { station, warnings, set_aside }: OpenedSlave) -> VirtualStation {
+    let address = station.switch_address();
+    for warning in warnings {
+        notice(&format_args!("slave {address}: {warning}"));
+    }
+    if let Some((name, aside)) = set_aside {
+        notice(&aside.notice(&name, address));
+    }
+    VirtualStation::Slave(station)
 }
 
 /// The nonvolatile memory of a device: from the folder, or with default values.
@@ -173,7 +207,7 @@ fn memory(spec: &DeviceSpec, folder: Option<&Path>) -> Result<NonvolatileMemory,
 }
 
 /// The devices on the port. Only a serial device can be lost; it is then opened again.
-fn segment(arguments: &Arguments, devices: Vec<VirtualDevice>) -> Result<Segment<Vec<VirtualDevice>>, PortError> {
+fn segment(arguments: &Arguments, devices: Vec<VirtualStation>) -> Result<Segment<Vec<VirtualStation>>, PortError> {
     let port = port(arguments)?;
     report_slot_time(&*port, arguments.baud);
     let segment = Segment::new(port, arguments.baud, arguments.pace, devices);
@@ -205,7 +239,7 @@ fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
 
 /// The segment and its conditions, which the commands change.
 struct Simulation {
-    segment: Segment<Vec<VirtualDevice>>,
+    segment: Segment<Vec<VirtualStation>>,
     conditions: GasConditions,
     /// The running scenario, if there is one; it replaces the constant conditions.
     scenario: Option<RunningScenario>,
@@ -219,18 +253,37 @@ struct RunningScenario {
 }
 
 impl Simulation {
-    /// The time until the next step of the scenario.
+    /// The time until the next step of the scenario, or until the next look at refusals.
     fn time_until_step(&self, started: Instant) -> Duration {
-        let Some(RunningScenario { run, .. }) = &self.scenario else { return Duration::MAX };
+        let has_slave = self.segment.stations().iter().any(|station| matches!(station, VirtualStation::Slave(_)));
+        let look = if has_slave { REFUSALS_EVERY } else { Duration::MAX };
+        let Some(RunningScenario { run, .. }) = &self.scenario else { return look };
         let next = Duration::try_from_secs_f64(run.seconds() + run.step_s()).unwrap_or(Duration::MAX);
-        next.saturating_sub(started.elapsed())
+        next.saturating_sub(started.elapsed()).min(look)
+    }
+
+    /// Prints why slaves have refused the parameters or the configuration of a master.
+    fn report_refusals(&mut self) {
+        for station in self.segment.stations_mut() {
+            let VirtualStation::Slave(slave) = station else { continue };
+            if let Some(refusal) = slave.take_refusal() {
+                notice(&format_args!("slave {}: refused {refusal}", slave.switch_address()));
+            }
+        }
     }
 
     /// Runs the steps of the scenario that are due, and prints expectations that do not hold.
     fn advance_scenario(&mut self, started: Instant) {
         let Some(RunningScenario { run, reported }) = &mut self.scenario else { return };
         while run.seconds() + run.step_s() <= started.elapsed().as_secs_f64() {
-            run.step(self.segment.stations_mut());
+            let (mut gauges, mut slaves) = (Vec::new(), Vec::new());
+            for station in self.segment.stations_mut() {
+                match station {
+                    VirtualStation::Gauge(device) => gauges.push(device),
+                    VirtualStation::Slave(slave) => slaves.push(slave),
+                }
+            }
+            run.step_with(gauges, slaves);
             self.segment.set_noise(run.noise());
         }
         for finding in run.failures().iter().skip(*reported) {
@@ -260,6 +313,9 @@ impl Simulation {
             {
                 return Err(CommandError::ScenarioRuns);
             }
+            Command::Pressure(_) | Command::Atmosphere(_) | Command::Gas(_) if !self.has_gauge() => {
+                return Err(CommandError::NoGauges);
+            }
             Command::Pressure(pressure) => {
                 self.set_conditions(GasConditions { pressure: *pressure, ..self.conditions })
             }
@@ -268,7 +324,7 @@ impl Simulation {
             }
             Command::Gas(gas) => self.set_conditions(GasConditions { gas: *gas, ..self.conditions }),
             Command::Advance(seconds) => {
-                self.segment.stations_mut().iter_mut().for_each(|device| device.advance(*seconds));
+                gauges_of(self.segment.stations_mut()).for_each(|device| device.advance(*seconds));
             }
             Command::Device(address, command) => return self.execute_at(*address, command),
             Command::Quit => {}
@@ -278,16 +334,26 @@ impl Simulation {
 
     fn set_conditions(&mut self, conditions: GasConditions) {
         self.conditions = conditions;
-        self.segment.stations_mut().iter_mut().for_each(|device| device.settle_in(conditions));
+        gauges_of(self.segment.stations_mut()).for_each(|device| device.settle_in(conditions));
+    }
+
+    fn has_gauge(&self) -> bool {
+        self.segment.stations().iter().any(|station| matches!(station, VirtualStation::Gauge(_)))
     }
 
     fn execute_at(&mut self, address: u8, command: &DeviceCommand<'_>) -> Result<Option<String>, CommandError> {
         let constant = self.scenario.is_none().then(|| self.conditions.pressure.mbar());
-        let device = self.device(address)?;
+        let device = match self.station(address)? {
+            VirtualStation::Gauge(device) => device,
+            VirtualStation::Slave(slave) => return execute_at_slave(slave, command),
+        };
         let true_mbar = constant.unwrap_or_else(|| device.environment().gas.total() / 100.0);
         match command {
             DeviceCommand::Power(on) => device.set_power(*on),
             DeviceCommand::State => return Ok(Some(state::json(device, true_mbar))),
+            DeviceCommand::Order(_) => {
+                return Err(CommandError::IsGauge { device: device.device().name(), address });
+            }
             DeviceCommand::Operate(action) => {
                 let name = device.device().name();
                 device.operate_text(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
@@ -296,11 +362,24 @@ impl Simulation {
         Ok(None)
     }
 
-    fn device(&mut self, address: u8) -> Result<&mut VirtualDevice, CommandError> {
-        let known = self.segment.stations().iter().map(|device| device.switch_address().to_string());
+    fn station(&mut self, address: u8) -> Result<&mut VirtualStation, CommandError> {
+        let known = self.segment.stations().iter().map(|station| station.switch_address().to_string());
         let missing = CommandError::NoDevice { address, known: known.collect::<Vec<_>>().join(", ") };
-        self.segment.stations_mut().iter_mut().find(|device| device.switch_address() == address).ok_or(missing)
+        self.segment.stations_mut().iter_mut().find(|station| station.switch_address() == address).ok_or(missing)
     }
+}
+
+/// Executes a command for a slave by its GSD file.
+fn execute_at_slave(slave: &mut GsdStation, command: &DeviceCommand<'_>) -> Result<Option<String>, CommandError> {
+    match command {
+        DeviceCommand::Power(on) => slave.set_power(*on),
+        DeviceCommand::State => return Ok(Some(state::slave_json(slave))),
+        DeviceCommand::Order(order) => return Ok(Some(slave.execute(order)?).filter(|answer| !answer.is_empty())),
+        DeviceCommand::Operate(_) => {
+            return Err(CommandError::NoGauge { name: slave.name().to_owned(), address: slave.switch_address() });
+        }
+    }
+    Ok(None)
 }
 
 /// The error for a fault, button, switch or potentiometer that the device does not have.

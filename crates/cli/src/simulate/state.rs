@@ -1,6 +1,7 @@
 //! The answer to the command `state ADDR`.
 
 use profivac_virtual::device::VirtualDevice;
+use profivac_virtual::gsd_slave::GsdStation;
 use serde::Serialize;
 
 /// The keys of the answer, in their order.
@@ -26,6 +27,12 @@ struct Indicated {
     instance: u8,
     value_mbar: f64,
     valid: bool,
+}
+
+/// The state of a slave by its GSD file as one line of JSON.
+pub fn slave_json(slave: &GsdStation) -> String {
+    // Numbers, strings and lists always have a JSON form.
+    serde_json::to_string(&slave.state()).unwrap_or_default()
 }
 
 /// The state of a device as one line of JSON. A value that is not a number is `null`.

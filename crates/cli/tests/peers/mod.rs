@@ -1,5 +1,5 @@
 //! Two independent masters bring the BCG450-SP to Data_Exchange over a pty and read its pressure, and every other device too
-//! (`every_device`).
+//! (`every_device`), and slaves by their GSD files (`gsd_slaves`).
 //!
 //! pyprofibus 1.13 runs as a Python program in the environment that `./test` makes; profirust 0.6.0 runs in a thread with a
 //! port of this test. Comments at the tests name the known defects of each. A pty has no timing, so the tests prove only content
@@ -9,6 +9,7 @@
 
 mod every_device;
 mod gauge;
+mod gsd_slaves;
 mod profirust_master;
 mod pyprofibus_master;
 mod pyprofibus_rows;

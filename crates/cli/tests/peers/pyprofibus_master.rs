@@ -4,7 +4,7 @@ use crate::common::text;
 use crate::peers::slave::Slave;
 use crate::peers::watched::{Event, Watched};
 use serde_json::Value;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::Sender;
@@ -21,8 +21,13 @@ pub fn program(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers").join(name)
 }
 
-/// Brings a slave to Data_Exchange.
+/// Brings a slave to Data_Exchange, with outputs of zeros.
 pub fn start(line: &Path, slave: &Slave) -> Watched {
+    start_with(line, slave, &text(&vec![0; slave.outputs]))
+}
+
+/// Brings a slave to Data_Exchange, with these outputs, in hex.
+pub fn start_with(line: &Path, slave: &Slave, outputs: &str) -> Watched {
     Watched::start(|events| {
         let mut child = Command::new(python())
             .arg(program("pyprofibus_master.py"))
@@ -33,6 +38,7 @@ pub fn start(line: &Path, slave: &Slave) -> Watched {
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
+        writeln!(child.stdin.as_ref().unwrap(), "{outputs}").unwrap();
         let output = BufReader::new(child.stdout.take().unwrap());
         std::thread::spawn(move || pass_on(output, &events));
         Process(child)

@@ -1,5 +1,6 @@
 //! The interface between a DP slave and the device behind it.
 
+use crate::link::Baud;
 use core::fmt;
 use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
@@ -138,6 +139,21 @@ pub trait Device {
 
     /// The protocol features.
     fn features(&self) -> Features;
+
+    /// Whether class 2 masters may connect (MS2). By default to every DP-V1 device.
+    fn has_ms2(&self) -> bool {
+        self.features().dpv1
+    }
+
+    /// Whether outputs of length zero mean Clear although no bit of Set_Prm says so: Fail_Safe of a DP-V0 device.
+    fn is_fail_safe(&self) -> bool {
+        false
+    }
+
+    /// The longest time until the device answers, in bit times: a greater min T_SDR of the master is lowered to it.
+    fn max_tsdr_tbit(&self, baud: Baud) -> u16 {
+        baud.max_tsdr_tbit()
+    }
 
     /// Takes over the user parameters of a Set_Prm that is valid otherwise.
     ///

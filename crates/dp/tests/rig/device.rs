@@ -1,5 +1,6 @@
 //! The device of the slave: two octets each way, a few records, and a log of the calls.
 
+use profivac_dp::link::Baud;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::Im0;
 use profivac_wire::address::SetSlaveAdd;
@@ -22,6 +23,10 @@ pub enum Seen {
 #[derive(Clone, Debug)]
 pub struct Gauge {
     pub features: Features,
+    /// Instead of those that follow from the features.
+    pub ms2: Option<bool>,
+    pub fail_safe: bool,
+    pub max_tsdr_tbit: Option<u16>,
     pub inputs: Vec<u8>,
     pub configurations: Vec<Vec<u8>>,
     pub cfg: Vec<u8>,
@@ -70,6 +75,9 @@ impl Default for Gauge {
         let records = [((1, 16), vec![0x11, 0x22, 0x33, 0x44]), ((0, 16), vec![0xDE, 0xAD, 0xBE, 0xEF])];
         Self {
             features: Features { sync: true, freeze: true, dpv1: true, ms1: true },
+            ms2: None,
+            fail_safe: false,
+            max_tsdr_tbit: None,
             inputs: vec![1, 2],
             configurations: vec![vec![0x11, 0x21]],
             cfg: vec![0x11, 0x21],
@@ -101,6 +109,18 @@ impl Device for Gauge {
 
     fn features(&self) -> Features {
         self.features
+    }
+
+    fn has_ms2(&self) -> bool {
+        self.ms2.unwrap_or(self.features.dpv1)
+    }
+
+    fn is_fail_safe(&self) -> bool {
+        self.fail_safe
+    }
+
+    fn max_tsdr_tbit(&self, baud: Baud) -> u16 {
+        self.max_tsdr_tbit.unwrap_or(baud.max_tsdr_tbit())
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {

@@ -174,7 +174,7 @@ impl<'a> Configuration<'a> {
     ///
     /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
     pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
-        let parts: Vec<_> = self.areas().map(|(index, place, area)| self.octets_of(index, place, area)).collect();
+        let parts: Vec<_> = self.user_prm_by_place().map(|(_, octets)| octets).collect();
         let station = parts.first().map_or(0, Vec::len);
         let octets = parts.concat();
         let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
@@ -183,6 +183,11 @@ impl<'a> Configuration<'a> {
             return Err(PrmError::TooLong { octets: octets.len(), most, station });
         }
         Ok(octets)
+    }
+
+    /// The parts of the user parameters: the octets of the station, then of each module by slot.
+    pub fn user_prm_by_place(&self) -> impl Iterator<Item = (Place, Vec<u8>)> + use<'a, '_> {
+        self.areas().map(|(index, place, area)| (place, self.octets_of(index, place, area)))
     }
 
     /// The parameters of the station and of the modules, in the order of their octets' definitions.

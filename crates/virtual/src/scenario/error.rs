@@ -65,6 +65,12 @@ pub enum ScenarioEntryError {
     /// A device spec is wrong.
     #[error(transparent)]
     Device(#[from] SpecError),
+    /// A slave by its GSD file cannot be built, or does not carry out an order.
+    #[error("{0}")]
+    Slave(String),
+    /// An expectation of a slave by its GSD file has a check that only a gauge has.
+    #[error("expected only exchanging for a slave by its GSD file")]
+    NotOfSlave,
     /// A name of the file, or of the program, is unknown.
     #[error("expected {what}, got {found:?}; {}", Known { known, found })]
     Unknown {

@@ -4,7 +4,8 @@ use super::error::{ScenarioEntryError, TextError};
 use super::plant::{Part, Plant, air};
 use super::quantities::{PART, TIME, flow, gas_pressure, parsed, pressure, temperature, unknown};
 use crate::action_text::ActionText;
-use crate::device_spec::DeviceSpec;
+use crate::device_spec::{DeviceSpec, parse_address};
+use crate::gsd_slave::{FORMS, GsdStation, Order};
 use crate::nonvolatile::NonvolatileMemory;
 use profivac_devices::ReportedState;
 use profivac_dp::link::Baud;
@@ -13,6 +14,7 @@ use profivac_vacuum::network::{
     CapturePump, Inlet, Joint, Opening, Outside, RoughingPump, Supply, TurboPump, Volume, Wall,
 };
 use profivac_vacuum::{Atmosphere, Gas, Mixture};
+use std::cell::RefCell;
 use toml::Spanned;
 
 /// The flow of a regulated inlet that is fully open, in Pa m³/s: 200 sccm. free choice
@@ -67,6 +69,8 @@ pub enum ScenarioAction {
     Noise(f64),
     /// Operates the device at this address.
     Device(u8, DeviceAction),
+    /// An order to the slave by its GSD file at this address.
+    Order(u8, Order),
 }
 
 /// An action on a device.
@@ -120,6 +124,8 @@ pub enum Subject {
     Volume(String, Volume),
     /// The device at this address, and an instance, or the active one.
     Device(u8, Option<u8>),
+    /// The slave by its GSD file at this address.
+    Slave(u8),
 }
 
 /// A single check.
@@ -149,6 +155,8 @@ pub struct EventParser<'a> {
     pub plant: &'a Plant,
     /// The devices.
     pub specs: &'a [DeviceSpec],
+    /// Slaves by their GSD files, on which orders are tried.
+    pub slaves: &'a RefCell<Vec<GsdStation>>,
     /// The text of the file.
     pub text: &'a str,
     /// The length of a step in s.
@@ -301,7 +309,31 @@ impl EventParser<'_> {
             let action = DeviceAction::Write(write.slot, write.index, write.octets.clone());
             add(&write.device, write.device.span(), action)?;
         }
+        for line in &entry.order {
+            actions.push(self.order(line)?);
+        }
         Ok(())
+    }
+
+    /// An order, tried on a slave that is then discarded.
+    fn order(&self, line: &Text) -> Result<ScenarioAction, TextError> {
+        let wrong = |sentence: String| TextError::at(&line.span(), ScenarioEntryError::Slave(sentence));
+        let forms = || wrong(format!("expected {}", FORMS.map(|(word, form)| format!("{word} {form}")).join(", or ")));
+        let words: Vec<&str> = line.get_ref().split_whitespace().collect();
+        let [word, address, rest @ ..] = words.as_slice() else { return Err(forms()) };
+        let order = Order::parse(word, rest).ok_or_else(forms)?.map_err(|error| wrong(error.to_string()))?;
+        let address = parse_address(address).map_err(|error| wrong(error.to_string()))?;
+        let mut slaves = self.slaves.borrow_mut();
+        let known = slaves.iter().map(|slave| slave.switch_address().to_string()).collect::<Vec<_>>().join(", ");
+        let missing =
+            || wrong(format!("expected the address of a slave by its GSD file, got {address}; known: {known}"));
+        let slave = slaves.iter_mut().find(|slave| slave.switch_address() == address).ok_or_else(missing)?;
+        slave.execute(&order).map_err(|refused| wrong(refused.to_string()))?;
+        Ok(ScenarioAction::Order(address, order))
+    }
+
+    fn is_slave(&self, address: u8) -> bool {
+        self.slaves.borrow().iter().any(|slave| slave.switch_address() == address)
     }
 
     /// Tries the action on a device that is then discarded.
@@ -311,6 +343,9 @@ impl EventParser<'_> {
         at: &std::ops::Range<usize>,
         action: &DeviceAction,
     ) -> Result<u8, TextError> {
+        if matches!(action, DeviceAction::Power(_) | DeviceAction::Connector(_)) && self.is_slave(*device.get_ref()) {
+            return Ok(*device.get_ref());
+        }
         let spec = self.spec(device)?;
         let Some(text) = action.action() else { return Ok(spec.address) };
         let slave =
@@ -342,6 +377,7 @@ impl EventParser<'_> {
         let wrong = |error: ScenarioEntryError| TextError::at(&written.span(), error);
         let of = match (&expect.volume, &expect.device) {
             (Some(volume), None) => Subject::Volume(volume.get_ref().clone(), self.plant.at(volume)?),
+            (None, Some(device)) if self.is_slave(*device.get_ref()) => Subject::Slave(*device.get_ref()),
             (None, Some(device)) => Subject::Device(self.spec(device)?.address, expect.instance),
             _ => return Err(wrong(ScenarioEntryError::NoSubject)),
         };
@@ -351,6 +387,9 @@ impl EventParser<'_> {
         }
         if matches!(of, Subject::Volume(..)) && checks.iter().any(|check| !matches!(check, Check::Pressure(..))) {
             return Err(wrong(ScenarioEntryError::NotOfVolume));
+        }
+        if matches!(of, Subject::Slave(_)) && checks.iter().any(|check| !matches!(check, Check::Exchanging(_))) {
+            return Err(wrong(ScenarioEntryError::NotOfSlave));
         }
         let (line, _) = profivac_host::text_file::line_and_column(self.text, written.span().start);
         Ok(Expectation { line, subject: of, checks })

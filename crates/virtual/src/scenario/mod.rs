@@ -42,7 +42,8 @@ pub use run::{FailedExpectation, MasterPresence, PartState, Run};
 pub use schematic::{Schematic, SchematicGauge, SchematicKind, SchematicPart};
 
 use crate::device::VirtualDevice;
-use crate::device_spec::{DeviceSpec, SpecError, check_addresses, entry};
+use crate::device_spec::{DeviceSpec, SpecError, check_addresses, check_distinct, entry};
+use crate::gsd_slave::{GsdSpec, GsdSpecError, GsdStation, OpenedSlave};
 use crate::memory_segment::MemorySegment;
 use crate::nonvolatile::NonvolatileMemory;
 use error::TextError;
@@ -56,6 +57,7 @@ use profivac_scenario_file::{File, Text};
 use profivac_vacuum::network::Volume;
 use profivac_vacuum::sensor::{Environment, REFERENCE_K};
 use quantities::{TIME, unknown};
+use std::cell::RefCell;
 use std::path::Path;
 
 /// The default length of a step and the longest one, in s.
@@ -114,6 +116,9 @@ pub enum MemorySegmentError {
     /// The master cannot have the slaves.
     #[error(transparent)]
     Master(#[from] SlaveListError),
+    /// A slave by its GSD file cannot be built.
+    #[error(transparent)]
+    Slave(#[from] GsdSpecError),
 }
 
 /// A scenario that can be run.
@@ -130,6 +135,7 @@ pub struct Scenario {
     plant: Plant,
     schematic: Schematic,
     gauges: Vec<Gauge>,
+    slaves: Vec<GsdSpec>,
     events: Vec<Event>,
 }
 
@@ -167,13 +173,27 @@ impl Scenario {
         let specs: Vec<DeviceSpec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
         let step_s = file.step.as_ref().map(step).transpose()?.unwrap_or(STEP_S);
         let until_s = TIME.positive(&file.until)?;
-        let reader = EventParser { plant: &plant, specs: &specs, text, step_s, until_s };
+        let (slaves, trial) = slaves(&file, name, &specs)?;
+        let trial = RefCell::new(trial);
+        let reader = EventParser { plant: &plant, specs: &specs, slaves: &trial, text, step_s, until_s };
         let events = reader.events(&file)?;
         let real = has_real_sensors(&file)?;
         let schematic = Schematic::new(&file, &plant, &gauges);
         let File { title, seed, .. } = file;
         let name = name.to_owned();
-        Ok(Self { title, until_s, name, seed, has_real_sensors: real, step_s, plant, schematic, gauges, events })
+        Ok(Self {
+            title,
+            until_s,
+            name,
+            seed,
+            has_real_sensors: real,
+            step_s,
+            plant,
+            schematic,
+            gauges,
+            slaves,
+            events,
+        })
     }
 
     /// The plant as a drawing needs it.
@@ -212,6 +232,14 @@ impl Scenario {
         self.gauges.iter().map(device).collect()
     }
 
+    /// Builds the slaves by their GSD files. They keep records and addresses in `state`, or only while the process runs.
+    ///
+    /// # Errors
+    /// [`GsdSpecError`] if a slave does not run at the rate, or the folder cannot be used; the file itself has been checked.
+    pub fn slaves(&self, baud: Baud, state: Option<&Path>) -> Result<Vec<OpenedSlave>, GsdSpecError> {
+        self.slaves.iter().map(|spec| spec.open(baud, state)).collect()
+    }
+
     /// Puts the devices on a segment in memory with a master at `address` that exchanges data with all of them.
     ///
     /// # Errors
@@ -233,7 +261,9 @@ impl Scenario {
         };
         let watched = self.gauges.iter().zip(&devices).map(watched).collect::<Result<Vec<_>, _>>()?;
         let bus = BusParameters::new(address, baud).check()?;
-        MemorySegment::new(devices, watched, bus, baud).map_err(MemorySegmentError::Master)
+        let slaves = self.slaves(baud, None)?.into_iter().map(|opened| opened.station).collect();
+        let segment = MemorySegment::new(devices, watched, bus, baud).map_err(MemorySegmentError::Master)?;
+        Ok(segment.with_slaves(slaves))
     }
 
     /// A run from the beginning.
@@ -302,6 +332,22 @@ fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
     }
     gauges.sort_by_key(|gauge| gauge.spec.address);
     Ok(gauges)
+}
+
+/// The slaves by their GSD files, and one of each to try orders on. Their files are relative to the scenario `name`.
+fn slaves(file: &File, name: &str, gauges: &[DeviceSpec]) -> Result<(Vec<GsdSpec>, Vec<GsdStation>), TextError> {
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let (mut specs, mut trial) = (Vec::new(), Vec::new());
+    for written in &file.slaves {
+        let wrong = |sentence: String| TextError::at(&written.span(), ScenarioEntryError::Slave(sentence));
+        let spec: GsdSpec = written.get_ref().parse().map_err(|error: GsdSpecError| wrong(error.to_string()))?;
+        let spec = spec.in_folder(folder);
+        trial.push(spec.try_out().map_err(|error| wrong(error.to_string()))?);
+        specs.push(spec);
+        let addresses = gauges.iter().map(|spec| spec.address).chain(specs.iter().map(|spec| spec.address));
+        check_distinct(addresses).map_err(|error| TextError::at(&written.span(), error))?;
+    }
+    Ok((specs, trial))
 }
 
 /// Resolves the volumes of the other measuring parts.

@@ -4,6 +4,7 @@ use super::event::{Check, DeviceAction, Event, Expectation, ScenarioAction, Subj
 use super::plant::{Part, Plant};
 use super::{Gauge, Scenario, environment};
 use crate::device::VirtualDevice;
+use crate::gsd_slave::GsdStation;
 use crate::memory_segment::MemorySegment;
 use profivac_devices::StateReport;
 use profivac_dp::slave::Relation;
@@ -165,14 +166,24 @@ impl Run {
     /// Executes the events that are due and advances plant and devices by a step. After the end plant and devices go on
     /// without events.
     pub fn step<'d>(&mut self, devices: impl IntoIterator<Item = &'d mut VirtualDevice>) {
+        self.step_with(devices, []);
+    }
+
+    /// The same with slaves by their GSD files, to which events give orders.
+    pub fn step_with<'d>(
+        &mut self,
+        devices: impl IntoIterator<Item = &'d mut VirtualDevice>,
+        slaves: impl IntoIterator<Item = &'d mut GsdStation>,
+    ) {
         let mut devices: Vec<&mut VirtualDevice> = devices.into_iter().collect();
+        let mut slaves: Vec<&mut GsdStation> = slaves.into_iter().collect();
         if self.steps == 0 && self.bus == MasterPresence::Absent {
             devices.iter_mut().for_each(|device| device.device_mut().set_exchanging(true));
         }
         while self.events.last().is_some_and(|event| event.step <= self.steps)
             && let Some(event) = self.events.pop()
         {
-            self.execute(event, &mut devices);
+            self.execute(event, &mut devices, &mut slaves);
         }
         self.exchange_gas(&devices);
         self.plant.network.advance(self.step_s);
@@ -194,7 +205,8 @@ impl Run {
         let ahead = segment.seconds() - self.seconds();
         let ahead = if ahead > self.step_s { ahead } else { 0.0 };
         while self.seconds() + self.step_s <= seconds {
-            self.step(segment.devices_mut());
+            let (devices, slaves) = segment.stations_mut();
+            self.step_with(devices, slaves);
             segment.set_noise(self.noise);
             segment.run_until(self.seconds() + ahead);
         }
@@ -222,14 +234,14 @@ impl Run {
     }
 
     /// Checks the expectations of an event, then executes its actions.
-    fn execute(&mut self, event: Event, devices: &mut [&mut VirtualDevice]) {
+    fn execute(&mut self, event: Event, devices: &mut [&mut VirtualDevice], slaves: &mut [&mut GsdStation]) {
         for expectation in &event.expectations {
-            let failed = expectation.checks.iter().filter_map(|check| self.failed(expectation, check, devices));
+            let failed = expectation.checks.iter().filter_map(|check| self.failed(expectation, check, devices, slaves));
             let failed: Vec<_> = failed.collect();
             failed.into_iter().for_each(|what| self.fail(Some(expectation.line), what));
         }
         self.message = event.message.or(self.message.take());
-        event.actions.into_iter().for_each(|action| self.action(action, devices));
+        event.actions.into_iter().for_each(|action| self.action(action, devices, slaves));
     }
 
     fn fail(&mut self, line: Option<usize>, description: String) {
@@ -237,7 +249,8 @@ impl Run {
         self.failures.push(FailedExpectation { file, line, seconds, description });
     }
 
-    fn action(&mut self, action: ScenarioAction, devices: &mut [&mut VirtualDevice]) {
+    fn action(&mut self, action: ScenarioAction, devices: &mut [&mut VirtualDevice], slaves: &mut [&mut GsdStation]) {
+        let slave_at = |address: u8| move |slave: &&mut &mut GsdStation| slave.switch_address() == address;
         let network = &mut self.plant.network;
         match action {
             ScenarioAction::Joint(joint, how_far) => network.set_joint(joint, how_far),
@@ -251,7 +264,21 @@ impl Run {
             ScenarioAction::Regenerate(pump) => network.regenerate(pump),
             ScenarioAction::Noise(part) => self.noise = part,
             ScenarioAction::Air(atmosphere) => network.set_atmosphere(atmosphere),
+            ScenarioAction::Order(address, order) => {
+                // The order was tried when the file was parsed; together with others it may be too much.
+                let refused = slaves.iter_mut().find(slave_at(address)).map(|slave| slave.execute(&order));
+                if let Some(Err(refused)) = refused {
+                    self.fail(None, format!("slave {address}: {refused}"));
+                }
+            }
             ScenarioAction::Device(address, action) => {
+                if let Some(slave) = slaves.iter_mut().find(slave_at(address)) {
+                    match action {
+                        DeviceAction::Power(on) => slave.set_power(on),
+                        DeviceAction::Connector(connected) => slave.set_connected(connected),
+                        _ => {}
+                    }
+                }
                 let device = devices.iter_mut().find(|device| device.switch_address() == address);
                 let refused = device.and_then(|device| self.operate(device, &action));
                 refused.into_iter().for_each(|what| self.fail(None, what));
@@ -285,12 +312,24 @@ impl Run {
     }
 
     /// The difference from an expectation, if there is one.
-    fn failed(&self, expectation: &Expectation, check: &Check, devices: &[&mut VirtualDevice]) -> Option<String> {
+    fn failed(
+        &self,
+        expectation: &Expectation,
+        check: &Check,
+        devices: &[&mut VirtualDevice],
+        slaves: &[&mut GsdStation],
+    ) -> Option<String> {
         match (&expectation.subject, check) {
             (Subject::Volume(name, volume), Check::Pressure(above, below)) => {
                 outside(name, "have", self.plant.network.mixture(*volume).total(), *above, *below)
             }
-            (Subject::Volume(..), _) => None,
+            (Subject::Slave(address), Check::Exchanging(expected)) => {
+                let slave = slaves.iter().find(|slave| slave.switch_address() == *address)?;
+                let found = slave.is_exchanging();
+                (found != *expected)
+                    .then(|| format!("expected the data exchange of slave {address} to be {expected}, got {found}"))
+            }
+            (Subject::Volume(..) | Subject::Slave(_), _) => None,
             (Subject::Device(address, instance), check) => {
                 let device = devices.iter().find(|device| device.switch_address() == *address)?;
                 shown_otherwise(device, *instance, check)

@@ -228,11 +228,11 @@ const fn min_send_timeout(baud: Baud) -> u16 {
 }
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
-    /// SAP 49. Closed while no connection is free, and on a DP-V0 device.
+    /// SAP 49. Closed while no connection is free, and on a device without MS2.
     pub(super) fn resource_manager(&mut self, request: &Indication<'_>) -> Reply<'_> {
         let mut saps = (0..=FIRST_SAP).rev().zip(&mut self.ms2);
         let free = saps.find(|(_, connection)| connection.state.is_none());
-        let Some((server_sap, connection)) = free.filter(|_| self.device.features().dpv1) else {
+        let Some((server_sap, connection)) = free.filter(|_| self.device.has_ms2()) else {
             return SERVICE_CLOSED;
         };
         if request.du.is_empty() {

@@ -68,7 +68,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             group: prm.group,
             watchdog,
             dpv1: dpv1_status_1.contains(Dpv1Status1::DPV1_ENABLE),
-            fail_safe: dpv1_status_1.contains(Dpv1Status1::FAIL_SAFE),
+            fail_safe: dpv1_status_1.contains(Dpv1Status1::FAIL_SAFE) || self.device.is_fail_safe(),
             not_supported: sync || freeze,
         })
     }
@@ -85,8 +85,8 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// since the slave declares never to answer later.
     fn set_min_tsdr(&mut self, min_tsdr: u8) {
         if min_tsdr != 0 {
-            let latest = u8::try_from(self.baud.max_tsdr_tbit()).unwrap_or(u8::MAX);
-            self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest);
+            let latest = u8::try_from(self.device.max_tsdr_tbit(self.baud)).unwrap_or(u8::MAX);
+            self.min_tsdr = min_tsdr.clamp(MIN_TSDR_TBIT, latest.max(MIN_TSDR_TBIT));
         }
     }
 

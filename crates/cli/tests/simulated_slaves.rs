@@ -1,0 +1,109 @@
+//! `simulate` with slaves by their GSD files: lines on standard input, wrong files and modules, and a segment in memory.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests")]
+
+use crate::common::{Folder, Program, run};
+use std::fs;
+use std::path::Path;
+
+fn gsd(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/support/gsd").join(name).display().to_string()
+}
+
+#[test]
+fn lines_set_inputs_diagnosis_and_records_of_a_slave_and_not_of_a_gauge() {
+    let folder = Folder::new();
+    let valves = gsd("valves.gsd@9:modules=3+7");
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), "bcg450@5", &valves]);
+    program.ready();
+    for (line, answer) in [
+        ("input 9 2 16#1F 00", "ok"),
+        ("diagnosis 9 bit 24 on", "ok Supply of valves missing"),
+        ("channel-error 9 1 0 Short circuit on", "ok Supply of valves missing; slot 1 channel 0: Short circuit"),
+        ("diagnosis 9 none", "ok"),
+        ("record 9 1 20 DE AD", "ok"),
+        ("record 9 1 20", "ok DE AD"),
+        ("record 9 1 21", "error: no record in slot 1 index 21"),
+        ("input 9 4 00", "error: no module in slot 4; there are 1 (8 valves), 2 (16 limit switches)"),
+        (
+            "fault 9 eeprom",
+            "error: Example Valve station at address 9 is a slave by its GSD file, without gauge; expected input, diagnosis, \
+             channel-error, record, power or state",
+        ),
+        (
+            "input 5 1 00",
+            "error: bcg450 at address 5 is a gauge, whose inputs and diagnosis follow from pressure and faults; expected fault, \
+             clear, power, button, switch, pot or state",
+        ),
+        ("input 7 1 00", "error: no device at address 7; known: 5, 9"),
+        ("power 9 off", "ok"),
+        ("pressure 1e-5 mbar", "ok"),
+    ] {
+        assert_eq!(program.tell(line), answer, "{line}");
+    }
+    let state = program.state(9);
+    assert_eq!((&state["power"], &state["modules"][1]["inputs"]), (&false.into(), &"1F 00".into()));
+    assert_eq!(program.state(5)["address"], 5);
+    let known = program.tell("outputs 9");
+    assert!(known.ends_with("input, diagnosis, channel-error, record, got \"outputs\""), "{known}");
+}
+
+#[test]
+fn a_line_without_a_gauge_has_no_pressure() {
+    let folder = Folder::new();
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), &gsd("pressure.gsd@9")]);
+    program.ready();
+    let answer = "error: there is no gauge on the line; a slave by its GSD file takes input, diagnosis, channel-error, record, power \
+                  or state";
+    assert_eq!(program.tell("pressure 1e-5 mbar"), answer);
+}
+
+#[test]
+fn a_wrong_slave_ends_with_exit_code_2_and_says_what_is_possible() {
+    let folder = Folder::new();
+    let other = folder.path("other.gsd");
+    fs::write(&other, "no GSD file").unwrap();
+    for (spec, sentence) in [
+        (gsd("encoder.gsd@9"), "it has 1 (Class 1), 2 (Class 2); write FILE.gsd@ADDR:modules="),
+        (gsd("valves.gsd@9:modules=4"), "the file has no module 4; it has 3 (8 valves), 7 (16 limit switches), 9 ("),
+        (
+            gsd("valves.gsd@9:module=3"),
+            "expected FILE.gsd@ADDR, FILE.gsd@ADDR:modules=3+7 or FILE.gsd@ADDR:setup=FILE.toml, got",
+        ),
+        (gsd("valves.gsd@5:modules=3"), "two devices at address 5"),
+        (gsd("nothing.gsd@9"), "nothing.gsd cannot be read: "),
+        (format!("{}@9", other.display()), "other.gsd: "),
+    ] {
+        let output = run(&["simulate", "--pty", &folder.name("line"), "bcg450@5", &spec]);
+        let complaint = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{spec}: {complaint}");
+        assert!(complaint.contains(sentence), "{spec}: {complaint}");
+    }
+    let spec = gsd("valves.gsd@9:modules=3");
+    let output = run(&["simulate", "--pty", &folder.name("line"), "--baud", "500000", &spec]);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{complaint}");
+    assert!(
+        complaint.contains("the slave does not run at 500 kbit/s; the file has 9.6, 19.2, 93.75 kbit/s"),
+        "{complaint}"
+    );
+}
+
+#[test]
+fn a_segment_in_memory_has_slaves_beside_its_gauges() {
+    let folder = Folder::new();
+    fs::copy(gsd("pressure.gsd"), folder.path("pressure.gsd")).unwrap();
+    let file = folder.path("bus.toml");
+    fs::write(&file, "devices = [\"bcg450@5\", \"pressure.gsd@9\"]\n").unwrap();
+    let output = run(&["scan", "--port", &format!("sim:{}", file.display()), "--json"]);
+    let found = String::from_utf8(output.stdout).unwrap();
+    assert!(found.contains("F003") && found.contains("08E6"), "{found}");
+    fs::write(&file, "devices = [\n  \"pressure.gsd@9:modules=5\",\n]\n").unwrap();
+    let output = run(&["scan", "--port", &format!("sim:{}", file.display())]);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{complaint}");
+    assert!(
+        complaint.contains("bus.toml:2:3: ") && complaint.contains("the file has no module 5; it has 1 ("),
+        "{complaint}"
+    );
+}
