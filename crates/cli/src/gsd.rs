@@ -2,8 +2,6 @@
 
 mod file;
 
-pub use file::visible;
-
 use crate::failure::Failure;
 use crate::output::out;
 use crate::whole_file::{self, not_written};
