@@ -2,7 +2,7 @@
 
 use crate::slave::GsdSlave;
 use profivac_gsd::{Device, GsdFile};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -15,9 +15,6 @@ pub const MAX_OCTETS: u64 = 16 << 20;
 
 /// At most this many files are read. chosen: ten times the largest public collections.
 const MAX_FILES: usize = 20_000;
-
-/// Folders in folders, at most this deep: a link to a folder above ends here.
-const MAX_DEPTH: usize = 16;
 
 /// The devices of GSD files.
 #[derive(Clone, Debug, Default)]
@@ -120,9 +117,8 @@ impl Catalog {
                 catalog.add(ident, path.clone(), file);
                 continue;
             }
-            let mut files = Vec::new();
-            find(path, 0, &mut files)
-                .map_err(|error| CatalogError::Read { path: path.clone(), reason: error.to_string() })?;
+            let files =
+                find(path).map_err(|error| CatalogError::Read { path: path.clone(), reason: error.to_string() })?;
             match files.len() {
                 0 => return Err(CatalogError::Empty { path: path.clone() }),
                 1..=MAX_FILES => catalog.add_all(files),
@@ -242,22 +238,25 @@ fn read(path: &Path) -> Result<(u16, GsdFile), NotRead> {
     }
 }
 
-/// Collects the GSD files of a folder and its folders. Ends early when there are too many.
-fn find(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
-            if depth < MAX_DEPTH {
-                find(&path, depth.saturating_add(1), files)?;
-            }
-        } else if has_gsd_ending(&path) {
-            files.push(path);
+/// The GSD files of a folder and its folders; it ends early when there are too many. A folder is read once, because links can lead to one
+/// that was read, and only regular files count, because a pipe has no end.
+fn find(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let (mut files, mut read) = (Vec::new(), BTreeSet::new());
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop().filter(|_| files.len() <= MAX_FILES) {
+        if !read.insert(folder.canonicalize()?) {
+            continue;
         }
-        if files.len() > MAX_FILES {
-            break;
+        for entry in fs::read_dir(folder)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if has_gsd_ending(&path) && path.is_file() {
+                files.push(path);
+            }
         }
     }
-    Ok(())
+    Ok(files)
 }
 
 /// Whether a name ends in `.gsd`, or in `.gs` and the letter of a language.

@@ -103,8 +103,23 @@ fn a_missing_file_and_an_empty_folder_are_errors_with_the_path() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_to_the_folder_above_does_not_end_in_a_circle() {
+fn links_to_the_folder_above_are_read_once() {
     let folder = folder(&[("a.gsd", VALVE)]);
-    std::os::unix::fs::symlink(folder.path(), folder.path().join("above")).unwrap();
-    assert_eq!(read(&folder).by_ident(0x1234).len(), 1);
+    for name in ["above", "again", "once-more"] {
+        std::os::unix::fs::symlink(folder.path(), folder.path().join(name)).unwrap();
+    }
+    let catalog = read(&folder);
+    let [entry] = catalog.by_ident(0x1234) else { panic!("{catalog:?}") };
+    assert_eq!(entry.others, [] as [PathBuf; 0]);
+}
+
+/// Reading a pipe would wait for its writer.
+#[cfg(unix)]
+#[test]
+fn a_pipe_with_the_name_of_a_gsd_file_is_not_read() {
+    let folder = folder(&[("a.gsd", VALVE)]);
+    let socket = std::os::unix::net::UnixListener::bind(folder.path().join("b.gsd")).unwrap();
+    let catalog = read(&folder);
+    assert_eq!((catalog.by_ident(0x1234).len(), catalog.unread().len()), (1, 0));
+    drop(socket);
 }

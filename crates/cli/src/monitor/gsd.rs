@@ -1,6 +1,6 @@
 //! Slaves by their GSD files: the options, and what the command must know before it owns them.
 
-use super::plan::Plan;
+use super::plan::{OwnedByGsd, Plan};
 use crate::bus;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
@@ -46,15 +46,6 @@ pub struct Addressed {
 fn addressed(text: &str) -> Result<Addressed, ValueError> {
     let (address, text) = text.split_once('=').unwrap_or((text, ""));
     Ok(Addressed { address: values::slave_address(address.trim())?, text: text.to_owned() })
-}
-
-/// A slave that the command owns by its GSD file.
-#[derive(Clone, Debug)]
-pub struct OwnedByGsd {
-    /// Its file, modules and parameters.
-    pub slave: GsdSlave,
-    /// The outputs that it gets.
-    pub outputs: Vec<u8>,
 }
 
 /// The options by address.

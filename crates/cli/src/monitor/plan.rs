@@ -1,11 +1,11 @@
 //! The segments and slaves to monitor, from the command line or from a station's file.
 
 use super::Arguments;
-use super::gsd::OwnedByGsd;
 use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::values;
 use profivac_explain::gsd::Files;
+use profivac_gsd_slave::GsdSlave;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -25,6 +25,15 @@ pub struct Plan {
     pub by_gsd: BTreeMap<u8, OwnedByGsd>,
     /// The GSD files, which describe slaves of other masters too.
     pub files: Files,
+}
+
+/// A slave that the command owns by its GSD file.
+#[derive(Clone, Debug)]
+pub struct OwnedByGsd {
+    /// Its file, modules and parameters.
+    pub slave: GsdSlave,
+    /// The outputs that it gets.
+    pub outputs: Vec<u8>,
 }
 
 impl Arguments {

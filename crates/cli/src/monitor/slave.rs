@@ -1,7 +1,7 @@
 //! The slaves that are monitored: gauges, and slaves of which only the octets are known.
 
-use super::gsd::{OwnedByGsd, outputs_of_unknown};
-use super::plan::Plan;
+use super::gsd::outputs_of_unknown;
+use super::plan::{OwnedByGsd, Plan};
 use super::row::{ModuleInputs, Row, RowState};
 use crate::bus;
 use crate::failure::Failure;
