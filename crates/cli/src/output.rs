@@ -18,6 +18,19 @@ pub fn out(lines: &str) {
     keep_error(writeln!(out, "{lines}").and_then(|()| out.flush()));
 }
 
+/// A line without control characters, which a file can contain and a terminal would obey.
+pub fn visible(line: &str) -> String {
+    let mut visible = String::with_capacity(line.len());
+    for one in line.chars() {
+        if one.is_control() {
+            visible.extend(one.escape_default());
+        } else {
+            visible.push(one);
+        }
+    }
+    visible
+}
+
 /// Keeps the first write error for [`check`].
 fn keep_error(written: io::Result<()>) {
     if let Err(error) = written {

@@ -2,9 +2,8 @@
 
 use crate::bus::{BusOptions, present_cfg};
 use crate::failure::Failure;
-use crate::gsd::visible;
 use crate::gsd_slaves::GsdOptions;
-use crate::output::{json, notice, notices, out};
+use crate::output::{json, notice, notices, out, visible};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_client::values::hex;

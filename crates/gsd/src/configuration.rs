@@ -1,10 +1,9 @@
 //! Modules in their slots: the octets of Chk_Cfg, and whose identifier is meant.
 
 mod parameters;
-mod reading;
 
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
-pub use reading::{Difference, ReadValue, Reading};
+pub(crate) use parameters::{plain, slot_number};
 
 use crate::alarm::Alarm;
 use crate::device::{Device, Module, Slot};

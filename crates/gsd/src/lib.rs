@@ -18,14 +18,14 @@ mod lexer;
 mod parameter;
 mod problem;
 mod reader;
+mod reading;
 mod statement;
 mod words;
 mod write;
 
 pub use alarm::{Alarm, Alarms};
 pub use configuration::{
-    Chosen, Configuration, ConfigurationError, Difference, Place, PlacedParameter, Plugged, PrmError, ReadValue,
-    Reading, Target, Warning,
+    Chosen, Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target, Warning,
 };
 pub use device::{Device, Module, Other, Slot};
 pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};
@@ -35,4 +35,5 @@ pub use fit::{Fit, FitError, FittedSlot};
 pub use general::{General, RATES, Rate};
 pub use parameter::{DataType, Interval, Parameter, PrmArea, PrmContent, PrmItem, PrmText};
 pub use problem::{Fault, Problem, Severity, Tool};
+pub use reading::{Difference, ReadValue, Reading};
 pub use write::text;

@@ -2,8 +2,8 @@
 
 use super::{Finding, database, slaves, station};
 use crate::explanation::counted;
-use crate::gsd::visible;
 use crate::gsd_files::{is_gsd, peek};
+use crate::output::visible;
 use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;

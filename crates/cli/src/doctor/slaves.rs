@@ -1,7 +1,7 @@
 //! The slaves of a line beside their GSD files.
 
 use super::Finding;
-use crate::gsd::visible;
+use crate::output::visible;
 use profivac_client::identify::device_names;
 use profivac_dp::link::Baud;
 use profivac_explain::gsd::{Extent, Seen};

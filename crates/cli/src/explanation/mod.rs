@@ -5,9 +5,8 @@ mod repeats;
 
 pub use capture::Capture;
 
-use crate::gsd::visible;
 use crate::gsd_files::{ModuleRow, module_rows};
-use crate::output::out;
+use crate::output::{out, visible};
 use crate::values::{Expected, ValueError};
 use clap::Args;
 use profivac_dp::link::{Baud, BitTime};

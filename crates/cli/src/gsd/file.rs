@@ -4,7 +4,7 @@ use super::chosen::Chosen;
 use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::gsd_slaves;
-use crate::output::{json, notice, out};
+use crate::output::{json, notice, out, visible};
 use clap::{Args, Subcommand};
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
@@ -137,19 +137,6 @@ fn is_right(path: &Path) -> bool {
         out(&visible(&format!("  {kind}, {problem}")));
     }
     faults == 0
-}
-
-/// A line without control characters, which a file can contain and a terminal would obey.
-pub fn visible(line: &str) -> String {
-    let mut visible = String::with_capacity(line.len());
-    for one in line.chars() {
-        if one.is_control() {
-            visible.extend(one.escape_default());
-        } else {
-            visible.push(one);
-        }
-    }
-    visible
 }
 
 fn visible_lines(lines: &[String]) -> String {

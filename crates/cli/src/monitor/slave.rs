@@ -5,7 +5,7 @@ use super::plan::{OwnedByGsd, Plan};
 use super::row::{ModuleInputs, Row, RowState};
 use crate::bus;
 use crate::failure::Failure;
-use crate::gsd::visible;
+use crate::output::visible;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;

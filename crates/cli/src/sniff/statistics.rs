@@ -3,9 +3,8 @@
 use super::{Arguments, MAX_WAIT};
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::gsd::visible;
 use crate::gsd_files::SlaveRow;
-use crate::output::{check, json, out};
+use crate::output::{check, json, out, visible};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;

@@ -307,7 +307,7 @@ impl Device {
 }
 
 /// The slot if the parameter stands for its number. chosen: of the station it is a parameter like others, because it has no slot.
-pub(super) fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
+pub(crate) fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
     match place {
         Place::Slot(slot) if parameter.is_slot_number() => Some(slot),
         _ => None,
@@ -315,7 +315,7 @@ pub(super) fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
 }
 
 /// User_Prm_Data, as long as User_Prm_Data_Len says.
-pub(super) fn plain(device: &Device) -> Vec<u8> {
+pub(crate) fn plain(device: &Device) -> Vec<u8> {
     let mut octets = device.user_prm_data.clone().unwrap_or_default();
     if let Some(length) = device.general.user_prm_data_len.and_then(|length| usize::try_from(length).ok()) {
         octets.resize(length.min(MAX_USER_PRM), 0);

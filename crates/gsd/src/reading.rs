@@ -1,6 +1,6 @@
 //! User parameters of a Set_Prm back to named values.
 
-use super::parameters::{Place, plain, slot_number};
+use crate::configuration::{Place, plain, slot_number};
 use crate::device::{Device, Module};
 use crate::fit::Fit;
 use crate::parameter::{DataType, Parameter, PrmArea, PrmContent, PrmItem};
