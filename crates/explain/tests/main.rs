@@ -9,3 +9,4 @@ mod decoded;
 mod device_blocks;
 mod explain;
 mod layouts;
+mod notations;

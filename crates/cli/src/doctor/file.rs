@@ -99,7 +99,7 @@ fn traffic(path: &Path) -> Vec<Finding> {
 
 fn explained(mut source: Source<File>, path: &Path) -> Vec<Finding> {
     let kind = match source.kind {
-        SourceKind::Pcapng => "a capture file",
+        SourceKind::Pcapng | SourceKind::Pcap => "a capture file",
         SourceKind::Trace => "a trace of profivac",
         SourceKind::Text => "text with octets",
         SourceKind::Octets => "the octets of a line",
