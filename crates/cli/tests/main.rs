@@ -37,6 +37,7 @@ mod ports;
 mod report;
 mod scan;
 mod scenario;
+mod serial_server;
 mod sniff;
 mod station;
 mod telegrams;
