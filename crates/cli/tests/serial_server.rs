@@ -102,6 +102,7 @@ fn a_telnet_server_at_a_raw_port_is_named() {
     simulate.ready();
     let server = serve(&folder, &line);
     let (_, output, errors) = on(&format!("tcp://127.0.0.1:{}", server.control), &["scan", "--hsa", "6"]);
-    let expected = format!("speaks telnet, which changes octets of the line: use telnet://127.0.0.1:{}", server.control);
+    let expected =
+        format!("speaks telnet, which changes octets of the line: use telnet://127.0.0.1:{}", server.control);
     assert!(errors.contains(&expected), "{output}{errors}");
 }
