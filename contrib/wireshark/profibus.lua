@@ -806,3 +806,5 @@ function proto.dissector(buffer, pinfo, root)
 end
 
 DissectorTable.get("wtap_encap"):add(wtap.USER0, proto)
+-- Wireshark has no name for LINKTYPE_PROFIBUS_DL (257): packets of pcapng files with it have the encapsulation 0, "unknown".
+DissectorTable.get("wtap_encap"):add(0, proto)

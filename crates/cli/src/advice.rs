@@ -8,6 +8,9 @@ use profivac_client::{AccessReason, Advice, ClientError};
 use profivac_devices::model::AccessPath;
 use profivac_host::port::PortError;
 
+/// What to do where octets arrive and no telegram is among them.
+pub const NO_TELEGRAM: &str = "exchange the wires A and B, connect the grounds, check the termination at both ends; docs/adapters.md has the pins";
+
 /// The error with what to do next.
 pub fn sentence(error: &ClientError) -> String {
     format!("{error}{}", advice(error))

@@ -143,7 +143,7 @@ impl Hub {
     fn open(arguments: &Arguments) -> Result<Self, PortError> {
         let mut ports = Vec::new();
         for path in &arguments.ptys {
-            ports.push(HubPort { pty: Pty::create(path)?, muted_until: None });
+            ports.push(HubPort { pty: Pty::create(path)?.with_rate(arguments.pace), muted_until: None });
         }
         let pace = arguments.pace.map(|baud| Pace {
             clock: Clock::starting_at(BitTime(0), baud),

@@ -147,11 +147,13 @@ fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
         (b"# 500 kbit/s\nsoon | E5\n", "profivac: file: line 2: expected a bit time, found 'soon'\n"),
         (
             b"68 05 05 68 88 82 6D 3C 3E F2 16\n",
-            "profivac: file: expected telegrams, none of 11 octets belongs to a valid one\n",
+            "profivac: file: expected telegrams, none of 11 octets belongs to a valid one: record at the rate of the bus with 8 data bits, \
+             even parity, 1 stop bit, not inverted; exchange the wires A and B, connect the grounds, check the termination at both \
+             ends; docs/adapters.md has the pins\n",
         ),
         (
             &[0xD4, 0xC3, 0xB2, 0xA1, 2, 0, 4, 0],
-            "profivac: file: expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'\n",
+            "profivac: file: the file ends within the block at octet 0: it was cut off, or is still being written\n",
         ),
         (
             &[0x0A, 0x0D, 0x0D, 0x0A, 28, 0, 0, 0, 0x4D, 0x3C, 0x2B, 0x1A, 1, 0, 0, 0],
@@ -302,4 +304,124 @@ fn the_mantissa_of_a_tpg_is_a_number_whose_format_is_assumed() {
     assert_eq!(code, Some(0), "{notice}");
     let expected = "channel 1 8.30e-3 (unit unknown) (the format of the mantissa is assumed)";
     assert!(text.contains(expected), "{text}");
+}
+
+/// The rows of the table in docs/decode.md: each file is what the tool has printed, and all have the same five telegrams.
+#[test]
+fn what_each_tool_prints_has_every_telegram() {
+    let folder = Folder::new();
+    for (name, notation, times) in [
+        ("sigrok-cli.txt", "one octet a line in hexadecimal", false),
+        ("sigrok-cli-samples.txt", "one octet a line in hexadecimal", true),
+        ("sigrok-cli-ascii.txt", "one octet a line in characters", false),
+        ("pulseview.txt", "one octet a line in hexadecimal", true),
+        ("logic2-hex.csv", "a table with one octet a line in hexadecimal", true),
+        ("logic2-decimal.csv", "a table with one octet a line in decimal", true),
+        ("logic2-binary.csv", "a table with one octet a line in binary", true),
+        ("logic2-ascii.csv", "a table with one octet a line in characters", true),
+        ("socat-x.txt", "octets in hexadecimal", true),
+        ("socat-v-x.txt", "octets in hexadecimal", true),
+        ("jpnevulator.txt", "octets in hexadecimal", true),
+        ("jpnevulator-ascii.txt", "octets in hexadecimal", false),
+        ("strace.txt", "octets in the calls that strace prints", true),
+        ("strace-x.txt", "octets in the calls that strace prints", false),
+        ("python-bytes.txt", "octets in strings with escapes", true),
+        ("python-list.txt", "octets in decimal", false),
+        ("json.txt", "octets in decimal", false),
+        ("tshark-x.txt", "octets in hexadecimal", false),
+        ("tshark-fields.txt", "octets in hexadecimal", true),
+    ] {
+        let file = std::fs::read(std::path::Path::new("tests/data/recordings").join(name)).unwrap();
+        let (code, output, notices) = decode(&folder, name, &file, &["--json", "--raw"]);
+        let rows: Vec<serde_json::Value> = output.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let octets = serde_json::json!({ "input": 27, "telegrams": 27, "doubtful": 0, "damaged": 0, "left_over": 0 });
+        let summary = rows.last().unwrap();
+        assert_eq!(
+            (code, &summary["octets"], &summary["telegrams"]),
+            (Some(0), &octets, &serde_json::json!(5)),
+            "{name}: {output}"
+        );
+        assert!(notices.contains(&format!("read as text with {notation} (")), "{name}: {notices}");
+        assert_eq!(rows[0]["time_s"].is_number(), times, "{name}: {output}");
+    }
+}
+
+#[test]
+fn a_recording_without_a_telegram_has_exit_code_2_and_one_with_few_a_warning() {
+    let folder = Folder::new();
+    let damaged = "68 05 05 68 88 82 6D 3C 3E F2 16\n";
+    let advice = "8 data bits, even parity, 1 stop bit, not inverted; exchange the wires A and B";
+    let (code, _, notices) = decode(&folder, "file", damaged.repeat(3).as_bytes(), &[]);
+    assert_eq!((code, last_line(&notices).contains(advice)), (Some(2), true), "{notices}");
+    let (code, _, notices) = decode(&folder, "file", (damaged.repeat(3) + "10 08 02 49 53 16\n").as_bytes(), &[]);
+    let sentence = format!("33 octets of 39 belong to no telegram: record at the rate of the bus with {advice}");
+    assert_eq!((code, last_line(&notices).contains(&sentence)), (Some(0), true), "{notices}");
+    let (code, _, notices) =
+        decode(&folder, "file", (damaged.to_owned() + &"10 08 02 49 53 16\n".repeat(3)).as_bytes(), &[]);
+    assert_eq!((code, notices.contains(advice)), (Some(0), false), "{notices}");
+}
+
+/// The same frames on the same wires.
+#[test]
+fn a_recording_of_another_protocol_is_named() {
+    let folder = Folder::new();
+    for (text, name, code) in [
+        // SND_NKE, its acknowledgement, REQ_UD2, RSP_UD of a meter (EN 13757-2).
+        ("10 40 05 45 16\nE5\n10 5B 05 60 16\n68 06 06 68 08 05 72 01 02 03 85 16\n", "M-Bus or IEC 60870-5-101: ", 0),
+        ("68 03 03 68 53 05 51 A9 16\nE5\n10 7B 05 80 16\n68 04 04 68 08 05 72 99 18 16\n", "M-Bus: ", 0),
+        // Request of class 2 to the link address 0A00, and single-point information.
+        ("10 5B 0A 65 16\n68 08 08 68 08 0A 01 01 03 0A 01 01 23 16\n", "IEC 60870-5-101: ", 0),
+        ("10 40 05 45 16\n10 5B 05 60 16\n", "M-Bus or IEC 60870-5-101: ", 2),
+    ] {
+        let (found, _, notices) = decode(&folder, "file", text.as_bytes(), &[]);
+        let sentence = format!("could also be {name}");
+        assert!(found == Some(code) && notices.contains(&sentence), "{found:?} {notices}");
+    }
+    for text in
+        [LOG, MANTISSA, "10 08 02 49 53 16\n10 09 02 49 54 16\n", "DC 02 02\n", "68 05 05 68 05 02 7D AA 55 83 16\n"]
+    {
+        let (_, _, notices) = decode(&folder, "file", text.as_bytes(), &[]);
+        assert!(!notices.contains("could also be"), "{text}: {notices}");
+    }
+}
+
+/// A capture of a running plant: the device is given, its start-up was not recorded.
+#[test]
+fn statistics_show_the_stations_and_the_pressures_of_a_recording() {
+    let folder = Folder::new();
+    let dialogue = "68 0B 0B 68 05 02 5D 00 00 00 00 00 00 00 00 64 16\n68 12 12 68 02 05 08 00 00 00 00 00 00 00 00 80 00 02 38 51 B7 17 E8 16\n";
+    let (code, output, _) =
+        decode(&folder, "file", dialogue.repeat(3).as_bytes(), &["--statistics", "--gauge", "bcg450@5"]);
+    assert_eq!(code, Some(0), "{output}");
+    assert!(output.contains("address  state") && output.contains("bcg450 instance 2: 5e-5 mbar (assumed)"), "{output}");
+    let (_, output, _) = decode(&folder, "file", LOG.as_bytes(), &["--statistics", "--json"]);
+    let row: serde_json::Value = serde_json::from_str(&output).unwrap();
+    assert_eq!((row["telegrams"].as_u64(), row["damaged"].as_u64()), (Some(9), Some(1)));
+    let (code, _, complaint) = decode(&folder, "file", LOG.as_bytes(), &["--gauge", "bcg450@5"]);
+    assert_eq!((code, complaint.contains("--statistics")), (Some(2), true), "{complaint}");
+}
+
+/// A classic capture file, and the same one packed.
+#[test]
+fn a_classic_capture_and_a_packed_one_are_explained() {
+    let folder = Folder::new();
+    let telegrams = [&[0x10, 8, 2, 0x49, 0x53, 0x16][..], &[0x10, 2, 8, 0, 0x0A, 0x16]];
+    let number = |number: u32| number.to_le_bytes();
+    let mut file = [number(0xA1B2_C3D4), number(0x0004_0002), [0; 4], [0; 4], number(65_535), number(257)].concat();
+    for telegram in telegrams {
+        let length = number(telegram.len() as u32);
+        file.extend([number(1_700_000_000), number(250_000), length, length].concat());
+        file.extend(telegram);
+    }
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packer, &file).unwrap();
+    let packed = packer.finish().unwrap();
+    for file in [&file, &packed] {
+        let (code, output, _) = decode(&folder, "file", file, &["--json", "--raw"]);
+        let first: serde_json::Value = serde_json::from_str(output.lines().next().unwrap()).unwrap();
+        assert_eq!((code, first["time_s"].as_f64()), (Some(0), Some(1_700_000_000.25)), "{output}");
+        assert!(output.contains(r#""telegrams":2"#), "{output}");
+    }
+    let (code, ..) = decode(&folder, "file", &packed[..packed.len() - 9], &[]);
+    assert_eq!(code, Some(2), "a packed file that is cut off");
 }

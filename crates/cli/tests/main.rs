@@ -40,6 +40,7 @@ mod report;
 mod scan;
 mod scenario;
 mod simulated_slaves;
+mod serial_server;
 mod sniff;
 mod station;
 mod telegrams;

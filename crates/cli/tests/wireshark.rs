@@ -359,6 +359,17 @@ fn the_dissector_agrees_with_the_codec() {
     }
 }
 
+/// A pcapng file of the link type of PROFIBUS, for which Wireshark has no encapsulation.
+#[test]
+fn a_capture_of_link_type_257_is_dissected() {
+    let folder = Folder::new();
+    let (text, capture) = (folder.name("log.txt"), folder.name("log.pcapng"));
+    std::fs::write(&text, "10 08 02 49 53 16\n").unwrap();
+    let output = run(&["decode", &text, "--out", &capture, "--link-type", "profibus-dl"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(tshark(&capture, &["-T", "fields", "-e", "_ws.col.Protocol"]), "PROFIBUS\n");
+}
+
 #[test]
 fn the_columns_are_filled_and_damaged_telegrams_marked() {
     let folder = Folder::new();

@@ -11,3 +11,4 @@ mod explain;
 mod gsd;
 mod layouts;
 mod log;
+mod notations;

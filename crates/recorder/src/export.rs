@@ -98,11 +98,18 @@ impl Iterator for Export {
     }
 }
 
+/// A number for people: seven significant digits, which is the precision of a float that a gauge sends. The digits behind them come from
+/// the conversion and mean nothing: 5e-6 mbar as a float is 4.999999873689376e-4 Pa.
+#[must_use]
+pub fn seven_digits(number: f64) -> f64 {
+    format!("{number:.6e}").parse().unwrap_or(number)
+}
+
 fn csv_row(name: &str, sample: &Sample) -> String {
     let mut row = format!("{},{name},", iso(sample.at));
     if let Some(pa) = sample.pa {
         // Writing into a String does not fail.
-        write!(row, "{pa:e}").unwrap_or_default();
+        write!(row, "{:e}", seven_digits(pa)).unwrap_or_default();
     }
     row + "," + sample.quality.word() + "\n"
 }
@@ -138,6 +145,20 @@ mod tests {
         let fields = ["chamber", "a,b", "the \"old\" one", "=1+2", "-a\"b"].map(csv_field);
         assert_eq!(fields, ["chamber", "\"a,b\"", "\"the \"\"old\"\" one\"", "\"'=1+2\"", "\"'-a\"\"b\""]);
         assert_eq!(["chamber", "@x"].map(quoted), ["\"chamber\"", "\"'@x\""]);
+    }
+
+    #[test]
+    fn a_number_for_people_has_the_digits_of_a_float() {
+        let pa = f64::from(5e-6_f32) * 100.0;
+        assert_ne!(pa, 5e-4, "the float has other digits behind its precision");
+        assert_eq!(seven_digits(pa), 5e-4);
+        for number in [0.0, 1013.25, 1.234_567e-9, -5.5, 1e300] {
+            assert_eq!(seven_digits(number), number);
+        }
+        assert_eq!(seven_digits(1.234_567_8), 1.234_568);
+        assert!(seven_digits(f64::NAN).is_nan() && seven_digits(f64::INFINITY).is_infinite());
+        let sample = Sample { at: Micros(0), pa: Some(pa), quality: crate::Quality::Valid };
+        assert_eq!(csv_row("chamber", &sample), "1970-01-01T00:00:00.000000Z,chamber,5e-4,valid\n");
     }
 
     #[test]

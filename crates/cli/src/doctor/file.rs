@@ -135,7 +135,7 @@ fn traffic(path: &Path, files: &Files) -> Vec<Finding> {
 
 fn explained(mut source: Source<File>, path: &Path, files: &Files) -> Vec<Finding> {
     let kind = match source.kind {
-        SourceKind::Pcapng => "a capture file",
+        SourceKind::Pcapng | SourceKind::Pcap => "a capture file",
         SourceKind::Trace => "a trace of profivac",
         SourceKind::Text => "text with octets",
         SourceKind::Octets => "the octets of a line",

@@ -1,6 +1,7 @@
 //! A port and the line behind it. Nothing is sent.
 
 use super::{Finding, slaves, unusable};
+use crate::advice::NO_TELEGRAM;
 use crate::failure::Failure;
 use crate::values::Rate;
 use profivac_dp::link::Baud;
@@ -27,12 +28,39 @@ const ANY_RATE: Baud = Baud::B19200;
 /// The findings about a serial device that is not opened.
 pub fn check_unopened(name: &str) -> Vec<Finding> {
     let mut findings = vec![hardware(name)];
+    let driver = adapter_facts(name).driver.unwrap_or_default();
+    let command_line = std::fs::read_to_string("/proc/cmdline").unwrap_or_default();
+    findings.extend(unsuitable(name, &driver, &command_line));
     findings.push(match access(name, Access::READ_OK | Access::WRITE_OK) {
         Ok(()) => Finding::good(format!("you may open it; `profivac doctor {name}` listens to its line")),
         Err(Errno::NOENT) => return vec![unusable(&PortError::NotFound(name.to_owned()))],
         Err(_) => unusable(&PortError::PermissionDenied(name.to_owned())),
     });
     findings.extend(open_elsewhere(name).iter().map(noted));
+    findings
+}
+
+/// What a Raspberry Pi, or any computer whose console is a serial port, has at a port that PROFIBUS cannot use.
+fn unsuitable(name: &str, driver: &str, command_line: &str) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if driver == "bcm2835-aux-uart" {
+        findings.push(Finding::note(
+            "the mini-UART of a Raspberry Pi, which has no parity bit",
+            "use the PL011: write `dtoverlay=disable-bt` into /boot/firmware/config.txt, restart, and open /dev/ttyAMA0; docs/adapters.md has more",
+        ));
+    }
+    let device = name.strip_prefix("/dev/").unwrap_or(name);
+    let is_console = |word: &str| {
+        word.strip_prefix("console=")
+            .and_then(|console| console.split(',').next())
+            .is_some_and(|console| console == device)
+    };
+    if command_line.split_whitespace().any(is_console) {
+        findings.push(Finding::note(
+            "the kernel writes to this port: it is the serial console",
+            format!("remove `console={device}` from the command line of the kernel (Raspberry Pi: raspi-config, Serial Port, no login shell)"),
+        ));
+    }
     findings
 }
 
@@ -137,10 +165,7 @@ impl Heard {
                     "ask the gauges with `profivac scan --port {name}{at_rate}`; if a PLC should be there, check that it runs, and the cable"
                 ),
             )],
-            (octets, 0) => vec![Finding::bad_port(
-                format!("{octets} octets and no telegram {tried}"),
-                "exchange the wires A and B, connect the grounds, check the termination at both ends; docs/adapters.md has the pins",
-            )],
+            (octets, 0) => vec![Finding::bad_port(format!("{octets} octets and no telegram {tried}"), NO_TELEGRAM)],
             _ => self.of_telegrams(),
         }
     }
@@ -184,4 +209,24 @@ impl Heard {
 /// A condition of a port.
 fn noted(notice: &Notice) -> Finding {
     Finding::note(notice.found(), notice.remedy().unwrap_or_else(|| "see docs/adapters.md".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mini_uart_and_a_console_are_named() {
+        let found = |name, driver, line| -> Vec<String> {
+            unsuitable(name, driver, line).into_iter().map(|finding| finding.found).collect()
+        };
+        let line = "coherent_pool=1M console=ttyAMA0,115200 console=tty1 root=PARTUUID=1";
+        assert_eq!(
+            found("/dev/ttyAMA0", "uart-pl011", line),
+            ["the kernel writes to this port: it is the serial console"]
+        );
+        assert_eq!(found("/dev/ttyS0", "bcm2835-aux-uart", line).len(), 1);
+        assert_eq!(found("/dev/ttyS0", "bcm2835-aux-uart", "console=ttyS0").len(), 2);
+        assert_eq!(found("/dev/ttyAMA1", "uart-pl011", line), [""; 0]);
+    }
 }

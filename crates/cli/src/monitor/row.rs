@@ -5,6 +5,7 @@ use profivac_devices::model::{Scale, Unit};
 use profivac_devices::reading::Quality;
 use profivac_dp::master::HandlerState;
 use profivac_host::session::BusMaster;
+use profivac_recorder::export::seven_digits;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
@@ -171,7 +172,7 @@ impl Row {
 
     /// The same slave with one of its values.
     fn with_value(&self, value: &ChannelValue, unit: &'static Unit) -> Self {
-        let in_mbar = |pa: Option<f64>| pa.map(|pa| rounded(pa / 100.0));
+        let in_mbar = |pa: Option<f64>| pa.map(|pa| seven_digits(pa / 100.0));
         let (mbar, limit_mbar) = (in_mbar(value.pa), in_mbar(value.limit_pa));
         let (limit, _) = in_unit(limit_mbar, unit);
         let (pressure, unit) = in_unit(mbar, unit);
@@ -288,11 +289,6 @@ const fn in_unit(mbar: Option<f64>, unit: &'static Unit) -> (Option<f64>, &'stat
         (None, Scale::PerMbar(_)) => (None, unit.name),
         (mbar, Scale::Counts) => (mbar, "mbar"),
     }
-}
-
-/// Rounds to seven digits, the precision of a float on the wire.
-fn rounded(number: f64) -> f64 {
-    format!("{number:.6e}").parse().unwrap_or(number)
 }
 
 #[cfg(test)]

@@ -231,7 +231,7 @@ fn report_slot_time(port: &dyn Port, baud: Baud) {
 
 fn port(arguments: &Arguments) -> Result<Box<dyn Port>, PortError> {
     Ok(match (&arguments.pty, &arguments.serial, &arguments.tcp) {
-        (Some(path), ..) => Box::new(Pty::create(path)?),
+        (Some(path), ..) => Box::new(Pty::create(path)?.with_rate(Some(arguments.baud))),
         (_, Some(device), _) => Box::new(Serial::open(device, arguments.baud)?),
         (.., address) => Box::new(TcpServer::listen(address.as_deref().unwrap_or_default())?),
     })

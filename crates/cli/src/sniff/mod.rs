@@ -1,6 +1,6 @@
 //! `profivac sniff`: explains the traffic on a line while it listens.
 
-mod statistics;
+pub mod statistics;
 
 use crate::bus::open_port_to_listen;
 use crate::console::Signals;

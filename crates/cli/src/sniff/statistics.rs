@@ -16,7 +16,8 @@ use profivac_listen::Observer;
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::report::{BusReport, Distribution, StationReport};
 use profivac_listen::station::Station;
-use profivac_virtual::device_spec::{check_addresses, entry};
+use profivac_recorder::export::seven_digits;
+use profivac_virtual::device_spec::{DeviceSpec, check_addresses, entry};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -46,14 +47,8 @@ struct Row<'a> {
 
 /// Listens until a signal or the end of --for, then prints.
 pub fn run(arguments: &Arguments, files: Files, signals: &Signals, tap: &mut Tap, baud: Baud) -> Result<(), Failure> {
-    check_addresses(&arguments.gauges)?;
-    let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, TimeSource::Platform).with_gsd(files));
-    for spec in &arguments.gauges {
-        let model = entry(&spec.device)?.model;
-        let unit = spec.value("unit").and_then(|unit| model.unit_named(unit));
-        observer.declare(spec.address, Declared { model, configuration: None, unit });
-    }
+    let mut observer = observer(baud, TimeSource::Platform, &arguments.gauges)?.with_gsd(files);
+    let mut divider = Divider::new(baud, TimeSource::Platform);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let mut pieces = Vec::new();
     let ended = loop {
@@ -74,14 +69,31 @@ pub fn run(arguments: &Arguments, files: Files, signals: &Signals, tap: &mut Tap
     };
     divider.end(&mut pieces);
     pieces.drain(..).for_each(|piece| observer.piece(&piece));
-    let report = BusReport::of(&observer);
-    if arguments.options.json {
-        out(&json(&Row { report: &report, gauges: gauges(&observer), slaves: slaves(&observer) }));
-    } else {
-        out(&table(&observer, &report));
-    }
+    print(&observer, arguments.options.json);
     check()?;
     ended
+}
+
+/// An observer that knows the devices at some addresses.
+pub fn observer(baud: Baud, times: TimeSource, specs: &[DeviceSpec]) -> Result<Observer, Failure> {
+    check_addresses(specs)?;
+    let mut observer = Observer::new(baud, times);
+    for spec in specs {
+        let model = entry(&spec.device)?.model;
+        let unit = spec.value("unit").and_then(|unit| model.unit_named(unit));
+        observer.declare(spec.address, Declared { model, configuration: None, unit });
+    }
+    Ok(observer)
+}
+
+/// Prints the live list, the statistics and the pressures.
+pub fn print(observer: &Observer, is_json: bool) {
+    let report = BusReport::of(observer);
+    if is_json {
+        out(&json(&Row { report: &report, gauges: gauges(observer), slaves: slaves(observer) }));
+    } else {
+        out(&table(observer, &report));
+    }
 }
 
 /// The pressures that were heard last.
@@ -93,7 +105,7 @@ fn gauges(observer: &Observer) -> Vec<GaugeRow> {
             address,
             device: reading.facts.slave.model.name,
             instance: value.instance,
-            pa: value.pa,
+            pa: value.pa.map(seven_digits),
             quality: value.text(),
             origin: reading.facts.origin(),
         }));

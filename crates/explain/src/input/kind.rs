@@ -2,12 +2,15 @@
 
 use super::InputError;
 use crate::text::{Found, Reader};
+use profivac_sim::trace::pcap;
 
 /// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// A capture file.
     Pcapng,
+    /// A capture file of the older format.
+    Pcap,
     /// A trace of profivac.
     Trace,
     /// Text with octets in hexadecimal.
@@ -22,6 +25,7 @@ impl SourceKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pcapng => "pcapng",
+            Self::Pcap => "pcap",
             Self::Trace => "trace",
             Self::Text => "text",
             Self::Octets => "octets",
@@ -30,9 +34,6 @@ impl SourceKind {
 }
 
 const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
-/// Microseconds and nanoseconds, each in both octet orders.
-const PCAP: [[u8; 4]; 4] =
-    [[0xA1, 0xB2, 0xC3, 0xD4], [0xD4, 0xC3, 0xB2, 0xA1], [0xA1, 0xB2, 0x3C, 0x4D], [0x4D, 0x3C, 0xB2, 0xA1]];
 
 /// Mark that some programs write before UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
@@ -40,6 +41,10 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
 /// Number of octets after which unprintable ones show that a file is no text. free choice: long enough for a letter of an old
 /// character set, shorter than the first telegrams of a line.
 const LEAST_OCTETS: usize = 16;
+
+/// Number of letters after which a file is a text: other notations have no hexadecimal octets. chosen: no line has as many octets without
+/// one that no text has.
+const LEAST_LETTERS: usize = 64;
 
 /// Number of octets that are enough to decide in any case.
 pub(super) const MOST_OCTETS: usize = 1 << 16;
@@ -69,8 +74,8 @@ impl KindFinder {
         if octets.starts_with(&PCAPNG) {
             return Ok(Some(SourceKind::Pcapng));
         }
-        if PCAP.iter().any(|magic| octets.starts_with(magic)) {
-            return Err(InputError::Pcap);
+        if pcap::Reader::is_begun_by(octets) {
+            return Ok(Some(SourceKind::Pcap));
         }
         while let Some(octet) = octets.get(self.at) {
             self.at = self.at.saturating_add(1);
@@ -120,7 +125,8 @@ impl KindFinder {
             if self.at == MOST_OCTETS {
                 return Ok(Some(SourceKind::Text));
             }
-            return Ok((has_octets(line) && !self.is_mostly_strange()).then_some(SourceKind::Text));
+            let is_text = has_octets(line) || (self.strange == 0 && self.at >= LEAST_LETTERS);
+            return Ok((is_text && !self.is_mostly_strange()).then_some(SourceKind::Text));
         }
         Ok(None)
     }

@@ -8,7 +8,7 @@ pub use source::Source;
 
 pub use super::frame::Chunk;
 use super::frame::TimeSource;
-pub use super::text::{Ignored, IgnoredKind, IgnoredText, LeftOver};
+pub use super::text::{Ignored, IgnoredKind, IgnoredText, LeftOver, Notation};
 use profivac_dp::link::Baud;
 use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, TraceError};
@@ -54,9 +54,6 @@ pub enum InputError {
     /// A capture file or a trace that is damaged before its first octets.
     #[error(transparent)]
     Damaged(#[from] Damage),
-    /// A capture file of the older format.
-    #[error("expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'")]
-    Pcap,
     /// Text in UTF-16.
     #[error("expected text in UTF-8, found UTF-16: convert it with 'iconv -f UTF-16 -t UTF-8'")]
     Utf16,
@@ -150,7 +147,7 @@ mod tests {
             ),
             (
                 &[0xD4, 0xC3, 0xB2, 0xA1, 2, 0],
-                "expected pcapng, found the older pcap format: convert it with 'editcap -F pcapng'",
+                "the file ends within the block at octet 0: it was cut off, or is still being written",
             ),
             (&[0x0A, 0x0D, 0x0D, 0x0A, 0, 0], "expected a pcapng file, found no section header"),
         ] {

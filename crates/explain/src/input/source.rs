@@ -3,10 +3,10 @@
 use super::kind::{BYTE_ORDER_MARK, KindFinder, MOST_OCTETS, SourceKind};
 use super::{Chunk, Damage, InputError};
 use crate::frame::TimeSource;
-use crate::text::{self, Found, Ignored, IgnoredKind, LeftOver, Row};
+use crate::text::{self, Found, Ignored, IgnoredKind, LeftOver, Notation, Row};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_sim::trace::pcapng::{self, CaptureError, Times};
-use profivac_sim::trace::{self, TraceError};
+use profivac_sim::trace::{self, Entry, TraceError, pcap};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read};
 
@@ -65,11 +65,13 @@ struct LongChunk {
 /// Format of a file, with the state of its reader.
 enum Format {
     /// Text with hexadecimal octets.
-    Text(Box<text::Reader>),
+    Text(Box<text::Log>),
     /// Binary octets.
     Octets,
     /// A capture file.
     Pcapng(pcapng::Reader),
+    /// A capture file of the older format.
+    Pcap(pcap::Reader),
     /// A trace of profivac.
     Trace(trace::Reader),
 }
@@ -124,12 +126,21 @@ impl<R: Read> Source<R> {
         }
     }
 
+    /// The notation of a text, as soon as its first telegram with a check octet or its end has shown it.
+    #[must_use]
+    pub fn notation(&self) -> Option<Notation> {
+        match &self.format {
+            Format::Text(reader) => reader.notation(),
+            Format::Octets | Format::Pcapng(_) | Format::Pcap(_) | Format::Trace(_) => None,
+        }
+    }
+
     /// The text that is not octets.
     #[must_use]
     pub fn ignored(&self) -> Ignored {
         match &self.format {
-            Format::Text(reader) => reader.ignored().clone(),
-            Format::Octets | Format::Pcapng(_) | Format::Trace(_) => Ignored::default(),
+            Format::Text(reader) => reader.ignored(),
+            Format::Octets | Format::Pcapng(_) | Format::Pcap(_) | Format::Trace(_) => Ignored::default(),
         }
     }
 
@@ -164,9 +175,10 @@ impl<R: Read> Source<R> {
         match kind {
             SourceKind::Octets => {}
             SourceKind::Pcapng => self.begin_capture()?,
+            SourceKind::Pcap => self.format = Format::Pcap(pcap::Reader::new(self.baud)),
             SourceKind::Trace => self.begin_trace()?,
             SourceKind::Text => {
-                let mut reader = Box::<text::Reader>::default();
+                let mut reader = Box::new(text::Log::new(self.baud));
                 if has_mark {
                     reader.ignore(IgnoredKind::ByteOrderMark, "EF BB BF");
                 }
@@ -256,6 +268,18 @@ impl<R: Read> Source<R> {
                     self.stop(damage.into());
                 }
             }
+            Format::Pcap(reader) => {
+                let mut entries: Vec<Entry> = Vec::new();
+                reader.push(&buffer);
+                buffer.clear();
+                let result = reader.read(&mut entries).and_then(|()| if self.ended { reader.end() } else { Ok(()) });
+                entries.into_iter().for_each(|entry| self.add(entry.into(), 1));
+                match result.map_err(Damage::from) {
+                    Err(damage) if self.is_empty => return Err(damage.into()),
+                    Err(damage) => self.stop(damage),
+                    Ok(()) => {}
+                }
+            }
             Format::Trace(reader) => {
                 let result = entries(reader, &mut buffer, self.ended, &mut found).map_err(Damage::from);
                 found.drain(..).for_each(|chunk| self.add(chunk, 1));
@@ -296,8 +320,7 @@ impl<R: Read> Source<R> {
         if self.ended {
             reader.end(&mut found);
         }
-        let first = reader.ignored().kinds().map(|(_, text)| text).min_by_key(|text| text.first_line);
-        let first = first.map(|text| (text.first_line, text.first_text.clone()));
+        let first = reader.ignored().kinds().map(|(_, text)| (text.first_line, text.first_text.clone())).min();
         for Row { seconds, octets, errors, is_continued, times } in found.rows {
             let start = seconds.map(|seconds| bit_time(seconds, self.baud));
             self.add(Chunk { start, octets, errors, is_continued }, times);

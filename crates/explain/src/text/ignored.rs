@@ -15,6 +15,8 @@ pub enum IgnoredKind {
     Address,
     /// The octets of a dump as characters.
     Characters,
+    /// The bits of characters: start, data, parity and stop.
+    Bits,
     /// The mark at the begin of UTF-8 text.
     ByteOrderMark,
 }

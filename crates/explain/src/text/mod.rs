@@ -7,6 +7,12 @@
 //! | dumps | `xxd`, `hexdump`, `od` with any address column, words of 16 bits, and omitted lines (`*`) |
 //! | logs | `PHY-serial: TX   10 08 02 49 53 16`, `12:00:00.5 2 -> 8 ; SRD ; 68 05 ...` |
 //!
+//! | one octet a line | `uart-1: 10`, `0-1100 UART: RX data: 10`, a table of Saleae Logic |
+//! | numbers | `TX [16, 8, 2, 73, 83, 22]` |
+//! | strings | `b'\x10\x08\x02IS\x16'`, `write(3, "\20\10\2IS\26", 6) = 6` |
+//!
+//! The first telegram with a check octet shows the notation: the one counts in which such telegrams have the most octets.
+//!
 //! Octets do not get lost: each word that may be octets is in a [`Row`] or in a [`LeftOver`], and all other text is counted in
 //! [`Ignored`]. The layout of the text decides what a column is, never a telegram beside it:
 //!
@@ -17,16 +23,23 @@
 //! * A line of octets alone, in one column or several, is read whole. An unreadable word between octets (`??`, `0G`, `08!`) is
 //!   an octet with an error.
 
+mod decimal;
 mod dump;
 mod dump_lines;
+mod escapes;
 mod ignored;
+mod log;
+mod radix;
 mod rows;
+mod single;
 #[cfg(test)]
 mod tests;
 mod word;
 
 pub use dump_lines::OMITTED;
 pub use ignored::{Ignored, IgnoredKind, IgnoredText};
+pub(crate) use log::Log;
+pub use log::Notation;
 
 use super::frame::{Chunk, Framer, PieceKind};
 use dump::DumpLine;
@@ -95,6 +108,8 @@ pub struct Reader {
     has_rows: bool,
     /// The present line ends with a line end.
     has_more_lines: bool,
+    /// The time of a line without octets, and its number: it is the time of the octets in the next line.
+    header: Option<(usize, f64)>,
 }
 
 /// State between the parts of a line.
@@ -119,6 +134,11 @@ const MIN_ALIGNED: usize = 12;
 const MAX_ALIGNED: usize = 2048;
 
 impl Reader {
+    /// A reader of a text of which `ignored` was read already.
+    fn new(ignored: &Ignored) -> Self {
+        Self { ignored: ignored.clone(), ..Self::default() }
+    }
+
     /// The number of lines so far.
     #[must_use]
     pub const fn lines(&self) -> usize {
@@ -129,11 +149,6 @@ impl Reader {
     #[must_use]
     pub const fn ignored(&self) -> &Ignored {
         &self.ignored
-    }
-
-    /// Counts text that is not octets, in front of the first line.
-    pub(crate) fn ignore(&mut self, kind: IgnoredKind, text: &str) {
-        self.ignored.add(kind, 1, text);
     }
 
     /// Reads a line, or the part of a line that is too long. `is_last` says whether the line ends here.
@@ -215,7 +230,18 @@ impl Reader {
             self.learn_prefix(String::new());
         }
         self.has_rows = true;
-        found.rows.push_back(Row { octets, times: 1, ..Row::default() });
+        let mut row = Row { octets, times: 1, ..Row::default() };
+        self.take_header(&mut row);
+        found.rows.push_back(row);
+    }
+
+    /// Gives octets without a time the one of the line before: socat and jpnevulator print it so.
+    fn take_header(&mut self, row: &mut Row) {
+        if row.octets.is_empty() {
+            return;
+        }
+        let header = self.header.take().filter(|(line, _)| line.saturating_add(1) == self.line);
+        row.seconds = row.seconds.or(header.map(|(_, seconds)| seconds));
     }
 
     /// Keeps the words before a long row.
@@ -307,13 +333,15 @@ impl Reader {
             }
         }
         let line = self.line;
-        let (is_empty, has_left_over) = (row.octets.is_empty(), !left_over.is_empty());
+        self.take_header(&mut row);
+        let (is_empty, has_left_over, seconds) = (row.octets.is_empty(), !left_over.is_empty(), row.seconds);
         found.left_over.extend(joined(left_over).into_iter().map(|(text, octets)| LeftOver { line, text, octets }));
         if !is_empty {
             self.has_rows = true;
             found.rows.push_back(row);
         }
         if is_empty && !has_left_over {
+            self.header = seconds.map(|seconds| (line, seconds));
             let texts: Vec<&str> = words.iter().map(|word| word.text).collect();
             self.ignored.add(IgnoredKind::Line, line, &texts.join(" "));
         } else if !ignored.is_empty() {
@@ -350,12 +378,21 @@ impl Reader {
 
 /// The number of octets in telegrams with a check octet.
 fn checked_octets(octets: &[u8]) -> usize {
+    let is_checked = |octets: &&Vec<u8>| matches!(Telegram::parse(octets), Ok(Telegram::Data(_)));
+    valid_telegrams(octets).iter().filter(is_checked).map(Vec::len).sum()
+}
+
+/// Whether the octets have a token.
+fn has_token(octets: &[u8]) -> bool {
+    valid_telegrams(octets).iter().any(|octets| matches!(Telegram::parse(octets), Ok(Telegram::Token { .. })))
+}
+
+fn valid_telegrams(octets: &[u8]) -> Vec<Vec<u8>> {
     let (mut framer, mut pieces) = (Framer::default(), Vec::new());
     framer.push(&Chunk { octets: octets.to_vec(), ..Chunk::default() }, &mut pieces);
     framer.flush(&mut pieces);
-    let valid = pieces.iter().filter(|piece| piece.kind == PieceKind::Valid);
-    let is_checked = |octets: &&Vec<u8>| matches!(Telegram::parse(octets), Ok(Telegram::Data(_)));
-    valid.map(|piece| &piece.octets).filter(is_checked).map(Vec::len).sum()
+    let valid = pieces.into_iter().filter(|piece| piece.kind == PieceKind::Valid);
+    valid.map(|piece| piece.octets).collect()
 }
 
 /// Joins left-over words that follow each other into one text.

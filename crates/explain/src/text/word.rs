@@ -76,13 +76,16 @@ pub(super) type Aligned<'a> = dyn Fn(&str, bool) -> Octets + 'a;
 /// Divides a line into words.
 pub(super) fn words<'a>(line: &'a str, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
     let (mut words, mut column, mut depth, mut from, mut is_marked) = (Vec::new(), 0, 0_usize, 0, false);
+    let comma = decimal_comma(line);
     let ends = line.char_indices().chain([(line.len(), ' ')]);
-    for (at, letter) in ends.filter(|(_, letter)| is_separator(*letter)) {
+    for (at, letter) in ends.filter(|(at, letter)| is_separator(*letter) && Some(*at) != comma) {
         let text = line.get(from..at).unwrap_or_default();
         if !text.is_empty() {
             // The b of b"\x68", which is a notation of Python.
             let is_prefix = text.len() == 1 && matches!(letter, '"' | '\'');
-            let meaning = if is_prefix { Meaning::Other } else { meaning(text, words.is_empty(), aligned) };
+            let is_number = is_named_number(line, from, words.last());
+            let is_other = is_prefix || is_number;
+            let meaning = if is_other { Meaning::Other } else { meaning(text, words.is_empty(), aligned) };
             words.push(Word { text, meaning, column, in_brackets: depth > 0, is_marked });
             let mark = text.trim_end_matches(':');
             is_marked = mark.eq_ignore_ascii_case("tx") || mark.eq_ignore_ascii_case("rx");
@@ -97,7 +100,56 @@ pub(super) fn words<'a>(line: &'a str, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
         from = at.saturating_add(letter.len_utf8());
     }
     restore_octets(&mut words);
+    find_dates(&mut words);
     words
+}
+
+/// Names of numbers that programs write beside octets, as socat does: `length=11 from=12 to=22`.
+const NUMBERS: [&str; 7] = ["length", "len", "from", "to", "size", "count", "offset"];
+
+/// Whether the word that begins at `from` is the number of a name.
+fn is_named_number(line: &str, from: usize, before: Option<&Word<'_>>) -> bool {
+    let is_value = line.get(..from).is_some_and(|front| front.ends_with('='));
+    is_value && before.is_some_and(|word| NUMBERS.iter().any(|name| word.text.eq_ignore_ascii_case(name)))
+}
+
+/// The position of a decimal comma: in a clock time with thousandths, or in a number that fills the first column of a line.
+fn decimal_comma(line: &str) -> Option<usize> {
+    let (at, _) = line.match_indices(',').next()?;
+    let (front, back) = (line.get(..at)?, line.get(at.saturating_add(1)..)?);
+    let digits = back.bytes().take_while(u8::is_ascii_digit).count();
+    let end = back.get(digits..).and_then(|rest| rest.chars().next());
+    let word = front.rsplit(|letter: char| letter.is_whitespace() || "[(".contains(letter)).next()?;
+    let is_clock = word.len() == 8 && time(word, true).is_some() && digits % 3 == 0;
+    let is_column = matches!(end, Some(';' | '\t')) && front.bytes().all(|letter| letter.is_ascii_digit());
+    (digits > 0 && (is_clock || (is_column && !front.is_empty()))).then_some(at)
+}
+
+/// The months as the logs of Unix write them.
+const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+
+/// A clock behind a date is a time, and the date is no octets: `2026-11-29 08:15:00`, `29.11.26 08:15:00`, `Nov 29 08:15:00`.
+fn find_dates(words: &mut [Word<'_>]) {
+    for at in 1..words.len() {
+        let Some([date, clock]) = words.get(at.saturating_sub(1)..=at) else { continue };
+        let month = at.checked_sub(2).and_then(|at| words.get(at)).map(|word| word.text);
+        let is_day = date.text.len() <= 2 && month.is_some_and(|month| MONTHS.contains(&month));
+        let seconds = time(clock.text, true).filter(|_| clock.text.contains(':') && (is_day || is_date(date.text)));
+        if let (Some(seconds), Some([date, clock])) = (seconds, words.get_mut(at.saturating_sub(1)..=at)) {
+            (date.meaning, clock.meaning) = (Meaning::Other, Meaning::Time(seconds));
+        }
+    }
+}
+
+/// Three numbers with a sign between them.
+fn is_date(text: &str) -> bool {
+    ['-', '.', '/'].iter().any(|sign| {
+        let groups: Vec<&str> = text.split(*sign).collect();
+        let is_number = |group: &&str| group.bytes().all(|letter| letter.is_ascii_digit());
+        let has_year = *sign != '-' || groups.iter().any(|group| group.len() == 4);
+        let is_possible = |group: &&str| is_number(group) && matches!(group.len(), 1 | 2 | 4);
+        groups.len() == 3 && has_year && groups.iter().all(is_possible)
+    })
 }
 
 fn is_separator(letter: char) -> bool {
@@ -221,8 +273,18 @@ pub(super) fn pairs(digits: &str, skip: usize) -> Octets {
     Octets { octets, halves: digits.chars().take(skip).chain(back).collect(), is_padded: false }
 }
 
+/// A time in seconds in any place of a line: a clock, or a number with a point or a comma.
+pub(super) fn clock_time(word: &str) -> Option<f64> {
+    let is_fraction = |text: &str| !text.is_empty() && text.bytes().all(|letter| letter.is_ascii_digit());
+    let word = word.trim_matches(['[', ']', '(', ')']);
+    let is_time = word.split_once(',').is_none_or(|(_, fraction)| is_fraction(fraction));
+    time(word, true).filter(|_| is_time)
+}
+
 /// A time in seconds: `12.345`, `[12.345]`, `12.345s`, `08:15:00.25`, a first word `08:15:00`; a date with `T` may precede it.
 fn time(word: &str, is_first: bool) -> Option<f64> {
+    let point = word.contains(',').then(|| word.replacen(',', ".", 1));
+    let word = point.as_deref().unwrap_or(word);
     let clock = word.rsplit_once('T').map_or(word, |(_, clock)| clock).trim_end_matches(['Z', ':']);
     let groups: Vec<&str> = clock.split(':').collect();
     if let [hours, minutes, seconds] = groups[..] {

@@ -16,6 +16,7 @@ use crate::topic::{gauge_level, level, levels};
 use jiff::Timestamp;
 use profivac_gateway::{Kind, Limits, Point, PointValue, Signal, Snapshot, Subject, Value};
 use profivac_recorder::Micros;
+use profivac_recorder::export::seven_digits;
 use serde_json::{Map, Value as Json, json};
 
 /// The topics of the points.
@@ -91,7 +92,7 @@ impl Layout {
         let object = retained(topic.object.clone(), object(&values).to_string(), Delivery::AtLeastOnce);
         let pressure = topic.pressure.clone().map(|name| {
             let found = values.iter().find(|(point, _)| point.signal == Signal::Pressure);
-            let text = found.and_then(|(_, value)| value.value.float()).map(|pa| format!("{pa:e}"));
+            let text = found.and_then(|(_, value)| value.value.float()).map(|pa| format!("{:e}", seven_digits(pa)));
             retained(name, text.unwrap_or_default(), Delivery::AtMostOnce)
         });
         std::iter::once(object).chain(pressure).collect()
@@ -181,7 +182,7 @@ fn limits(limits: Limits) -> Json {
 fn json_of(signal: Signal, value: &Value) -> Json {
     match (value, signal.kind()) {
         (Value::None, _) => Json::Null,
-        (Value::Float(number), _) => json!(number),
+        (Value::Float(number), _) => json!(seven_digits(*number)),
         (Value::Integer(number), _) => json!(number),
         (Value::Boolean(value), _) => json!(value),
         (Value::Text(text), _) => json!(**text),

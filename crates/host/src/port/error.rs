@@ -57,6 +57,8 @@ pub enum PortError {
         /// The error of the system.
         source: std::io::Error,
     },
+    /// A name with `://` whose first part is no kind of port.
+    UnknownScheme(String),
     /// The text is not `HOST:PORT`.
     InvalidAddress(String),
     /// The host name has no address.
@@ -135,7 +137,7 @@ fn is_path(name: &str) -> bool {
 }
 
 fn is_tcp(name: &str) -> bool {
-    name.starts_with("tcp://")
+    ["tcp://", "telnet://", "rfc2217://"].iter().any(|scheme| name.starts_with(scheme))
 }
 
 /// Whether a name that is no port is a host and a port: `192.168.1.5:4000`.
@@ -195,6 +197,9 @@ impl PortError {
             Self::AlreadyExists(_) => Some("remove it, or stop the program that serves it"),
             Self::NotCreatable { .. } => Some("choose a path in a folder that exists and takes new files"),
             Self::Unreachable { .. } => Some("check that the serial server is switched on and in this network"),
+            Self::UnknownScheme(_) => Some(
+                "a port is a path such as /dev/ttyUSB0, tcp://HOST:PORT for raw octets, telnet://HOST:PORT, rfc2217://HOST:PORT for a server whose rate is set from here, or sim:FILE.toml",
+            ),
             Self::NotSerial(_)
             | Self::UnsupportedCharacter { .. }
             | Self::NoBaudRate(_)
@@ -246,6 +251,7 @@ impl PortError {
             Self::NotCreatable { path, source } => {
                 write!(f, "no link to a pty can be created at {path} ({source})")
             }
+            Self::UnknownScheme(name) => write!(f, "{name} is no kind of port"),
             Self::InvalidAddress(text) => {
                 write!(f, "expected HOST:PORT, got {text:?} (an IPv6 address in brackets: [::1]:4000)")
             }
@@ -296,6 +302,7 @@ mod tests {
     fn a_port_that_is_not_there_has_the_remedy_for_its_kind() {
         for (name, sentence) in [
             ("tcp://127.0.0.1:9", "tcp://127.0.0.1:9: connection refused, no program listens there: start"),
+            ("rfc2217://10.0.0.1:9", "rfc2217://10.0.0.1:9: connection refused, no program listens there: start"),
             ("192.168.1.5:4000", "there is no port 192.168.1.5:4000: a line over TCP has the name tcp://HOST:PORT"),
             ("server:4000", "there is no port server:4000: a line over TCP has the name"),
             ("COM3", "there is no port COM3: profivac runs on Linux"),

@@ -6,6 +6,7 @@
 //! | [`Pty`] | a path that becomes a link | a program that opens the path as its serial port |
 //! | [`TcpServer`] | an address to listen on | any number of clients, which share one line |
 //! | [`TcpClient`] | `tcp://host:port` | a serial server, or a [`TcpServer`] |
+//! | [`TelnetClient`] | `telnet://host:port`, `rfc2217://host:port` | a serial server that speaks telnet; RFC 2217 sets its rate and 8E1 |
 //! | [`Stream`] | the same program | a segment in memory |
 //! | [`Reopening`] | any of them | the same, lost and opened again |
 //! | [`Recorded`] | any of them | the same, with a record of its traffic |
@@ -27,6 +28,7 @@ mod reopening;
 mod serial;
 mod stream;
 mod tcp;
+mod telnet;
 mod time;
 
 #[cfg(target_os = "linux")]
@@ -47,6 +49,7 @@ pub use serial::Serial;
 pub use stream::Stream;
 pub use system::{adapter_facts, delivery as delivery_of, open_elsewhere};
 pub use tcp::{TcpClient, TcpServer};
+pub use telnet::TelnetClient;
 pub use time::{PortClock, wait_for_port};
 
 use crate::readiness::Readiness;
@@ -130,14 +133,19 @@ pub trait Port: Send {
     }
 }
 
-/// Opens the port `name`: `tcp://HOST:PORT`, or the name of a serial device or pty.
+/// Opens the port `name`: `tcp://`, `telnet://` or `rfc2217://` with HOST:PORT, or the name of a serial device or pty.
 ///
 /// # Errors
 /// A [`PortError`] that names the port and says what to do.
 pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
-    Ok(match name.strip_prefix("tcp://") {
-        Some(address) => Box::new(TcpClient::connect(address)?),
-        None => Box::new(Serial::open(name, baud)?),
+    Ok(match name.split_once("://") {
+        Some(("tcp", address)) => Box::new(TcpClient::connect(address)?),
+        Some((scheme @ ("telnet" | "rfc2217"), address)) => {
+            let baud = (scheme == "rfc2217").then_some(baud);
+            Box::new(TelnetClient::begin(name.to_owned(), tcp::connect(name, address)?, baud)?)
+        }
+        Some((scheme, _)) if !scheme.contains('/') => return Err(PortError::UnknownScheme(name.to_owned())),
+        _ => Box::new(Serial::open(name, baud)?),
     })
 }
 
@@ -147,7 +155,7 @@ pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
 /// # Errors
 /// As [`open`].
 pub fn open_to_listen(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
-    if name.starts_with("tcp://") {
+    if name.contains("://") {
         return open(name, baud);
     }
     Ok(Box::new(Serial::open_to_listen(name, baud)?))
@@ -155,3 +163,22 @@ pub fn open_to_listen(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError
 
 /// The largest number of octets read at once.
 const CHUNK: usize = 4096;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_kind_of_port_names_those_that_exist() {
+        for open in [open, open_to_listen] {
+            for name in ["udp://x:1", "socket://x:1", "serial:///dev/ttyUSB0"] {
+                let refused = open(name, Baud::B19200).map(|_| ()).unwrap_err().to_string();
+                assert!(refused.starts_with(&format!("{name} is no kind of port: ")), "{refused}");
+                for kind in ["/dev/ttyUSB0", "tcp://", "telnet://", "rfc2217://", "sim:"] {
+                    assert!(refused.contains(kind), "{refused}");
+                }
+            }
+            assert!(matches!(open("telnet://x", Baud::B19200), Err(PortError::InvalidAddress(_))));
+        }
+    }
+}

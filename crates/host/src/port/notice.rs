@@ -1,5 +1,6 @@
 //! Conditions of a port that the user should know although the port works.
 
+use profivac_dp::link::Baud;
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::PathBuf;
@@ -73,6 +74,37 @@ pub enum Notice {
         /// The error of the system.
         reason: String,
     },
+    /// A server at a `tcp://` port begins with commands of telnet.
+    TelnetServer(String),
+    /// A server at a `tcp://` port begins with words, which no line does.
+    ServerBanner {
+        /// The port.
+        name: String,
+        /// The words.
+        words: String,
+    },
+    /// A serial server does not let this program set its rate and parity.
+    NoPortControl(String),
+    /// A serial server runs at another rate than the one that it was told.
+    ServerRate {
+        /// The port.
+        name: String,
+        /// Its rate in bit/s.
+        rate: u32,
+        /// The rate of the line.
+        baud: Baud,
+    },
+    /// A serial server does not use even parity.
+    ServerParity(String),
+    /// A program has set another rate on its side of a pty than the line has.
+    PtyRate {
+        /// The path of the pty.
+        name: String,
+        /// The rate of the program in bit/s.
+        rate: u32,
+        /// The rate of the line.
+        baud: Baud,
+    },
     /// The port is lost; attempts to open it again have begun.
     Lost(String),
     /// The port is open again.
@@ -131,6 +163,21 @@ impl Notice {
             ),
             Self::TransmitterNotSwitched(_) => Some("its RS-485 adapter must switch it by itself".to_owned()),
             Self::LateAnswer { remedy, needed_tbit, .. } => remedy.text(*needed_tbit),
+            Self::TelnetServer(name) => {
+                let address = name.trim_start_matches("tcp://");
+                Some(format!("use telnet://{address}, or rfc2217://{address}, which also sets its rate and 8E1"))
+            }
+            Self::ServerBanner { .. } => {
+                Some("switch off its banner and its login, or use the port on which it passes raw octets".to_owned())
+            }
+            Self::NoPortControl(_) | Self::ServerRate { .. } | Self::ServerParity(_) => {
+                Some("set the rate of the bus, 8 data bits, even parity and 1 stop bit in the server".to_owned())
+            }
+            Self::PtyRate { baud, .. } => Some(format!(
+                "a pty works at any rate, a serial port only at the rate of the bus: set {} in the program, and look whether its language has \
+                 this rate",
+                baud.bits_per_second()
+            )),
             Self::OctetsDropped { .. }
             | Self::StoreDamaged { .. }
             | Self::ClientRefused { .. }
@@ -175,6 +222,16 @@ impl Notice {
                 )
             }
             Self::PtyNotReady { name, reason } => format!("{name} is not ready for the next program ({reason})"),
+            Self::TelnetServer(name) => format!("the server at {name} speaks telnet, which changes octets of the line"),
+            Self::ServerBanner { name, words } => format!("the server at {name} begins with words: '{words}'"),
+            Self::NoPortControl(name) => format!("the server at {name} does not let the rate be set from here"),
+            Self::ServerRate { name, rate, baud } => {
+                format!("the server at {name} runs at {rate} bit/s and not at {}", baud.bits_per_second())
+            }
+            Self::ServerParity(name) => format!("the server at {name} does not use even parity"),
+            Self::PtyRate { name, rate, baud } => {
+                format!("the program at {name} has set {rate} bit/s, and the line has {}", baud.bits_per_second())
+            }
             Self::Lost(name) => {
                 format!("lost {name}: it was unplugged, or its other side was closed; profivac tries to open it again")
             }

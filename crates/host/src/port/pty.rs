@@ -17,6 +17,7 @@ use super::notice::{DropCounter, Notice, Notices};
 use super::system::{LinkClaim, OpenEvents, is_pty};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
+use profivac_dp::link::Baud;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::fs::{Mode, OFlags};
@@ -32,6 +33,9 @@ use std::path::{Path, PathBuf};
 
 /// socat sets owner and mode of its pty after it has made the link: such a change counts only this long after the link, in s. free choice.
 const SETTLING_S: f64 = 10.0;
+
+/// The rate of a pty that no program has set, in bit/s. No bus has it.
+const UNSET_RATE: u32 = 38_400;
 
 /// The master side of a pty, and the link to the slave side.
 #[derive(Debug)]
@@ -51,6 +55,10 @@ pub struct Pty {
     is_refused: bool,
     drops: DropCounter,
     notices: Notices,
+    /// The rate of the line; `None` if any rate is as good.
+    baud: Option<Baud>,
+    /// The rate of the program about which a notice was given.
+    noticed_rate: u32,
 }
 
 impl Pty {
@@ -79,7 +87,25 @@ impl Pty {
             is_refused: false,
             drops: DropCounter::default(),
             notices: Notices::default(),
+            baud: None,
+            noticed_rate: UNSET_RATE,
         })
+    }
+
+    /// The line has this rate: a program that sets another one is named.
+    #[must_use]
+    pub const fn with_rate(mut self, baud: Option<Baud>) -> Self {
+        self.baud = baud;
+        self
+    }
+
+    /// Gives a notice if the program has set another rate. A pty passes octets at any rate, a serial port does not.
+    fn check_rate(&mut self) {
+        let (Some(baud), Ok(rate)) = (self.baud, self.sides.rate()) else { return };
+        if ![UNSET_RATE, baud.bits_per_second(), self.noticed_rate].contains(&rate) {
+            self.notices.extend([Notice::PtyRate { name: self.name.clone(), rate, baud }]);
+        }
+        self.noticed_rate = rate;
     }
 
     /// Updates whether a program has the slave side open. Prepares the slave side for the next program when the last one has closed it,
@@ -102,6 +128,8 @@ impl Pty {
 
     /// Makes the slave side raw, empty and unlocked, or replaces the pty if a program that has ended has locked it.
     fn prepare(&mut self) -> io::Result<()> {
+        self.sides.reset_rate()?;
+        self.noticed_rate = UNSET_RATE;
         match self.sides.reset(&self.open_events) {
             // If the slave side is open, the next program has opened and locked it just now.
             Err(Errno::BUSY) if !self.sides.is_open()? => self.replace(),
@@ -170,6 +198,24 @@ impl Sides {
         Ok(flags.contains(PollFlags::IN) || !flags.contains(PollFlags::HUP))
     }
 
+    /// The rate that the program has set, in bit/s.
+    fn rate(&self) -> Result<u32, Errno> {
+        Ok(tcgetattr(&self.master)?.output_speed())
+    }
+
+    /// Sets the rate of a new pty for the next program.
+    ///
+    /// A pty drops the parity bit, and the C library of Debian reports an error to a program whose settings change nothing else: a
+    /// program that opens the pty for the second time would fail. With this rate its settings always change something.
+    fn reset_rate(&self) -> Result<(), Errno> {
+        let mut settings = tcgetattr(&self.master)?;
+        if settings.output_speed() != UNSET_RATE && !self.is_open()? {
+            settings.set_speed(UNSET_RATE)?;
+            tcsetattr(&self.master, OptionalActions::Now, &settings)?;
+        }
+        Ok(())
+    }
+
     /// Makes the slave side raw, discards its unread octets and unlocks it.
     ///
     /// Settings that are raw already stay untouched: the next program may be changing them at this moment, and the C library
@@ -208,7 +254,10 @@ impl Port for Pty {
         let mut buffer = [0; CHUNK];
         self.update_open()?;
         match rustix::io::read(&self.sides.master, &mut buffer) {
-            Ok(length) => characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
+            Ok(length) => {
+                self.check_rate();
+                characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet)));
+            }
             // No data, or the slave side is closed.
             Err(Errno::WOULDBLOCK | Errno::INTR | Errno::IO) => {}
             Err(errno) => return Err(PortError::using(&self.name, errno)),
@@ -313,7 +362,6 @@ fn link_error(name: &str, error: io::Error) -> PortError {
 mod tests {
     use super::super::Serial;
     use super::*;
-    use profivac_dp::link::Baud;
     use rustix::fs::{AtFlags, CWD, Timestamps, inotify, utimensat};
     use rustix::io::{read, write};
     use rustix::termios::ioctl_tiocexcl;
@@ -385,6 +433,53 @@ mod tests {
         fs::remove_file(&path).unwrap();
         old_link(&ours.sides.slave_path, &path);
         assert!(Serial::open(path.to_str().unwrap(), Baud::B19200).is_ok());
+    }
+
+    /// The settings of a program that opens the slave side at `rate`.
+    fn open_at(path: &Path, rate: u32) -> OwnedFd {
+        let slave = rustix::fs::open(path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
+        let mut settings = tcgetattr(&slave).unwrap();
+        settings.set_speed(rate).unwrap();
+        tcsetattr(&slave, OptionalActions::Now, &settings).unwrap();
+        slave
+    }
+
+    #[test]
+    fn a_pty_has_the_rate_of_a_new_one_for_each_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let mut ours = Pty::create(&path).unwrap();
+        for _ in 0..3 {
+            let slave = open_at(&path, 19_200);
+            ours.receive(&mut Vec::new()).unwrap();
+            assert_eq!(ours.sides.rate(), Ok(19_200), "the rate stays while the program runs");
+            drop(slave);
+            ours.receive(&mut Vec::new()).unwrap();
+            assert_eq!(ours.sides.rate(), Ok(UNSET_RATE));
+        }
+    }
+
+    #[test]
+    fn a_program_at_another_rate_is_named_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let mut ours = Pty::create(&path).unwrap().with_rate(Some(Baud::B187500));
+        for (rate, count) in [(187_500, 0), (UNSET_RATE, 0), (230_400, 1), (9600, 1)] {
+            let slave = open_at(&path, rate);
+            for octet in [0x10, 0x16] {
+                write(&slave, &[octet]).unwrap();
+                ours.receive(&mut Vec::new()).unwrap();
+            }
+            let notices: Vec<String> =
+                std::iter::from_fn(|| ours.next_notice()).map(|notice| notice.to_string()).collect();
+            assert_eq!(notices.len(), count, "{rate}: {notices:?}");
+            assert!(
+                notices.iter().all(|text| text.contains(&rate.to_string()) && text.contains("187500")),
+                "{notices:?}"
+            );
+            drop(slave);
+            ours.receive(&mut Vec::new()).unwrap();
+        }
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub struct Stream<S> {
     socket: S,
     drops: DropCounter,
     notices: Notices,
+    /// The first octets, until they show whether a server greets; `None` behind them.
+    greeting: Option<Vec<u8>>,
 }
 
 impl<S> Stream<S> {
@@ -20,7 +22,23 @@ impl<S> Stream<S> {
     pub fn new(name: String, socket: S, notices: Vec<Notice>) -> Self {
         let mut waiting = Notices::default();
         waiting.extend(notices);
-        Self { name, socket, drops: DropCounter::default(), notices: waiting }
+        Self { name, socket, drops: DropCounter::default(), notices: waiting, greeting: None }
+    }
+
+    /// Examines the first octets for the greeting of a server that does not pass octets alone.
+    pub(super) fn with_greeting(self) -> Self {
+        Self { greeting: Some(Vec::new()), ..self }
+    }
+
+    /// Examines the next octets while they may be a greeting.
+    fn examine(&mut self, octets: &[u8]) {
+        let Some(mut seen) = self.greeting.take() else { return };
+        seen.extend(octets.iter().take(GREETING_OCTETS.saturating_sub(seen.len())));
+        match greeting(&seen, &self.name) {
+            Some(notice) => self.notices.extend([notice]),
+            None if seen.len() < GREETING_OCTETS => self.greeting = Some(seen),
+            None => {}
+        }
     }
 }
 
@@ -37,7 +55,11 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
         let mut buffer = [0; CHUNK];
         match self.socket.read(&mut buffer) {
             Ok(0) => return Err(PortError::Lost(self.name.clone())),
-            Ok(length) => characters.extend(buffer.iter().take(length).map(|octet| Character::Octet(*octet))),
+            Ok(length) => {
+                let octets = buffer.get(..length).unwrap_or_default();
+                self.examine(octets);
+                characters.extend(octets.iter().map(|octet| Character::Octet(*octet)));
+            }
             Err(error) if is_temporary(&error) => {}
             Err(_) => return Err(PortError::Lost(self.name.clone())),
         }
@@ -55,6 +77,23 @@ impl<S: Read + Write + AsFd + Send> Port for Stream<S> {
     }
 }
 
+/// The number of octets in which a greeting shows itself. chosen: a line of text; two telegrams have as many.
+const GREETING_OCTETS: usize = 24;
+
+/// The notice about a server that begins with commands of telnet or with words.
+fn greeting(octets: &[u8], name: &str) -> Option<Notice> {
+    // IAC, one of WILL, WONT, DO, DONT, and an option (RFC 854). No telegram begins with FF.
+    if let [0xFF, 0xFB..=0xFE, 0..=50, ..] = octets {
+        return Some(Notice::TelnetServer(name.to_owned()));
+    }
+    let is_text = |octet: &u8| octet.is_ascii_graphic() || matches!(octet, b' ' | b'\r' | b'\n' | b'\t');
+    let letters = octets.iter().filter(|octet| octet.is_ascii_alphabetic()).count();
+    let is_whole = octets.len() >= GREETING_OCTETS || octets.ends_with(b"\n");
+    let is_banner = is_whole && letters >= 8 && octets.iter().all(is_text);
+    let words = String::from_utf8_lossy(octets).split_whitespace().collect::<Vec<_>>().join(" ");
+    is_banner.then(|| Notice::ServerBanner { name: name.to_owned(), words })
+}
+
 /// The number of `octets` that the other side takes now. `None` if the connection is closed.
 pub(super) fn write_now(socket: &mut impl Write, octets: &[u8]) -> Option<usize> {
     match socket.write(octets) {
@@ -66,4 +105,29 @@ pub(super) fn write_now(socket: &mut impl Write, octets: &[u8]) -> Option<usize>
 /// Whether the operation would succeed later.
 pub(super) fn is_temporary(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_that_greets_is_named_and_telegrams_are_no_greeting() {
+        let text = |octets: &[u8]| greeting(octets, "tcp://x:1").map(|notice| notice.to_string()).unwrap_or_default();
+        let telnet = text(&[0xFF, 0xFD, 44, 0xFF, 0xFB, 0]);
+        assert!(telnet.contains("telnet://x:1") && telnet.contains("rfc2217://x:1"), "{telnet}");
+        let banner = text(b"ser2net port 2000 device /dev/ttyS0");
+        assert!(banner.contains("'ser2net port 2000 device"), "{banner}");
+        assert!(text(b"Welcome to the server\r\n").contains("Welcome"));
+        for octets in [
+            &[][..],
+            &[0xFF, 0xFF, 0xFF],
+            b"hh",
+            &[0x10, 8, 2, 0x49, 0x53, 0x16].repeat(4),
+            &[0x68, 5, 5, 0x68, 0x88, 0x82, 0x6D, 0x3C, 0x3E, 0xF1, 0x16].repeat(3),
+            &[0xDC, 2, 2].repeat(8),
+        ] {
+            assert_eq!(text(octets), "", "{octets:02X?}");
+        }
+    }
 }

@@ -141,20 +141,26 @@ impl TcpClient {
     /// [`PortError::InvalidAddress`], [`PortError::UnresolvedHost`], [`PortError::NotFound`] when no program listens there,
     /// [`PortError::Unreachable`] when the host does not answer.
     pub fn connect(address: &str) -> Result<Self, PortError> {
-        host(address)?;
         let name = format!("tcp://{address}");
-        let mut refused = PortError::NotFound(name.clone());
-        for address in resolve(&name, address)? {
-            match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
-                Ok(socket) => {
-                    set_up(&socket).map_err(|error| network(&name, error))?;
-                    return Ok(Self::new(name, socket, Vec::new()));
-                }
-                Err(error) => refused = network(&name, error),
-            }
-        }
-        Err(refused)
+        let socket = connect(&name, address)?;
+        Ok(Self::new(name, socket, Vec::new()).with_greeting())
     }
+}
+
+/// A connection to `HOST:PORT` for the port `name`.
+pub(super) fn connect(name: &str, address: &str) -> Result<TcpStream, PortError> {
+    host(address)?;
+    let mut refused = PortError::NotFound(name.to_owned());
+    for address in resolve(name, address)? {
+        match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
+            Ok(socket) => {
+                set_up(&socket).map_err(|error| network(name, error))?;
+                return Ok(socket);
+            }
+            Err(error) => refused = network(name, error),
+        }
+    }
+    Err(refused)
 }
 
 /// Sends octets at once, never blocks, and detects a peer that vanished.

@@ -11,6 +11,7 @@
 //! ([`crate::describe`]) and its octets. `!` marks an octet with a wrong parity or stop bit. Reading uses the first column and
 //! the octets only.
 
+pub mod pcap;
 pub mod pcapng;
 mod text;
 

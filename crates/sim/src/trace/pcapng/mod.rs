@@ -27,6 +27,7 @@ const IF_DESCRIPTION: u16 = 3;
 const EPB_FLAGS: u16 = 2;
 const IF_SPEED: u16 = 8;
 const IF_TSRESOL: u16 = 9;
+const IF_TSOFFSET: u16 = 14;
 
 /// Bit of epb_flags: symbol error, used for character errors.
 const SYMBOL_ERROR: u32 = 1 << 31;
@@ -207,6 +208,23 @@ mod tests {
                 let trace = trace(baud);
                 assert_eq!(read(&write(&trace, link_type), Baud::B9600), Ok(trace), "{baud}");
             }
+        }
+    }
+
+    /// A stamp of 5 s, with an offset of 1,700,000,000 s in the interface.
+    #[test]
+    fn the_offset_of_an_interface_is_added_to_each_time() {
+        for (offset, start) in [(1_700_000_000_i64, 1_700_000_005), (0, 5), (-3, 2), (-10, 0), (i64::MIN, 0)] {
+            let mut file = Vec::new();
+            block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
+            let options =
+                [option(IF_TSOFFSET, &offset.to_le_bytes()), option(IF_TSRESOL, &[0]), option(0, &[])].concat();
+            block(&mut file, INTERFACE, &[&USER0.to_le_bytes(), &[0; 6], &options]);
+            let fields = [0_u32, 0, 5, 1, 1].map(u32::to_le_bytes).concat();
+            block(&mut file, ENHANCED_PACKET, &[&fields, &[0xE5, 0, 0, 0]]);
+            let trace = read(&file, Baud::B9600).unwrap();
+            let starts: Vec<u64> = trace.entries.iter().map(|entry| entry.start.0).collect();
+            assert_eq!(starts, [start * 9600], "offset {offset}");
         }
     }
 

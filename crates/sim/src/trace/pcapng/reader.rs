@@ -1,8 +1,8 @@
 //! Reads a capture file incrementally, block by block. The buffer holds at most one block, at any file size.
 
 use super::{
-    BYTE_ORDER, CharacterErrors, Direction, ENHANCED_PACKET, EPB_FLAGS, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSRESOL,
-    INTERFACE, OPT_COMMENT, PROFIBUS_DL, SECTION_HEADER, Times, USER0,
+    BYTE_ORDER, CharacterErrors, Direction, ENHANCED_PACKET, EPB_FLAGS, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSOFFSET,
+    IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL, SECTION_HEADER, Times, USER0,
 };
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
@@ -303,6 +303,8 @@ struct Interface {
     baud: Option<Baud>,
     times: Times,
     ticks_per_second: u128,
+    /// Seconds that are added to each time.
+    offset_seconds: i64,
 }
 
 impl Interface {
@@ -312,13 +314,14 @@ impl Interface {
             return Some(Err(CaptureError::LinkType(link_type)));
         }
         body.take(6)?;
-        let mut interface = Self { baud: None, times: Times::Measured, ticks_per_second: 1_000_000 };
+        let mut interface = Self { baud: None, times: Times::Measured, ticks_per_second: 1_000_000, offset_seconds: 0 };
         while let Some((code, mut value)) = body.option() {
             match code {
                 IF_SPEED => interface.baud = rate(value.number(8)?),
                 IF_DESCRIPTION if value.octets == Times::Invented.description().as_bytes() => {
                     interface.times = Times::Invented;
                 }
+                IF_TSOFFSET => interface.offset_seconds = value.number(8)?.cast_signed(),
                 IF_TSRESOL => interface.ticks_per_second = ticks(value.number(1)?)?,
                 _ => {}
             }
@@ -332,7 +335,11 @@ impl Interface {
         let (length, _) = (body.long()? as usize, body.long()?);
         let octets = body.take(length.checked_next_multiple_of(4)?)?.get(..length)?;
         let ticks = u128::from(high << 32 | low) * u128::from(baud.bits_per_second());
-        let start = BitTime(((ticks + self.ticks_per_second / 2) / self.ticks_per_second) as u64);
+        let bits = (ticks + self.ticks_per_second / 2) / self.ticks_per_second;
+        let offset = i128::from(self.offset_seconds) * i128::from(baud.bits_per_second());
+        // A time before 1970 is 1970: a bit time has no sign.
+        let bits = i128::try_from(bits).unwrap_or(i128::MAX).saturating_add(offset);
+        let start = BitTime(u64::try_from(bits.max(0)).unwrap_or(u64::MAX));
         let (mut errors, mut direction) = (Vec::new(), None);
         while let Some((code, mut value)) = body.option() {
             match code {

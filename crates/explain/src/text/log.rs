@@ -1,0 +1,274 @@
+//! Chooses the notation of a text by the check octets of its telegrams, and reads the text in it.
+
+use super::decimal::Decimal;
+use super::escapes::{Calls, Quoted, Strings};
+use super::ignored::{Ignored, IgnoredKind};
+use super::radix::Radix;
+use super::single::{Lines, Table};
+use super::{Found, Reader, checked_octets, has_token};
+use profivac_dp::link::Baud;
+
+/// Notation of the octets of a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notation {
+    /// Hexadecimal, several octets a line.
+    Hexadecimal,
+    /// One octet a line, in a notation of this name.
+    Single(&'static str),
+    /// A table with one octet a line, in a notation of this name.
+    Table(&'static str),
+    /// Decimal numbers.
+    Decimal,
+    /// Strings with escapes.
+    Strings,
+    /// Calls that strace prints.
+    Calls,
+}
+
+impl std::fmt::Display for Notation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Hexadecimal => f.write_str("octets in hexadecimal"),
+            Self::Single(radix) => write!(f, "one octet a line in {radix}"),
+            Self::Table(radix) => write!(f, "a table with one octet a line in {radix}"),
+            Self::Decimal => f.write_str("octets in decimal"),
+            Self::Strings => f.write_str("octets in strings with escapes"),
+            Self::Calls => f.write_str("octets in the calls that strace prints"),
+        }
+    }
+}
+
+/// The most octets of a text that wait until a telegram shows the notation. chosen: the libraries that a program loads before it opens its
+/// port are less in the output of strace.
+const MOST_HELD: usize = 1 << 20;
+
+/// The number of parts up to which the notation is searched after each part; then after each doubling.
+const SEARCHED_PARTS: usize = 8;
+
+/// Reads a text: holds its first lines until a telegram with a check octet shows the notation.
+#[derive(Clone, Debug)]
+pub(crate) struct Log {
+    baud: Baud,
+    line: usize,
+    ignored: Ignored,
+    /// The present line has begun with another part.
+    is_inner: bool,
+    held: Vec<Part>,
+    held_octets: usize,
+    /// The number of parts at which the notation is searched next.
+    search_at: usize,
+    form: Option<Form>,
+}
+
+/// A line or a part of it.
+#[derive(Clone, Debug)]
+struct Part {
+    text: String,
+    /// The line ends here.
+    is_last: bool,
+}
+
+/// The reader of each notation.
+#[derive(Clone, Debug)]
+enum Form {
+    Hexadecimal(Box<Reader>),
+    Single(Lines),
+    Table(Table),
+    Decimal(Decimal),
+    Strings(Strings),
+    Calls(Calls),
+}
+
+impl Log {
+    pub(crate) fn new(baud: Baud) -> Self {
+        Self {
+            baud,
+            line: 0,
+            ignored: Ignored::default(),
+            is_inner: false,
+            held: Vec::new(),
+            held_octets: 0,
+            search_at: 1,
+            form: None,
+        }
+    }
+
+    /// The notation, as soon as a telegram has shown it.
+    pub(crate) fn notation(&self) -> Option<Notation> {
+        self.form.as_ref().map(Form::notation)
+    }
+
+    /// The text that is not octets.
+    pub(crate) fn ignored(&self) -> Ignored {
+        match &self.form {
+            Some(Form::Hexadecimal(reader)) => reader.ignored().clone(),
+            _ => self.ignored.clone(),
+        }
+    }
+
+    /// Counts text that is not octets, in front of the first line.
+    pub(crate) fn ignore(&mut self, kind: IgnoredKind, text: &str) {
+        self.ignored.add(kind, 1, text);
+    }
+
+    /// Reads a line, or the part of a line that is too long. `is_last` says whether the line ends here.
+    pub(crate) fn read(&mut self, text: &str, is_last: bool, found: &mut Found) {
+        if self.form.is_some() {
+            self.read_part(text, is_last, found);
+            return;
+        }
+        self.held.push(Part { text: text.to_owned(), is_last });
+        self.held_octets = self.held_octets.saturating_add(text.len());
+        let is_full = self.held_octets >= MOST_HELD;
+        if self.held.len() >= self.search_at || is_full {
+            let parts = self.held.len();
+            self.search_at = parts.saturating_add(if parts < SEARCHED_PARTS { 1 } else { parts });
+            self.form = self.search(is_full);
+            self.release(found);
+        }
+    }
+
+    /// Ends the text.
+    pub(crate) fn end(&mut self, found: &mut Found) {
+        if self.form.is_none() {
+            self.form = self.search(true);
+            self.release(found);
+        }
+        if let Some(form) = &mut self.form {
+            form.end(found);
+        }
+    }
+
+    /// Reads the parts that were held.
+    fn release(&mut self, found: &mut Found) {
+        if self.form.is_none() {
+            return;
+        }
+        for part in std::mem::take(&mut self.held) {
+            self.read_part(&part.text, part.is_last, found);
+        }
+    }
+
+    fn read_part(&mut self, text: &str, is_last: bool, found: &mut Found) {
+        if !self.is_inner {
+            self.line = self.line.saturating_add(1);
+        }
+        self.is_inner = !is_last;
+        if let Some(form) = &mut self.form {
+            form.read(self.line, text, is_last, found, &mut self.ignored);
+        }
+    }
+
+    /// The notation in which telegrams with a check octet have the most octets. Of equal ones the first counts, which expects most of the
+    /// text. `is_all` says that no more lines decide.
+    fn search(&self, is_all: bool) -> Option<Form> {
+        let hexadecimal = Form::Hexadecimal(Box::new(Reader::new(&self.ignored)));
+        let (rows, score) = self.try_form(hexadecimal.clone());
+        let text = |mark: &str| self.held.iter().any(|part| part.text.contains(mark));
+        let mut best = None;
+        let mut consider = |form: Form, score: usize| {
+            if score > best.as_ref().map_or(0, |(_, score)| *score) {
+                best = Some((form, score));
+            }
+        };
+        if text("\"") && text("(") && text(" = ") {
+            let form = Form::Calls(Calls::default());
+            consider(form.clone(), self.try_form(form).1);
+        }
+        if text("b'") || text("b\"") {
+            let form = Form::Strings(Strings::new(Quoted::Literals));
+            consider(form.clone(), self.try_form(form).1);
+        }
+        let lines = self.held.iter().map(|part| part.text.as_str());
+        if let Some((table, score)) = Table::of(lines.clone()) {
+            consider(Form::Table(table), score);
+        }
+        consider(hexadecimal.clone(), score);
+        if text("\"") {
+            let form = Form::Strings(Strings::new(Quoted::All));
+            consider(form.clone(), self.try_form(form).1);
+        }
+        for radix in Radix::ALL {
+            if let Some((lines, score)) = Lines::of(radix, lines.clone(), self.baud) {
+                consider(Form::Single(lines), score);
+            }
+        }
+        let form = Form::Decimal(Decimal::default());
+        consider(form.clone(), self.try_form(form.clone()).1);
+        match best {
+            Some((form, _)) => Some(form),
+            // A token has no check octet: its three octets in one row show nothing else than hexadecimal digits do.
+            None if !text("\\") && rows.iter().any(|octets| has_token(octets)) => Some(hexadecimal),
+            None if is_all && self.is_decimal() => Some(form),
+            None => is_all.then_some(hexadecimal),
+        }
+    }
+
+    /// Whether the numbers of the text can only be decimal.
+    fn is_decimal(&self) -> bool {
+        let is_hexadecimal = |part: &Part| {
+            let words = part.text.split(|letter: char| !letter.is_ascii_alphanumeric());
+            words
+                .into_iter()
+                .any(|word| word.len() == 2 && word.bytes().any(|letter| letter.is_ascii_alphabetic()) && is_hex(word))
+        };
+        self.held.iter().any(|part| Decimal::is_certain(&part.text)) && !self.held.iter().any(is_hexadecimal)
+    }
+
+    /// The rows of octets that a notation finds in the held text, and how many octets are in telegrams with a check octet.
+    fn try_form(&self, mut form: Form) -> (Vec<Vec<u8>>, usize) {
+        let (mut found, mut ignored) = (Found::default(), Ignored::default());
+        for part in &self.held {
+            form.read(1, &part.text, part.is_last, &mut found, &mut ignored);
+        }
+        form.end(&mut found);
+        let rows: Vec<Vec<u8>> = found.rows.into_iter().map(|row| row.octets).collect();
+        let score = checked_octets(&rows.concat());
+        (rows, score)
+    }
+}
+
+fn is_hex(word: &str) -> bool {
+    word.bytes().all(|letter| letter.is_ascii_hexdigit())
+}
+
+impl Form {
+    const fn notation(&self) -> Notation {
+        match self {
+            Self::Hexadecimal(_) => Notation::Hexadecimal,
+            Self::Single(lines) => Notation::Single(lines.radix().name()),
+            Self::Table(table) => Notation::Table(table.radix().name()),
+            Self::Decimal(_) => Notation::Decimal,
+            Self::Strings(_) => Notation::Strings,
+            Self::Calls(_) => Notation::Calls,
+        }
+    }
+
+    fn read(&mut self, line: usize, text: &str, is_last: bool, found: &mut Found, ignored: &mut Ignored) {
+        if let Self::Hexadecimal(reader) = self {
+            reader.read(text, is_last, found);
+            return;
+        }
+        let text = text.trim_end_matches(['\r', '\n']);
+        if text.trim().is_empty() {
+            return;
+        }
+        match self {
+            Self::Hexadecimal(_) => {}
+            Self::Single(lines) => lines.read(line, text, found, ignored),
+            Self::Table(table) => table.read(line, text, found, ignored),
+            Self::Decimal(decimal) => decimal.read(line, text, is_last, found, ignored),
+            Self::Strings(strings) => strings.read(line, text, is_last, found, ignored),
+            Self::Calls(calls) => calls.read(line, text, found, ignored),
+        }
+    }
+
+    fn end(&mut self, found: &mut Found) {
+        match self {
+            Self::Hexadecimal(reader) => reader.end(found),
+            Self::Single(lines) => lines.end(found),
+            Self::Table(table) => table.end(found),
+            Self::Decimal(_) | Self::Strings(_) | Self::Calls(_) => {}
+        }
+    }
+}

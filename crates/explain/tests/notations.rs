@@ -1,0 +1,348 @@
+//! What loggers and logic analysers print: one octet a line, tables, numbers, strings, calls. Random octets with telegrams between them, and
+//! samples of the programs.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+use profivac_dp::link::Baud;
+use profivac_explain::input::{Capture, Notation, Source};
+use profivac_sim::Random;
+use profivac_sim::dialogue::hex;
+use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
+use std::fmt::Write as _;
+use std::io::Read;
+
+const STREAMS: u64 = 10_000;
+
+fn telegram(random: &mut Random) -> Vec<u8> {
+    let du: Vec<u8> = (0..random.below(12)).map(|_| random.octet()).collect();
+    let (da, sa) = (random.octet() & 0x7F, random.octet() & 0x7F);
+    let data = DataTelegram { da, sa, dsap: None, ssap: None, fc: random.octet(), du: &du };
+    let mut out = [0; MAX_TELEGRAM];
+    let length = Telegram::Data(data).emit(&mut out).unwrap();
+    out[..length].to_vec()
+}
+
+/// Groups of octets: telegrams with a check octet, SC, tokens and damaged octets; at least one telegram.
+fn groups(random: &mut Random) -> Vec<Vec<u8>> {
+    let mut groups = vec![telegram(random)];
+    for _ in 0..random.below(8) {
+        let group = match random.below(6) {
+            0 => vec![0xE5],
+            1 => vec![0xDC, random.octet() & 0x7F, random.octet() & 0x7F],
+            2 => (0..1 + random.below(9)).map(|_| random.octet()).collect(),
+            _ => telegram(random),
+        };
+        let at = random.below(groups.len() as u64 + 1) as usize;
+        groups.insert(at, group);
+    }
+    groups
+}
+
+fn list(octets: &[u8], separator: &str) -> String {
+    octets.iter().map(u8::to_string).collect::<Vec<_>>().join(separator)
+}
+
+/// A string as Python writes it.
+fn python(octets: &[u8]) -> String {
+    octets.iter().fold(String::new(), |mut text, octet| {
+        match octet {
+            b'\n' => text += "\\n",
+            b'\r' => text += "\\r",
+            b'\t' => text += "\\t",
+            b'\\' => text += "\\\\",
+            b'\'' => text += "\\'",
+            0x20..0x7F => text.push(char::from(*octet)),
+            _ => write!(text, "\\x{octet:02x}").unwrap(),
+        }
+        text
+    })
+}
+
+/// A string as strace writes it: octal without leading zeros, unless a digit follows.
+fn octal(octets: &[u8]) -> String {
+    let mut text = String::new();
+    for (at, octet) in octets.iter().enumerate() {
+        let is_digit = octets.get(at + 1).is_some_and(u8::is_ascii_digit);
+        match octet {
+            b'\n' => text += "\\n",
+            b'\r' => text += "\\r",
+            b'\t' => text += "\\t",
+            11 => text += "\\v",
+            12 => text += "\\f",
+            b'"' => text += "\\\"",
+            b'\\' => text += "\\\\",
+            0x20..0x7F => text.push(char::from(*octet)),
+            _ if is_digit => write!(text, "\\{octet:03o}").unwrap(),
+            _ => write!(text, "\\{octet:o}").unwrap(),
+        }
+    }
+    text
+}
+
+fn letters(octet: u8) -> String {
+    if octet.is_ascii_graphic() { char::from(octet).to_string() } else { format!("[{octet:02X}]") }
+}
+
+/// A text of each octet.
+type Single = fn(u8) -> String;
+
+const SINGLE: [(&str, Single); 6] = [
+    ("hexadecimal", |octet| format!("{octet:02X}")),
+    ("hexadecimal", |octet| format!("0x{octet:02X}")),
+    ("decimal", |octet| octet.to_string()),
+    ("binary", |octet| format!("{octet:08b}")),
+    ("octal", |octet| format!("{octet:03o}")),
+    ("characters", letters),
+];
+
+/// A text with the groups in notation `number`, and the notation that is found.
+fn text(number: u64, random: &mut Random, groups: &[Vec<u8>]) -> (String, Notation) {
+    let mut text = String::new();
+    let (radix, single) = SINGLE[random.below(SINGLE.len() as u64) as usize];
+    let mut seconds = 0.0;
+    let mut time = || {
+        seconds += 0.000_573;
+        seconds
+    };
+    let octets = groups.concat();
+    match number {
+        // sigrok-cli, with the bits of each character where its format has two digits.
+        0 => {
+            let has_bits = radix == "hexadecimal" && random.below(2) == 0;
+            for octet in octets {
+                if has_bits {
+                    text += "uart-1: Start bit\nuart-1: 0\nuart-1: 1\n";
+                }
+                writeln!(text, "uart-1: {}", single(octet)).unwrap();
+                if has_bits {
+                    text += "uart-1: Parity bit\nuart-1: Stop bit\n";
+                }
+            }
+            (text, Notation::Single(radix))
+        }
+        // PulseView, with the samples of the data bits.
+        1 => {
+            for (at, octet) in octets.iter().enumerate() {
+                let direction = if random.below(2) == 0 { "RX" } else { "TX" };
+                let from = 1000 + at * 573;
+                writeln!(text, "{from}-{} UART: {direction} data: {}", from + 417, single(*octet)).unwrap();
+            }
+            (text, Notation::Single(radix))
+        }
+        // Saleae Logic 2.
+        2 => {
+            text += "name,type,start_time,duration,data,error\n";
+            for octet in octets {
+                let field = single(octet);
+                let field =
+                    if field.contains([',', '"']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field };
+                writeln!(text, "\"Async Serial\",\"data\",{},0.000572917,{field},", time()).unwrap();
+            }
+            (text, Notation::Table(radix))
+        }
+        // A table of a computer with decimal commas.
+        3 => {
+            text += "Time [ms];Value;Parity Error;Framing Error\r\n";
+            for octet in octets {
+                let field = single(octet).replace('"', "\"\"\"\"").replace(';', "\";\"");
+                writeln!(text, "{};{field};;\r", (time() * 1e3).to_string().replace('.', ",")).unwrap();
+            }
+            (text, Notation::Table(radix))
+        }
+        4 => {
+            groups.iter().for_each(|group| writeln!(text, "{} TX [{}]", time(), list(group, ", ")).unwrap());
+            (text, Notation::Decimal)
+        }
+        5 => {
+            for group in groups {
+                writeln!(text, r#"{{"time": {}, "bytes": {}, "data": [{}]}}"#, time(), group.len(), list(group, ","))
+                    .unwrap();
+            }
+            (text, Notation::Decimal)
+        }
+        // An array of JSON with a number a line.
+        6 => (format!("[\n  {}\n]\n", list(&octets, ",\n  ")), Notation::Single("decimal")),
+        7 => {
+            groups.iter().for_each(|group| writeln!(text, "12:00:00,250 sent b'{}'", python(group)).unwrap());
+            (text, Notation::Strings)
+        }
+        8 => {
+            groups.iter().for_each(|group| writeln!(text, "sent \"{}\"", octal(group)).unwrap());
+            (text, Notation::Strings)
+        }
+        _ => {
+            text += "06:48:59.9 openat(AT_FDCWD, \"/dev/ttyUSB0\", O_RDWR|O_NOCTTY) = 3\n";
+            for group in groups {
+                let (octets, count) = (octal(group), group.len());
+                let line = match random.below(3) {
+                    0 => format!("06:49:05.1 write(3, \"{octets}\", {count}) = {count}"),
+                    1 => format!("06:49:05.1 read(3, \"{octets}\", 255) = {count}"),
+                    _ => format!(
+                        "[pid 7] read(3, <unfinished ...>\n[pid 7] <... read resumed> \"{octets}\", 255) = {count}"
+                    ),
+                };
+                writeln!(text, "{line}\n06:49:05.2 write(1, \"12 octets\\n\", 10) = 10").unwrap();
+            }
+            (text, Notation::Calls)
+        }
+    }
+}
+
+/// The notation, the octets and the number of octets that are left over.
+fn read(file: &[u8]) -> (Option<Notation>, Vec<u8>, usize) {
+    let mut source = Source::open(file, Baud::B19200).unwrap();
+    let mut chunks = Vec::new();
+    while source.read(&mut chunks).unwrap() {}
+    let left_over = source.left_over.iter().map(|text| text.octets).sum();
+    (source.notation(), chunks.into_iter().flat_map(|chunk| chunk.octets).collect(), left_over)
+}
+
+#[test]
+fn every_octet_of_10000_random_streams_is_read_in_each_notation() {
+    let mut random = Random::new(46);
+    let mut counts = [0; 10];
+    for number in 0..STREAMS {
+        let groups = groups(&mut random);
+        let kind = number % 10;
+        let (text, expected) = text(kind, &mut random, &groups);
+        let (notation, octets, left_over) = read(text.as_bytes());
+        assert_eq!((octets, left_over), (groups.concat(), 0), "stream {number}, {notation:?}:\n{text}");
+        // Octets with few digits fit several notations: the octets are the same in each of them.
+        counts[kind as usize] += u64::from(notation == Some(expected));
+    }
+    for (kind, count) in counts.iter().enumerate() {
+        assert!(*count * 10 >= STREAMS / 10 * 5, "notation {kind} is found {count} times of {}", STREAMS / 10);
+    }
+}
+
+/// Returns few octets for each read.
+struct Pipe<'a>(&'a [u8], Random);
+
+impl Read for Pipe<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = 1 + self.1.below(20);
+        Read::by_ref(&mut self.0).take(count).read(buffer)
+    }
+}
+
+#[test]
+fn a_pipe_in_small_portions_has_the_octets_of_a_file_in_each_notation() {
+    let mut random = Random::new(47);
+    for number in 0..200 {
+        let groups = groups(&mut random);
+        let (text, _) = text(number % 10, &mut random, &groups);
+        let mut source = Source::open(Pipe(text.as_bytes(), Random::new(number)), Baud::B19200).unwrap();
+        let mut chunks = Vec::new();
+        while source.read(&mut chunks).unwrap() {}
+        let whole = Capture::read(text.as_bytes(), Baud::B19200).unwrap();
+        assert_eq!((&source.left_over, chunks), (&whole.left_over, whole.chunks), "{text}");
+    }
+}
+
+/// The seconds of the first chunks.
+fn seconds(file: &str) -> Vec<f64> {
+    let chunks = Capture::read(file.as_bytes(), Baud::B19200).unwrap().chunks;
+    chunks.iter().filter_map(|chunk| chunk.start).map(|start| start.0 as f64 / 19_200.0).collect()
+}
+
+fn lines(octets: &str, line: impl Fn(usize, u8) -> String) -> String {
+    hex(octets).into_iter().enumerate().map(|(at, octet)| line(at, octet) + "\n").collect()
+}
+
+const REQUEST: &str = "10 08 02 49 53 16";
+
+#[test]
+fn an_octet_has_the_time_of_its_line() {
+    // 1 MHz at 19200 bit/s: 416 samples for eight bits, and the start bit begins 52 samples before them.
+    let samples =
+        lines(REQUEST, |at, octet| format!("{}-{} uart-1: {octet:02X}", 2136 + at * 573, 2136 + at * 573 + 418));
+    let table = String::from("Time [ms];Value\n") + &lines(REQUEST, |at, octet| format!("{},5;0x{octet:02X}", 2 + at));
+    let words = lines(REQUEST, |at, octet| format!("12:00:0{at}.5 port 3: {octet}"));
+    for (text, first, second) in [(samples, 0.002_084, 0.002_657), (table, 0.002_5, 0.003_5), (words, 43200.5, 43201.5)]
+    {
+        let times = seconds(&text);
+        let is_near = |time: f64, expected: f64| (time - expected).abs() < 60e-6;
+        assert!(times.len() == 6 && is_near(times[0], first) && is_near(times[1], second), "{times:?}\n{text}");
+    }
+}
+
+#[test]
+fn an_error_behind_an_octet_and_in_its_column_marks_it() {
+    let mut behind = lines(REQUEST, |_, octet| format!("uart-1: {octet:02x}"));
+    behind = behind.replace("uart-1: 02\n", "uart-1: 02\nuart-1: Frame error\n") + &behind;
+    let table = String::from("Time [s],Value,Parity Error,Framing Error\n")
+        + &lines(REQUEST, |at, octet| format!("0.{at},0x{octet:02X},{},", if at == 2 { "Error" } else { "" }))
+        + &lines(REQUEST, |at, octet| format!("1.{at},0x{octet:02X},,"));
+    for text in [behind, table] {
+        let errors: Vec<bool> = Capture::read(text.as_bytes(), Baud::B19200)
+            .unwrap()
+            .chunks
+            .iter()
+            .map(|chunk| !chunk.errors.is_empty())
+            .collect();
+        assert_eq!(errors.iter().position(|has_error| *has_error), Some(2), "{text}");
+        assert_eq!(errors.iter().filter(|has_error| **has_error).count(), 1, "{text}");
+    }
+}
+
+/// Octets behind other words are no octets of the line, and none is lost.
+#[test]
+fn octets_behind_other_words_are_left_over() {
+    let text =
+        lines(REQUEST, |_, octet| format!("uart-1: RX data: {octet:02X}\nspi-1: MOSI data: {octet:02X}00\nspi-1: 77"));
+    let (notation, octets, left_over) = read(text.as_bytes());
+    assert_eq!((notation, octets, left_over), (Some(Notation::Single("hexadecimal")), hex(REQUEST), 6));
+}
+
+#[test]
+fn numbers_of_three_digits_are_decimal_without_a_telegram() {
+    for text in ["TX [16, 8, 2, 73, 84, 22]\nRX [229, 104, 136]\n", "RX 104 5 5 104 136 130 109 60 62 242 22\n"] {
+        assert_eq!(read(text.as_bytes()).0, Some(Notation::Decimal), "{text}");
+    }
+    for text in ["10 08 02 49 54 16\n", "TX 10 08 02 49 54 16 (100)\n", "E5 100 200 30 40\n"] {
+        assert_eq!(read(text.as_bytes()).0, Some(Notation::Hexadecimal), "{text}");
+    }
+}
+
+/// Calls of other files are none of the line; what strace does not print is left over.
+#[test]
+fn the_calls_of_strace_have_the_octets_of_the_line_alone() {
+    let text = "\
+openat(AT_FDCWD, \"/etc/ld.so.cache\", O_RDONLY|O_CLOEXEC) = 3\n\
+read(3, \"\\177ELF\\2\\1\\1\\3\"..., 832) = 832\n\
+openat(AT_FDCWD, \"/dev/ttyUSB0\", O_RDWR) = 4\n\
+write(4, \"\\20\\10\\2IS\\26\", 6) = 6\n\
+read(4, 0x7ffe, 255) = -1 EAGAIN (Resource temporarily unavailable)\n\
+read(4</dev/ttyUSB0>, \"\\345\", 255) = 1\n\
+read(4, \"h\\5\\5h\"..., 255) = 11\n\
+write(1, \"12 13 14\\n\", 9) = 9\n";
+    let (notation, octets, left_over) = read(text.as_bytes());
+    assert_eq!((notation, octets, left_over), (Some(Notation::Calls), hex("10 08 02 49 53 16 E5 68 05 05 68"), 7));
+}
+
+/// A clock, a date, a decimal comma and the counters of socat.
+#[test]
+fn a_number_that_is_no_octet_is_none() {
+    for (front, seconds) in [
+        ("12:00:00,250 RX ", 43200.25),
+        ("2026-11-29 12:00:00 RX ", 43200.0),
+        ("2026-11-29 12:00:00,250 INFO RX ", 43200.25),
+        ("Nov 29 12:00:00 host RX ", 43200.0),
+        ("29.11.26 12:00:00 RX ", 43200.0),
+        ("0,002500;RX;", 0.0025),
+        ("2,5\tRX\t", 2.5),
+        ("> 2026/11/29 12:00:00.000250  length=11 from=12 to=22\n ", 43_200.000_25),
+        ("2026-11-29 12:00:00.000250:\n", 43_200.000_25),
+    ] {
+        for octets in [REQUEST, "E5"] {
+            let text = format!("{front}{REQUEST}\n{front}{octets}\n");
+            let capture = Capture::read(text.as_bytes(), Baud::B19200).unwrap();
+            let read: Vec<Vec<u8>> = capture.chunks.iter().map(|chunk| chunk.octets.clone()).collect();
+            assert_eq!((read, capture.left_over), (vec![hex(REQUEST), hex(octets)], vec![]), "{text}");
+            for chunk in capture.chunks {
+                let start = chunk.start.unwrap().0 as f64 / 19_200.0;
+                assert!((start - seconds).abs() < 30e-6, "{start} in {text}");
+            }
+        }
+    }
+}
