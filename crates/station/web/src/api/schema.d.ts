@@ -1108,6 +1108,11 @@ export interface components {
              */
             occurrence: number;
         };
+        /**
+         * @description The kind of a change of an alarm.
+         * @enum {string}
+         */
+        AlarmChangeKind: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "suppressed" | "unsuppressed" | "removed" | "settings-changed";
         /** @description The number of alarms of a priority. */
         AlarmCount: {
             /** @description Alarms whose condition is met. */
@@ -1116,7 +1121,7 @@ export interface components {
             unacknowledged: number;
         };
         /** @description A row of the alarm history. */
-        AlarmHistoryView: {
+        AlarmHistoryEntry: {
             /** @description The alarm. */
             alarm: string;
             /**
@@ -1124,27 +1129,17 @@ export interface components {
              * @description When it happened.
              */
             at_ms: number;
-            /**
-             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`,
-             *     `suppressed`, `unsuppressed`, `removed`, `settings-changed`.
-             * @enum {string}
-             */
-            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "suppressed" | "unsuppressed" | "removed" | "settings-changed";
+            /** @description The change. */
+            change: components["schemas"]["AlarmChangeKind"];
             /**
              * Format: int64
              * @description The number of the occurrence.
              */
             occurrence: number;
-            /**
-             * @description The priority at that time.
-             * @enum {string}
-             */
-            priority: "high" | "medium" | "low";
-            /**
-             * @description The state after the change.
-             * @enum {string}
-             */
-            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service" | "suppressed";
+            /** @description The priority at that time. */
+            priority: components["schemas"]["Priority"];
+            /** @description The state after the change. */
+            state: components["schemas"]["AlarmState"];
             /** @description The series, gauge or segment. */
             subject: string | null;
             /** @description A sentence. */
@@ -1275,12 +1270,8 @@ export interface components {
              * @description When it was acknowledged.
              */
             acknowledged_ms: number | null;
-            /**
-             * @description The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
-             *     `damaged-telegrams`, `bus-rate`, `not-recording`.
-             * @enum {string}
-             */
-            condition: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
+            /** @description The kind of its condition. */
+            condition: components["schemas"]["ConditionKind"];
             /** @description The gauge, if the alarm is about one. */
             gauge: string | null;
             /**
@@ -1371,11 +1362,11 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
+        AuditAction: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
         /** @description An entry of the audit trail. */
-        AuditView: {
+        AuditEntry: {
             /** @description The action. */
-            action: components["schemas"]["AuditActionView"];
+            action: components["schemas"]["AuditAction"];
             /**
              * Format: int32
              * @description The bus address of the gauge.
@@ -1396,7 +1387,7 @@ export interface components {
             gauge: string | null;
             /**
              * Format: int64
-             * @description The number of the entry. Later entries have higher numbers.
+             * @description The number of the entry. Later entries have higher numbers. An entry that is not written yet has 0.
              */
             id: number;
             /** @description The result, in a sentence. */
@@ -1634,6 +1625,11 @@ export interface components {
             /** @description The lowest role that may execute it. */
             role: components["schemas"]["Role"];
         };
+        /**
+         * @description The kind of the condition of an alarm.
+         * @enum {string}
+         */
+        ConditionKind: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
         /** @description A condition of a command, and whether it is met. */
         ConditionView: {
             /** @description The expected state. */
@@ -1857,6 +1853,20 @@ export interface components {
              */
             reason?: string | null;
         };
+        /** @description Something that happened. */
+        Event: {
+            /**
+             * Format: int64
+             * @description When, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description The gauge, if the event is about one. */
+            gauge: string | null;
+            /** @description The kind. */
+            kind: components["schemas"]["StationEventKind"];
+            /** @description One sentence. */
+            text: string;
+        };
         /**
          * @description The subject of an event.
          * @enum {string}
@@ -1882,23 +1892,6 @@ export interface components {
              */
             station: number | null;
             /** @description The sentence. */
-            text: string;
-        };
-        /** @description Something that happened. */
-        EventView: {
-            /**
-             * Format: int64
-             * @description When, in milliseconds since 1970.
-             */
-            at_ms: number;
-            /** @description The gauge, if the event is about one. */
-            gauge: string | null;
-            /**
-             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
-             * @enum {string}
-             */
-            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
-            /** @description One sentence. */
             text: string;
         };
         /** @description An executed command or write. */
@@ -2088,6 +2081,11 @@ export interface components {
             s: number | null;
             usual: components["schemas"]["UsualView"] | null;
         };
+        /**
+         * @description The condition of each gauge of an alarm about several.
+         * @enum {string}
+         */
+        LimitKind: "above" | "below" | "rise";
         /** @description The alarms at one moment, in the live stream. */
         LiveAlarms: {
             /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50. */
@@ -2474,6 +2472,11 @@ export interface components {
             pa: number;
         };
         /**
+         * @description The principle by which a measuring part senses pressure.
+         * @enum {string}
+         */
+        Principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere";
+        /**
          * @description How soon an operator must respond. Ordered: `High` is the greatest.
          * @enum {string}
          */
@@ -2546,6 +2549,11 @@ export interface components {
             /** @description The series. */
             series: string;
         };
+        /**
+         * @description The state of a reading: whether it is a pressure, and if not, why.
+         * @enum {string}
+         */
+        Quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
         /** @description Alarms raised, by priority. */
         RaisedByPriority: {
             /**
@@ -2597,19 +2605,17 @@ export interface components {
              * @description The indicated pressure in Pa; `null` unless the quality is `valid`.
              */
             pa: number | null;
-            /**
-             * @description How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
-             * @enum {string|null}
-             */
-            principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
-            /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
-             * @enum {string}
-             */
-            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
+            principle: components["schemas"]["Principle"] | null;
+            /** @description The quality. */
+            quality: components["schemas"]["Quality"];
             /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };
+        /**
+         * @description What a receiver is.
+         * @enum {string}
+         */
+        ReceiverKind: "webhook" | "email";
         /** @description The recorder. */
         RecorderView: {
             /** @description Why it does not write, if it does not. */
@@ -2843,11 +2849,8 @@ export interface components {
         };
         /** @description The gauges of an alarm about several, and the condition that `limit` of them must meet. */
         SeveralView: {
-            /**
-             * @description The condition of each: `above`, `below` or `rise`.
-             * @enum {string}
-             */
-            condition: "above" | "below" | "rise";
+            /** @description The condition of each. */
+            condition: components["schemas"]["LimitKind"];
             /**
              * Format: double
              * @description The limit of each.
@@ -2958,6 +2961,11 @@ export interface components {
             /** @description The version of the program. */
             version: string;
         };
+        /**
+         * @description The subject of an event.
+         * @enum {string}
+         */
+        StationEventKind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
         /** @description A station of the live list. */
         StationReport: {
             /**
@@ -3177,11 +3185,8 @@ export interface components {
              * @description Notifications given up since the station started.
              */
             given_up: number;
-            /**
-             * @description `webhook` or `email`.
-             * @enum {string}
-             */
-            kind: "webhook" | "email";
+            /** @description Where its notifications go. */
+            kind: components["schemas"]["ReceiverKind"];
             /** @description Its name. */
             name: string;
             /** @description The reason why the next notification is not delivered; the station tries again. */
@@ -3390,7 +3395,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AlarmHistoryView"][];
+                    "application/json": components["schemas"]["AlarmHistoryEntry"][];
                 };
             };
             /** @description A parameter is missing or out of range */
@@ -4546,7 +4551,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AuditView"][];
+                    "application/json": components["schemas"]["AuditEntry"][];
                 };
             };
             /** @description A parameter is out of range */
@@ -5549,7 +5554,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EventView"][];
+                    "application/json": components["schemas"]["Event"][];
                 };
             };
             /** @description A parameter is missing or out of range */
@@ -6643,7 +6648,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EventView"];
+                    "application/json": components["schemas"]["Event"];
                 };
             };
             /** @description The body is malformed, or something in it is out of range */
