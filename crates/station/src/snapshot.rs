@@ -110,7 +110,11 @@ impl SnapshotStore {
     /// The gauge of this name.
     #[must_use]
     pub fn gauge(&self, name: &str) -> Option<Gauge> {
-        self.gauges().into_iter().find(|gauge| gauge.name == name)
+        let named = |published: &Published| {
+            let gauge = published.snapshot.gauges.iter().find(|gauge| gauge.name == name)?;
+            Some(gauge_after(gauge, published.at.elapsed()))
+        };
+        self.read().values().find_map(named)
     }
 
     /// Where the gauge of this name is connected.

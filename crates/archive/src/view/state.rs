@@ -2,6 +2,7 @@
 
 use super::visibility::Hidden;
 use profivac_model::{AlarmState, Priority, Quality, Word, words};
+use profivac_web_server::live_source::{Changes, LiveState};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -37,6 +38,19 @@ impl State {
         let listed = i64::try_from(self.alarms.len()).unwrap_or(i64::MAX);
         self.not_listed = self.alarms_of_plant.values().sum::<i64>().saturating_sub(listed).max(0);
         self
+    }
+}
+
+impl LiveState for State {
+    fn changes_since(&self, before: &Self) -> Changes {
+        let Self { now_ms, problem, stations, readings, alarms, not_listed, alarms_of_plant: _ } = self;
+        Changes::default()
+            .part("now_ms", &before.now_ms, now_ms)
+            .part("problem", &before.problem, problem)
+            .entries("stations", &before.stations, stations)
+            .entries("readings", &before.readings, readings)
+            .entries("alarms", &before.alarms, alarms)
+            .part("not_listed", &before.not_listed, not_listed)
     }
 }
 

@@ -650,8 +650,8 @@ export interface paths {
         };
         /**
          * The state of the station and its changes, up to four a second
-         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-         *     the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+         *     changed. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
          *     the session of its client.
          */
         get: operations["live"];
@@ -1154,6 +1154,29 @@ export interface components {
              */
             value: number | null;
         };
+        /** @description The alarms at one moment. */
+        AlarmOverview: {
+            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first, up to 50. */
+            alarms: components["schemas"]["AlarmView"][];
+            /** @description Alarms of high priority. */
+            high: components["schemas"]["AlarmCount"];
+            /** @description Alarms of low priority. */
+            low: components["schemas"]["AlarmCount"];
+            /** @description Alarms of medium priority. */
+            medium: components["schemas"]["AlarmCount"];
+            /** @description The number of such alarms beyond the list. */
+            not_listed: number;
+            /** @description The number of alarms out of service. */
+            out_of_service: number;
+            /** @description The declared plant states, in the order of the station's file. */
+            plant_states: components["schemas"]["DeclaredPlantState"][];
+            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
+            problem: string | null;
+            /** @description The number of shelved alarms. */
+            shelved: number;
+            /** @description The number of alarms that a plant state suppresses. */
+            suppressed: number;
+        };
         /** @description Figures about the alarms of a time range. */
         AlarmPerformance: {
             /** @description Alarms raised, by priority. */
@@ -1557,8 +1580,8 @@ export interface components {
             octets: number;
         };
         /**
-         * @description A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
-         *     is `null` here.
+         * @description The parts of the snapshot that have changed. `segments` and `gauges` have the entries that have changed, and `null` for one that is gone;
+         *     the other parts are whole.
          */
         Change: Record<string, never>;
         /** @description New settings of a default alarm. */
@@ -2086,86 +2109,8 @@ export interface components {
          * @enum {string}
          */
         LimitKind: "above" | "below" | "rise";
-        /** @description The alarms at one moment, in the live stream. */
-        LiveAlarms: {
-            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50. */
-            alarms: {
-                [key: string]: components["schemas"]["AlarmView"];
-            };
-            /** @description Alarms of high priority. */
-            high: components["schemas"]["AlarmCount"];
-            /** @description Alarms of low priority. */
-            low: components["schemas"]["AlarmCount"];
-            /** @description Alarms of medium priority. */
-            medium: components["schemas"]["AlarmCount"];
-            /** @description The number of such alarms beyond the list. */
-            not_listed: number;
-            /** @description Their names, the most urgent first. */
-            order: string[];
-            /** @description The number of alarms out of service. */
-            out_of_service: number;
-            /** @description The declared plant states, in the order of the station's file. */
-            plant_states: components["schemas"]["DeclaredPlantState"][];
-            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
-            problem: string | null;
-            /** @description The number of shelved alarms. */
-            shelved: number;
-            /** @description The number of alarms that a plant state suppresses. */
-            suppressed: number;
-        };
         /** @description Data of the live stream. The event `snapshot` comes first and once. */
         LiveEvent: components["schemas"]["Snapshot"] | components["schemas"]["Change"];
-        /** @description A gauge in the live stream. */
-        LiveGauge: {
-            /**
-             * Format: int32
-             * @description Its address.
-             */
-            address: number;
-            /**
-             * Format: int64
-             * @description The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
-             */
-            age_ms: number | null;
-            /** @description The assumptions about its configuration and unit, in sentences. */
-            assumptions: string[];
-            /** @description The device: `bcg450`. */
-            device: string;
-            /** @description The alarms that it reports: its defects. */
-            exceptions: string[];
-            /** @description The gas for which the readings are corrected. */
-            gas: string;
-            /** @description Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1. */
-            has_dpv1: boolean;
-            /** @description Pressures that trends mark with a line. */
-            levels: components["schemas"]["PressureLevel"][];
-            /** @description Another master owns it and the station only listens: no parameter is read and no command is sent. */
-            listen_only: boolean;
-            /** @description Its name. */
-            name: string;
-            /**
-             * Format: int64
-             * @description The poll interval in milliseconds.
-             */
-            poll_ms: number;
-            /** @description Why it is not in data exchange, in a sentence. */
-            problem: string | null;
-            /** @description The readings, by series. */
-            readings: {
-                [key: string]: components["schemas"]["Reading"];
-            };
-            /** @description Its segment. */
-            segment: string;
-            /**
-             * Format: int64
-             * @description The age in milliseconds from which the readings are stale.
-             */
-            stale_after_ms: number;
-            /** @description The state. */
-            state: components["schemas"]["BusStationState"];
-            /** @description The warnings that it reports, without those that the qualities of its readings explain. */
-            warnings: string[];
-        };
         /** @description The plant in the live stream. */
         LivePlant: {
             /**
@@ -2884,7 +2829,7 @@ export interface components {
         /** @description The state of the station at one moment. */
         Snapshot: {
             /** @description The active alarms. */
-            alarms: components["schemas"]["LiveAlarms"];
+            alarms: components["schemas"]["AlarmOverview"];
             /** @description The user with control authority, and a request for it. */
             control_authority: components["schemas"]["ControlAuthorityView"];
             /**
@@ -2894,9 +2839,9 @@ export interface components {
             directory_revision: number;
             /** @description The names of the gauges in the order of the station's file. */
             gauge_order: string[];
-            /** @description Its gauges with their readings, by name. */
+            /** @description Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms` and `parameters`. */
             gauges: {
-                [key: string]: components["schemas"]["LiveGauge"];
+                [key: string]: components["schemas"]["Gauge"];
             };
             /** @description The states of the parts of the plant. */
             plant: components["schemas"]["LivePlant"];

@@ -5,9 +5,8 @@ import type { components, operations } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
-/** The state of the station as /api/live sends it, with lists as objects by name, so that a change needs only what has changed. */
+/** The state of the station as /api/live sends it, with segments and gauges by name, so that a change needs only those that have changed. */
 export type LiveState = Schemas['Snapshot']
-export type LiveGauge = LiveState['gauges'][string]
 /** The same for pages. */
 export interface Snapshot {
   station: Station
@@ -89,7 +88,7 @@ export type FlowUnits = Schemas['FlowView']
 export type Alarm = Schemas['AlarmView']
 export type AlarmState = Schemas['AlarmState']
 export type AlarmCounts = Schemas['AlarmCount']
-export type ActiveAlarms = Omit<Schemas['LiveAlarms'], 'alarms' | 'order'> & { alarms: Alarm[] }
+export type ActiveAlarms = Schemas['AlarmOverview']
 export type AlarmEvent = Schemas['AlarmHistoryEntry']
 export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']

@@ -44,8 +44,8 @@ export interface paths {
         };
         /**
          * The same, and its changes, up to one a second
-         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-         *     the state. The stream ends with the session of its client.
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+         *     changed: of stations, readings and alarms the entries that have changed, `null` for one that is gone. The stream ends with the session of its client.
          */
         get: operations["live"];
         put?: never;
