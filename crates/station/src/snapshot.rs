@@ -175,7 +175,6 @@ fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
 mod tests {
     use super::*;
     use crate::view::BusStationState;
-    use std::sync::Arc;
 
     #[test]
     fn readings_age_after_publication_and_a_stalled_thread_is_reported() {
@@ -185,21 +184,12 @@ mod tests {
             address: 5,
             device: "bcg450".to_owned(),
             has_dpv1: true,
-            listen_only: false,
-            assumptions: Vec::new(),
             state: BusStationState::DataExchange,
-            problem: None,
-            exceptions: Vec::new(),
-            warnings: Vec::new(),
             gas: "n2".to_owned(),
-            levels: Vec::new(),
-            readings: Vec::new(),
             poll_ms: 200,
             stale_after_ms: 3000,
             age_ms: Some(12),
-            parameters: Arc::default(),
-            read_at: None,
-            lost_at: None,
+            ..Gauge::default()
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
         let segment = Segment {

@@ -77,7 +77,7 @@ pub struct Segment {
 }
 
 /// The state of a station on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
     /// The master of this station.
@@ -91,6 +91,7 @@ pub enum BusStationState {
     /// A gauge that is being brought into data exchange.
     Starting,
     /// A gauge that does not answer, or belongs to another master.
+    #[default]
     Missing,
     /// A slave that is not in the station's file.
     Unconfigured,
@@ -114,7 +115,7 @@ pub struct BusStation {
 }
 
 /// A gauge.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Gauge {
     /// Its name.
     pub name: String,
