@@ -765,5 +765,5 @@ fn view_states() -> String {
 
 fn priorities(may_be_off: bool) -> String {
     let off = may_be_off.then_some("off");
-    Priority::ALL.iter().map(|priority| priority.word()).chain(off).collect::<Vec<_>>().join(", ")
+    Priority::ALL.iter().rev().map(|priority| priority.word()).chain(off).collect::<Vec<_>>().join(", ")
 }

@@ -1,14 +1,13 @@
 //! The points of a station: one walk over segments, gauges and alarms, which gives the points and their values in the same order.
 
 use crate::point::{Limits, Point, Subject};
-use crate::signal::{Kind, Signal, alarm_state, gauge_state, line_state, priority, segment_state};
+use crate::signal::{Kind, Signal, alarm_state, gauge_state, line_state, priority, quality, segment_state};
 use crate::state::State;
 use profivac_devices::Principle;
 use profivac_devices::catalog::model_named;
 use profivac_devices::reading::Quality;
 use profivac_listen::gauge::Origin;
 use profivac_listen::report::{BusReport, Distribution, StationReport};
-use profivac_listen::station::StationState;
 use profivac_recorder::Micros;
 use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
@@ -295,7 +294,7 @@ impl GaugeAlarms {
             let Some(gauge) = &alarm.gauge else { continue };
             let own = all.entry(gauge).or_default();
             if alarm.state.is_active() {
-                own.priority = own.priority.max(priority_position(alarm.priority));
+                own.priority = own.priority.max(priority::of(alarm.priority));
             }
             own.is_unacknowledged |= alarm.state.needs_acknowledgement();
         }
@@ -337,18 +336,13 @@ const fn time(ms: i64) -> Raw<'static> {
 fn segment(segment: &Segment, bus: Option<&BusReport>, sink: &mut impl Sink) {
     let name: Arc<str> = Arc::from(segment.name.as_str());
     sink.subject(|| PointOf::plain(Subject::Segment(Arc::clone(&name)), Some(name), is_virtual(&segment.port)));
-    let state = match segment.state {
-        SegmentState::Waiting => segment_state::WAITING,
-        SegmentState::Listening => segment_state::LISTENING,
-        SegmentState::Running => segment_state::RUNNING,
-    };
     let cycle_s = segment.cycle_ms.map(|ms| ms / 1e3);
     let rotation_s = bus.and_then(|bus| bus.rotation.mean_us).map(microseconds);
     let sum = |count: fn(&StationReport) -> u64| {
         Raw::optional_count(bus.map(|bus| bus.stations.iter().map(count).fold(0, u64::saturating_add)))
     };
     let damaged = bus.map_or(u64::from(segment.damaged_telegrams), |bus| bus.damaged);
-    plain(sink, Signal::SegmentState, Raw::Choice(state));
+    plain(sink, Signal::SegmentState, Raw::Choice(segment_state::of(segment.state)));
     plain(sink, Signal::SegmentUp, Raw::Boolean(segment.state == SegmentState::Running));
     plain(sink, Signal::SegmentProblem, Raw::Text(segment.problem.as_deref().unwrap_or_default()));
     plain(sink, Signal::CycleTime, Raw::float(cycle_s));
@@ -388,17 +382,8 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
         let subject = Subject::Gauge(Arc::from(gauge.name.as_str()));
         PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated)
     });
-    let state = match gauge.state {
-        BusStationState::DataExchange => gauge_state::DATA_EXCHANGE,
-        BusStationState::Fault => gauge_state::FAULT,
-        BusStationState::Starting => gauge_state::STARTING,
-        BusStationState::Missing
-        | BusStationState::OwnMaster
-        | BusStationState::OtherMaster
-        | BusStationState::Unconfigured => gauge_state::MISSING,
-    };
     let counts = bus.map(|bus| bus.total);
-    plain(sink, Signal::GaugeState, Raw::Choice(state));
+    plain(sink, Signal::GaugeState, Raw::Choice(gauge_state::of(gauge.state)));
     plain(sink, Signal::Problem, Raw::Text(gauge.problem.as_deref().unwrap_or_default()));
     plain(sink, Signal::Faults, Raw::Text(&gauge.exceptions.join(", ")));
     plain(sink, Signal::Warnings, Raw::Text(&gauge.warnings.join(", ")));
@@ -445,31 +430,10 @@ fn on_line(bus: Option<&StationReport>, sink: &mut impl Sink) {
     let diagnosis = bus.map(|station| station.diagnosis.join(", ")).unwrap_or_default();
     plain(sink, Signal::Refusals, Raw::optional_count(bus.map(|station| station.total.refused)));
     plain(sink, Signal::LongestSequence, Raw::optional_count(bus.map(|station| station.longest_sequence.into())));
-    plain(sink, Signal::LineState, bus.map_or(Raw::None, |station| Raw::Choice(line_position(station.state))));
+    plain(sink, Signal::LineState, bus.map_or(Raw::None, |station| Raw::Choice(line_state::of(station.state))));
     plain(sink, Signal::LineUnit, Raw::Text(unit.unwrap_or_default()));
     plain(sink, Signal::Owner, owner.map_or(Raw::None, |address| Raw::Integer(address.into())));
     plain(sink, Signal::Diagnosis, Raw::Text(&diagnosis));
-}
-
-/// The position of a state in [`crate::signal::LINE_STATES`].
-const fn line_position(state: StationState) -> u16 {
-    match state {
-        StationState::Master => line_state::MASTER,
-        StationState::Exchanging => line_state::EXCHANGING,
-        StationState::Missing => line_state::MISSING,
-        StationState::NotConfigured => line_state::NOT_CONFIGURED,
-        StationState::NoMaster => line_state::NO_MASTER,
-        StationState::NotAddressed => line_state::NOT_ADDRESSED,
-    }
-}
-
-/// The position of a priority in [`crate::signal::PRIORITIES`].
-const fn priority_position(priority: Priority) -> u16 {
-    match priority {
-        Priority::Low => priority::LOW,
-        Priority::Medium => priority::MEDIUM,
-        Priority::High => priority::HIGH,
-    }
 }
 
 fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Sink) {
@@ -516,7 +480,7 @@ fn decided_at(gauge: &Gauge, state: State) -> Option<Micros> {
 
 /// The position of the quality in [`crate::signal::QUALITIES`]; an old reading is stale, also if its segment does not say so.
 fn quality(reading: &Reading, state: State) -> u16 {
-    if matches!(state, State::Stale | State::Starting) { Quality::Stale as u16 } else { reading.quality as u16 }
+    quality::of(if matches!(state, State::Stale | State::Starting) { Quality::Stale } else { reading.quality })
 }
 
 fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink: &mut impl Sink) {
@@ -596,21 +560,12 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
         let subject = Subject::Alarm(Arc::from(alarm.name.as_str()));
         PointOf { limit_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
     });
-    let state = match alarm.state {
-        AlarmState::Normal => alarm_state::NORMAL,
-        AlarmState::Unacknowledged => alarm_state::UNACKNOWLEDGED,
-        AlarmState::Acknowledged => alarm_state::ACKNOWLEDGED,
-        AlarmState::Returned => alarm_state::RETURNED,
-        AlarmState::OutOfService => alarm_state::OUT_OF_SERVICE,
-        AlarmState::Shelved => alarm_state::SHELVED,
-        AlarmState::Suppressed => alarm_state::SUPPRESSED,
-    };
     let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
     let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
-    put(Signal::AlarmState, Raw::Choice(state));
+    put(Signal::AlarmState, Raw::Choice(alarm_state::of(alarm.state)));
     put(Signal::AlarmActive, Raw::Boolean(alarm.state.is_active()));
     put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));
-    put(Signal::Priority, Raw::Choice(priority_position(alarm.priority)));
+    put(Signal::Priority, Raw::Choice(priority::of(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
     put(Signal::AlarmText, Raw::Text(&alarm.text));
     let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).or(alarm.suppressed.as_ref());

@@ -2,6 +2,9 @@
 
 use crate::state::State;
 use profivac_devices::reading::Quality;
+use profivac_listen::station::StationState;
+use profivac_model::{AlarmState, Priority};
+use profivac_station::view::{BusStationState, SegmentState};
 
 /// The kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,9 +40,10 @@ pub enum SubjectKind {
     Alarm,
 }
 
-/// The words of a choice, and a module with the position of each.
+/// The words of a choice in the order in which gateways number them, a module with the number of each, and the number of each value of the
+/// type that the choice shows.
 macro_rules! choice {
-    ($text:literal $words:ident $positions:ident { $($position:ident $word:literal)+ }) => {
+    ($text:literal $words:ident $positions:ident $shown:ty { $($position:ident $word:expr, $($value:ident)*;)+ }) => {
         #[doc = $text]
         pub const $words: [&str; [$($word),+].len()] = [$($word),+];
 
@@ -47,74 +51,86 @@ macro_rules! choice {
         pub mod $positions {
             #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "the names of the constants")]
             enum Position { $($position),+ }
-            $(#[doc = concat!("The position of `", $word, "`.")] pub const $position: u16 = Position::$position as u16;)+
+            $(
+                #[doc = concat!("The position of `", stringify!($position), "`.")]
+                pub const $position: u16 = Position::$position as u16;
+            )+
+
+            /// The position of a value.
+            #[must_use]
+            pub const fn of(value: $shown) -> u16 {
+                type Shown = $shown;
+                match value { $($(Shown::$value => $position,)*)+ }
+            }
         }
     };
 }
 
 choice! {
     "The words of a gauge's state on the bus."
-    GAUGE_STATES gauge_state {
-        DATA_EXCHANGE "data exchange"
-        FAULT "fault"
-        STARTING "starting"
-        MISSING "missing"
+    GAUGE_STATES gauge_state super::BusStationState {
+        DATA_EXCHANGE "data exchange", DataExchange;
+        FAULT "fault", Fault;
+        STARTING "starting", Starting;
+        MISSING "missing", Missing OwnMaster OtherMaster Unconfigured;
     }
 }
 
-/// The words of the quality of a reading, in the order of `Quality`.
-pub const QUALITIES: [&str; 8] = [
-    Quality::Valid.word(),
-    Quality::Overrange.word(),
-    Quality::Underrange.word(),
-    Quality::Fault.word(),
-    Quality::Stale.word(),
-    Quality::Off.word(),
-    Quality::Missing.word(),
-    Quality::Assumed.word(),
-];
+choice! {
+    "The words of the quality of a reading."
+    QUALITIES quality super::Quality {
+        VALID Quality::Valid.word(), Valid;
+        OVERRANGE Quality::Overrange.word(), Overrange;
+        UNDERRANGE Quality::Underrange.word(), Underrange;
+        FAULT Quality::Fault.word(), Fault;
+        STALE Quality::Stale.word(), Stale;
+        OFF Quality::Off.word(), Off;
+        MISSING Quality::Missing.word(), Missing;
+        ASSUMED Quality::Assumed.word(), Assumed;
+    }
+}
 
 choice! {
     "The words of a station's state on the line, as the traffic shows it."
-    LINE_STATES line_state {
-        MASTER "master"
-        EXCHANGING "exchanging"
-        MISSING "missing"
-        NOT_CONFIGURED "not configured"
-        NO_MASTER "present without a master"
-        NOT_ADDRESSED "not addressed"
+    LINE_STATES line_state super::StationState {
+        MASTER StationState::Master.text(), Master;
+        EXCHANGING StationState::Exchanging.text(), Exchanging;
+        MISSING StationState::Missing.text(), Missing;
+        NOT_CONFIGURED StationState::NotConfigured.text(), NotConfigured;
+        NO_MASTER StationState::NoMaster.text(), NoMaster;
+        NOT_ADDRESSED StationState::NotAddressed.text(), NotAddressed;
     }
 }
 
 choice! {
     "The words of a segment's state."
-    SEGMENT_STATES segment_state {
-        WAITING "waiting"
-        LISTENING "listening"
-        RUNNING "running"
+    SEGMENT_STATES segment_state super::SegmentState {
+        WAITING SegmentState::Waiting.word(), Waiting;
+        LISTENING SegmentState::Listening.word(), Listening;
+        RUNNING SegmentState::Running.word(), Running;
     }
 }
 
 choice! {
     "The words of an alarm's state."
-    ALARM_STATES alarm_state {
-        NORMAL "normal"
-        UNACKNOWLEDGED "unacknowledged"
-        ACKNOWLEDGED "acknowledged"
-        RETURNED "returned"
-        OUT_OF_SERVICE "out of service"
-        SHELVED "shelved"
-        SUPPRESSED "suppressed"
+    ALARM_STATES alarm_state super::AlarmState {
+        NORMAL AlarmState::Normal.word(), Normal;
+        UNACKNOWLEDGED AlarmState::Unacknowledged.word(), Unacknowledged;
+        ACKNOWLEDGED AlarmState::Acknowledged.word(), Acknowledged;
+        RETURNED AlarmState::Returned.word(), Returned;
+        OUT_OF_SERVICE "out of service", OutOfService;
+        SHELVED AlarmState::Shelved.word(), Shelved;
+        SUPPRESSED AlarmState::Suppressed.word(), Suppressed;
     }
 }
 
 choice! {
     "The words of a priority; `none` where no alarm is active."
-    PRIORITIES priority {
-        NONE "none"
-        LOW "low"
-        MEDIUM "medium"
-        HIGH "high"
+    PRIORITIES priority super::Priority {
+        NONE "none",;
+        LOW Priority::Low.word(), Low;
+        MEDIUM Priority::Medium.word(), Medium;
+        HIGH Priority::High.word(), High;
     }
 }
 
@@ -273,9 +289,20 @@ mod tests {
         assert_eq!(PRIORITIES[usize::from(priority::HIGH)], "high");
     }
 
+    /// Clients of Modbus, EPICS and OPC UA know the numbers.
     #[test]
-    fn the_words_of_the_qualities_are_in_their_order() {
+    fn the_numbers_of_the_choices_do_not_change() {
+        assert_eq!(GAUGE_STATES, ["data exchange", "fault", "starting", "missing"]);
         assert_eq!(QUALITIES, Quality::ALL.map(Quality::word));
+        assert!(Quality::ALL.iter().all(|it| quality::of(*it) == *it as u16));
+        let of_the_line =
+            ["master", "exchanging", "missing", "not configured", "present without a master", "not addressed"];
+        assert_eq!(LINE_STATES, of_the_line);
+        assert_eq!(SEGMENT_STATES, ["waiting", "listening", "running"]);
+        let of_alarms =
+            ["normal", "unacknowledged", "acknowledged", "returned", "out of service", "shelved", "suppressed"];
+        assert_eq!(ALARM_STATES, of_alarms);
+        assert_eq!(PRIORITIES, ["none", "low", "medium", "high"]);
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl Plant {
         let line = |entry: &profivac_recorder::AuditEntry| {
             format!("{} {} {}: {}", entry.action.word(), entry.user, text(&entry.peer), text(&entry.outcome))
         };
-        rows.iter().map(|row| line(&row.entry)).collect()
+        rows.iter().map(line).collect()
     }
 }
 

@@ -8,7 +8,8 @@
 //! audit trail, a change of an alarm with a row of its history, and a notification; an archive has every fifth batch. `ci/power_cut`
 //! cuts the power at each system call of this program.
 
-use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm};
+use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, AlarmStatus, Priority, Role};
+use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::{
     AuditAction, AuditEntry, Event, EventKind, Forward, Micros, Quality, Reader, Recorder, Sample, Settings,
 };
@@ -50,7 +51,7 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
     recorder.push(&gauge, Sample::new(at, Some(pressure), Quality::Valid));
     recorder.audit_before_sending(audit(at, AuditAction::Execute, number))?;
     let alarm =
-        StoredAlarm { state: "unacknowledged".to_owned(), since: at, occurrence: number, ..StoredAlarm::default() };
+        AlarmStatus { state: AlarmState::Unacknowledged, since: at, occurrence: number, ..AlarmStatus::default() };
     let batch = AlarmBatch {
         alarms: [("high".to_owned(), Some(alarm))].into(),
         plant_states: BTreeMap::new(),
@@ -59,7 +60,7 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
         notifications: vec![Notification { id: 0, webhook: "shift".to_owned(), at, body: number.to_string() }],
         finished_notifications: Vec::new(),
     };
-    let event = Event { at, gauge: Some(gauge.to_string()), kind: EventKind::Note, text: number.to_string() };
+    let event = Event { at, gauge: Some(gauge.to_string()), kind: EventKind::Note.into(), text: number.to_string() };
     if !recorder.record_alarms_with_receipt(batch, vec![event]).wait() {
         return Err("the disk has not answered for ten seconds".into());
     }
@@ -74,11 +75,12 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
 
 fn audit(at: Micros, action: AuditAction, number: i64) -> AuditEntry {
     AuditEntry {
+        id: 0,
         at,
         action,
         refers_to: None,
         user: "ada".to_owned(),
-        role: "engineer".to_owned(),
+        role: Role::Engineer.into(),
         peer: None,
         gauge: Some("chamber".to_owned()),
         segment: None,
@@ -95,9 +97,9 @@ fn history(at: Micros, number: i64) -> AlarmHistoryEntry {
     AlarmHistoryEntry {
         at,
         alarm: "high".to_owned(),
-        change: "raised".to_owned(),
-        state: "unacknowledged".to_owned(),
-        priority: "high".to_owned(),
+        change: AlarmChangeKind::Raised.into(),
+        state: AlarmState::Unacknowledged.into(),
+        priority: Priority::High.into(),
         subject: None,
         occurrence: number,
         user: None,

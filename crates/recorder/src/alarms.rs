@@ -1,75 +1,15 @@
 //! Alarm states, their history, declared plant states, and the notifications that wait for delivery: tables beside the samples, written in
 //! the same transactions as events and audit entries.
 
-use super::audit::{self, AuditEntry};
+use super::audit;
 use super::error::DatabaseError;
 use super::reader::Reader;
-use super::sample::Micros;
+use profivac_model::{
+    AlarmHistoryEntry, AlarmState, AlarmStatus, Attribution, AuditEntry, Declaration, Micros, Priority, Suppression,
+    Word,
+};
 use rusqlite::{Connection, Row, Transaction, params};
 use std::collections::BTreeMap;
-
-/// The stored state of an alarm.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StoredAlarm {
-    /// The word of its state.
-    pub state: String,
-    /// The time of its last change.
-    pub since: Micros,
-    /// The number of its last occurrence; 0 if it was never raised.
-    pub occurrence: i64,
-    /// When it was raised last.
-    pub raised_at: Option<Micros>,
-    /// The value that raised it.
-    pub value: Option<f64>,
-    /// A sentence about why it was raised.
-    pub text: String,
-    /// The user who acknowledged it, and when.
-    pub acknowledged: Option<(String, Micros)>,
-    /// The user who shelved it, took it out of service or declared the plant state that suppresses it, when, and the reason.
-    pub out_of_service: Option<(String, Micros, String)>,
-    /// When it is unshelved, returns to service or is no longer suppressed by itself.
-    pub out_until: Option<Micros>,
-}
-
-/// A declared plant state.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StoredPlantState {
-    /// The user who declared it.
-    pub user: String,
-    /// When.
-    pub at: Micros,
-    /// Why.
-    pub reason: String,
-    /// When it ends by itself.
-    pub until: Micros,
-}
-
-/// A row of the alarm history.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AlarmHistoryEntry {
-    /// When it happened.
-    pub at: Micros,
-    /// The name of the alarm.
-    pub alarm: String,
-    /// The word of the change.
-    pub change: String,
-    /// The word of the state after the change.
-    pub state: String,
-    /// The word of its priority at that time.
-    pub priority: String,
-    /// The series, gauge or segment.
-    pub subject: Option<String>,
-    /// The number of the occurrence.
-    pub occurrence: i64,
-    /// The user who made the change; `None` if the station did.
-    pub user: Option<String>,
-    /// The value at that time.
-    pub value: Option<f64>,
-    /// The unit of the value.
-    pub unit: Option<String>,
-    /// A sentence.
-    pub text: String,
-}
 
 /// A message that waits for delivery to a webhook.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,9 +28,9 @@ pub struct Notification {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmBatch {
     /// The new states of alarms by name; `None` removes an alarm.
-    pub alarms: BTreeMap<String, Option<StoredAlarm>>,
+    pub alarms: BTreeMap<String, Option<AlarmStatus>>,
     /// The declared plant states by name; `None` for one that has ended.
-    pub plant_states: BTreeMap<String, Option<StoredPlantState>>,
+    pub plant_states: BTreeMap<String, Option<Declaration>>,
     /// Rows of the history.
     pub history: Vec<AlarmHistoryEntry>,
     /// Rows of the audit trail.
@@ -159,8 +99,8 @@ fn extend_up_to<T>(all: &mut Vec<T>, more: Vec<T>, limit: usize) -> u64 {
     dropped as u64
 }
 
-fn upsert_alarm(connection: &Connection, name: &str, alarm: &StoredAlarm) -> rusqlite::Result<()> {
-    let (acknowledged, out) = (alarm.acknowledged.as_ref(), alarm.out_of_service.as_ref());
+fn upsert_alarm(connection: &Connection, name: &str, alarm: &AlarmStatus) -> rusqlite::Result<()> {
+    let (acknowledged, out) = (alarm.acknowledged.as_ref(), alarm.suppression.as_ref());
     connection
         .prepare_cached(
             "INSERT OR REPLACE INTO alarm (name, state, since_us, occurrence, raised_us, raised_value, raised_text,
@@ -170,18 +110,18 @@ fn upsert_alarm(connection: &Connection, name: &str, alarm: &StoredAlarm) -> rus
         )?
         .execute(params![
             name,
-            alarm.state,
+            alarm.state.word(),
             alarm.since.0,
             alarm.occurrence,
-            alarm.raised_at.map(|at| at.0),
+            alarm.raised.map(|at| at.0),
             alarm.value,
             alarm.text,
-            acknowledged.map(|(user, _)| user),
-            acknowledged.map(|(_, at)| at.0),
-            out.map(|(user, _, _)| user),
-            out.map(|(_, at, _)| at.0),
-            out.map(|(_, _, reason)| reason),
-            alarm.out_until.map(|at| at.0),
+            acknowledged.map(|by| &by.user),
+            acknowledged.map(|by| by.at.0),
+            out.map(|it| &it.by.user),
+            out.map(|it| it.by.at.0),
+            out.map(|it| &it.reason),
+            out.and_then(|it| it.until).map(|at| at.0),
         ])
         .map(drop)
 }
@@ -190,13 +130,13 @@ fn delete_alarm(connection: &Connection, name: &str) -> rusqlite::Result<()> {
     connection.prepare_cached("DELETE FROM alarm WHERE name = ?1")?.execute([name]).map(drop)
 }
 
-fn upsert_plant_state(connection: &Connection, name: &str, state: &StoredPlantState) -> rusqlite::Result<()> {
-    let StoredPlantState { user, at, reason, until } = state;
+fn upsert_plant_state(connection: &Connection, name: &str, state: &Declaration) -> rusqlite::Result<()> {
+    let Declaration { by, reason, until } = state;
     connection
         .prepare_cached(
             "INSERT OR REPLACE INTO plant_state (name, declared_by, declared_us, reason, until_us) VALUES (?1, ?2, ?3, ?4, ?5)",
         )?
-        .execute(params![name, user, at.0, reason, until.0])
+        .execute(params![name, by.user, by.at.0, reason, until.0])
         .map(drop)
 }
 
@@ -213,9 +153,9 @@ fn insert_history(connection: &Connection, entry: &AlarmHistoryEntry) -> rusqlit
         .execute(params![
             entry.at.0,
             entry.alarm,
-            entry.change,
-            entry.state,
-            entry.priority,
+            entry.change.as_str(),
+            entry.state.as_str(),
+            entry.priority.as_str(),
             entry.subject,
             entry.occurrence,
             entry.user,
@@ -226,20 +166,24 @@ fn insert_history(connection: &Connection, entry: &AlarmHistoryEntry) -> rusqlit
         .map(drop)
 }
 
-fn stored_alarm(row: &Row<'_>) -> rusqlite::Result<(String, StoredAlarm)> {
+/// The name and the status of an alarm. A state that this program does not know becomes one that an operator must acknowledge.
+fn alarm_status(row: &Row<'_>) -> rusqlite::Result<(String, AlarmStatus)> {
     let time = |column: usize| Ok::<_, rusqlite::Error>(row.get::<_, Option<i64>>(column)?.map(Micros));
     let text = |column: usize| row.get::<_, Option<String>>(column);
-    let out = text(9)?.zip(time(10)?).zip(text(11)?);
-    let alarm = StoredAlarm {
-        state: row.get(1)?,
+    let attribution = |user: usize, at: usize| {
+        Ok::<_, rusqlite::Error>(text(user)?.zip(time(at)?).map(|(user, at)| Attribution { user, at }))
+    };
+    let (suppressed, until) = (attribution(9, 10)?.zip(text(11)?), time(12)?);
+    let state: String = row.get(1)?;
+    let alarm = AlarmStatus {
+        state: AlarmState::from_word(&state).unwrap_or(AlarmState::Returned),
         since: Micros(row.get(2)?),
         occurrence: row.get(3)?,
-        raised_at: time(4)?,
+        raised: time(4)?,
         value: row.get(5)?,
         text: row.get(6)?,
-        acknowledged: text(7)?.zip(time(8)?),
-        out_of_service: out.map(|((user, at), reason)| (user, at, reason)),
-        out_until: time(12)?,
+        acknowledged: attribution(7, 8)?,
+        suppression: suppressed.map(|(by, reason)| Suppression { by, reason, until }),
     };
     Ok((row.get(0)?, alarm))
 }
@@ -248,9 +192,9 @@ fn history_entry(row: &Row<'_>) -> rusqlite::Result<AlarmHistoryEntry> {
     Ok(AlarmHistoryEntry {
         at: Micros(row.get(0)?),
         alarm: row.get(1)?,
-        change: row.get(2)?,
-        state: row.get(3)?,
-        priority: row.get(4)?,
+        change: Word::read(row.get(2)?),
+        state: Word::read(row.get(3)?),
+        priority: Word::read(row.get(4)?),
         subject: row.get(5)?,
         occurrence: row.get(6)?,
         user: row.get(7)?,
@@ -269,21 +213,21 @@ impl Reader {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn alarms(&self) -> Result<Vec<(String, StoredAlarm)>, DatabaseError> {
+    pub fn alarms(&self) -> Result<Vec<(String, AlarmStatus)>, DatabaseError> {
         let sql = "SELECT name, state, since_us, occurrence, raised_us, raised_value, raised_text, acknowledged_by, acknowledged_us,
                        out_of_service_by, out_of_service_us, out_of_service_reason, out_of_service_until_us FROM alarm";
-        self.query_all(sql, [], stored_alarm)
+        self.query_all(sql, [], alarm_status)
     }
 
     /// The declared plant states, by name.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn plant_states(&self) -> Result<Vec<(String, StoredPlantState)>, DatabaseError> {
+    pub fn plant_states(&self) -> Result<Vec<(String, Declaration)>, DatabaseError> {
         let sql = "SELECT name, declared_by, declared_us, reason, until_us FROM plant_state ORDER BY name";
         self.query_all(sql, [], |row| {
-            let (at, until) = (Micros(row.get(2)?), Micros(row.get(4)?));
-            Ok((row.get(0)?, StoredPlantState { user: row.get(1)?, at, reason: row.get(3)?, until }))
+            let by = Attribution { user: row.get(1)?, at: Micros(row.get(2)?) };
+            Ok((row.get(0)?, Declaration { by, reason: row.get(3)?, until: Micros(row.get(4)?) }))
         })
     }
 
@@ -321,7 +265,8 @@ impl Reader {
         )
     }
 
-    /// Calls `take` with time, alarm and priority of every raised alarm from `from` to `to`, the earliest first.
+    /// Calls `take` with time, alarm and priority of every raised alarm from `from` to `to`, the earliest first. A priority of another
+    /// version of the program is `None`.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
@@ -329,12 +274,13 @@ impl Reader {
         &self,
         from: Micros,
         to: Micros,
-        mut take: impl FnMut(Micros, String, String),
+        mut take: impl FnMut(Micros, String, Option<Priority>),
     ) -> Result<(), DatabaseError> {
         let sql = "SELECT at_us, alarm, priority FROM alarm_history
                    WHERE change = 'raised' AND at_us BETWEEN ?1 AND ?2 ORDER BY at_us, id";
         self.query_each(sql, params![from.0, to.0], |row| {
-            take(Micros(row.get(0)?), row.get(1)?, row.get(2)?);
+            let priority: String = row.get(2)?;
+            take(Micros(row.get(0)?), row.get(1)?, Priority::from_word(&priority));
             Ok(())
         })
     }
@@ -365,5 +311,36 @@ impl Reader {
         let all = self.query_all("SELECT id, webhook, at_us, '' FROM notification", [], notification_row)?;
         let others = all.into_iter().filter(|notification| !webhooks.contains(&notification.webhook));
         Ok(others.map(|notification| notification.id).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Recorder, Settings};
+
+    #[test]
+    fn a_status_is_the_same_after_a_restart_and_an_unknown_state_must_be_acknowledged() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let by = |user: &str, at| Attribution { user: user.to_owned(), at: Micros(at) };
+        let status = AlarmStatus {
+            state: AlarmState::Shelved,
+            since: Micros(4),
+            occurrence: 5,
+            raised: Some(Micros(3)),
+            value: Some(2.5),
+            text: "too high".to_owned(),
+            acknowledged: Some(by("Otto", 6)),
+            suppression: Some(Suppression { by: by("Ada", 7), reason: "so".to_owned(), until: Some(Micros(9)) }),
+        };
+        let alarms = [("high".to_owned(), Some(status.clone()))].into();
+        let recorder = Recorder::start(&path, Settings::default()).unwrap();
+        assert!(recorder.record_alarms_with_receipt(AlarmBatch { alarms, ..AlarmBatch::default() }, Vec::new()).wait());
+        drop(recorder);
+        let stored = || Reader::open(&path).unwrap().alarms().unwrap();
+        assert_eq!(stored(), [("high".to_owned(), status.clone())]);
+        Connection::open(&path).unwrap().execute("UPDATE alarm SET state = 'latched'", []).unwrap();
+        assert_eq!(stored(), [("high".to_owned(), AlarmStatus { state: AlarmState::Returned, ..status })]);
     }
 }

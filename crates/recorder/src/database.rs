@@ -4,16 +4,16 @@
 //! transaction leaves the database as it was before.
 
 use super::alarms::AlarmBatch;
-use super::audit::{self, AuditEntry};
+use super::audit;
 use super::connection::{MAX_WAL_OCTETS, open_to_write};
 use super::error::DatabaseError;
-use super::event::Event;
 use super::lock::{DatabaseLock, sibling_path};
 use super::outbox::{self, Forward, LastForwarded};
 use super::reader::recording_periods;
 use super::retention::{ClockAtStart, Expired, Period};
 use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, PendingSpans};
+use profivac_model::{AuditEntry, Event};
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, TransactionBehavior, params};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -422,7 +422,7 @@ fn insert_events(
     let mut insert = transaction.prepare_cached(sql)?;
     for (event, series) in events.iter().zip(of_events) {
         let series = series.map(|series| id(ids, series));
-        insert.execute(params![event.at.0, series, event.kind.word(), event.text])?;
+        insert.execute(params![event.at.0, series, event.kind.as_str(), event.text])?;
     }
     Ok(())
 }

@@ -342,11 +342,11 @@ impl Reader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alarms::{AlarmBatch, AlarmHistoryEntry};
+    use crate::alarms::AlarmBatch;
     use crate::backup::Existing;
     use crate::database::{Database, Retention};
-    use crate::event::{Event as RecordEvent, EventKind};
     use crate::quality::Quality;
+    use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, Event as RecordEvent, EventKind, Priority};
     use std::path::Path;
 
     const DAY: i64 = 86_400 * Micros::SECOND;
@@ -372,13 +372,13 @@ mod tests {
 
     /// Writes an event and a row of the alarm history.
     fn write_event_and_alarm(database: &mut Database, at: i64, text: &str) {
-        let event = RecordEvent { at: Micros(at), gauge: None, kind: EventKind::Note, text: text.to_owned() };
+        let event = RecordEvent { at: Micros(at), gauge: None, kind: EventKind::Note.into(), text: text.to_owned() };
         let change = AlarmHistoryEntry {
             at: Micros(at),
             alarm: "chamber too high".to_owned(),
-            change: "raised".to_owned(),
-            state: "unacknowledged".to_owned(),
-            priority: "high".to_owned(),
+            change: AlarmChangeKind::Raised.into(),
+            state: AlarmState::Unacknowledged.into(),
+            priority: Priority::High.into(),
             subject: None,
             occurrence: at,
             user: None,
@@ -467,8 +467,12 @@ mod tests {
     fn events_are_sent_once_also_those_before_the_outbox() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
-        let event =
-            |text: &str| RecordEvent { at: Micros(1), gauge: None, kind: EventKind::Note, text: text.to_owned() };
+        let event = |text: &str| RecordEvent {
+            at: Micros(1),
+            gauge: None,
+            kind: EventKind::Note.into(),
+            text: text.to_owned(),
+        };
         let mut database = Database::open(&path, Micros(DAY)).unwrap();
         database.write(&[], &PendingSpans::default(), &[event("before")], &AlarmBatch::default()).unwrap();
         database.set_outbox(Some(Forward::Off));

@@ -1,6 +1,6 @@
 //! The qualities of samples.
 
-pub use profivac_devices::reading::Quality;
+pub use profivac_model::Quality;
 
 /// A set of qualities, as bits: the bit of a quality is its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! Reads samples, trends and events. A reader has a separate connection and never blocks the recorder.
 
-use super::audit::{self, AuditQuery, AuditRow};
+use super::audit::{self, AuditQuery};
 use super::connection::open_to_read;
 use super::error::DatabaseError;
-use super::event::{Event, EventKind};
 use super::quality::{Qualities, Quality};
 use super::retention::{Expired, Period};
 use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, Level, Summary};
+use profivac_model::{AuditEntry, Event, Word};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -127,7 +127,7 @@ impl Reader {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn audit(&self, query: &AuditQuery) -> Result<Vec<AuditRow>, DatabaseError> {
+    pub fn audit(&self, query: &AuditQuery) -> Result<Vec<AuditEntry>, DatabaseError> {
         audit::select(&self.connection, query).map_err(|error| self.failed(error))
     }
 
@@ -295,8 +295,7 @@ impl Reader {
             ),
             params![from.0, to.0, limit],
             |row| {
-                let kind: String = row.get(2)?;
-                let kind = EventKind::from_word(&kind).unwrap_or(EventKind::Note);
+                let kind = Word::read(row.get(2)?);
                 Ok(Event { at: Micros(row.get(0)?), gauge: row.get(1)?, kind, text: row.get(3)? })
             },
         )

@@ -457,18 +457,18 @@ pub fn read_as_current(connection: &Connection, found: i64) -> rusqlite::Result<
 
 #[cfg(test)]
 mod tests {
-    use super::super::alarms::{AlarmBatch, StoredAlarm};
-    use super::super::audit::{AuditAction, AuditQuery};
+    use super::super::alarms::AlarmBatch;
+    use super::super::audit::AuditQuery;
     use super::super::batch::Batch;
     use super::super::connection::{open_to_read, open_to_write};
     use super::super::database::Database;
-    use super::super::event::EventKind;
     use super::super::outbox::Forward;
     use super::super::quality::Quality;
     use super::super::reader::Reader;
     use super::super::sample::Micros;
     use super::super::spans::PendingSpans;
     use super::*;
+    use profivac_model::{AlarmState, AlarmStatus, Attribution, AuditAction, EventKind, Suppression};
     use std::io::{BufRead, BufReader};
     use std::path::Path;
     use std::process::{Command, Stdio};
@@ -530,7 +530,7 @@ mod tests {
         let summary = trend[0].summary;
         assert_eq!((summary.count, summary.low, summary.high, summary.qualities.0), (14, Some(1e-8), Some(1e5), 31));
         let events = reader.events(from, to, 100).unwrap();
-        let kinds: Vec<_> = events.iter().rev().map(|event| event.kind).collect();
+        let kinds: Vec<_> = events.iter().rev().map(|event| event.kind.clone()).collect();
         // Version 3 has no event of a later kind.
         let of_version_3 = EventKind::ALL.into_iter().filter(|kind| *kind != EventKind::PumpDown);
         assert_eq!(kinds, of_version_3.collect::<Vec<_>>());
@@ -543,7 +543,7 @@ mod tests {
         let query = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 100 };
         let mut rows = reader.audit(&query).unwrap();
         rows.reverse();
-        let actions: Vec<_> = rows.iter().map(|row| (row.id, row.entry.action, row.entry.refers_to)).collect();
+        let actions: Vec<_> = rows.iter().map(|row| (row.id, row.action, row.refers_to)).collect();
         let expected = [
             (1, AuditAction::ControlAuthority, None),
             (2, AuditAction::Execute, None),
@@ -555,9 +555,9 @@ mod tests {
             (8, AuditAction::ReturnedToService, None),
         ];
         assert_eq!(actions, expected);
-        let first = &rows[0].entry;
+        let first = &rows[0];
         assert_eq!(first.outcome.as_deref(), Some("has taken the mastership, which was free"), "sentences stay");
-        let done = &rows[2].entry;
+        let done = &rows[2];
         let cells = (done.user.as_str(), done.before.as_deref(), done.after.as_deref(), done.command_id.as_deref());
         assert_eq!(cells, ("Otto", Some("off"), Some("degas-on"), Some("646f-1")));
     }
@@ -565,19 +565,20 @@ mod tests {
     fn assert_alarms(reader: &Reader) {
         let alarms = reader.alarms().unwrap();
         let second = |second: i64| Micros((1_767_225_600 + second) * Micros::SECOND);
-        let expected = StoredAlarm {
-            state: "acknowledged".to_owned(),
+        let expected = AlarmStatus {
+            state: AlarmState::Acknowledged,
             since: second(9),
             occurrence: 1_767_225_608_000,
-            raised_at: Some(second(8)),
+            raised: Some(second(8)),
             value: Some(2.5),
             text: "chamber shows 2.50e-2 mbar, above the limit of 1.00e-2 mbar".to_owned(),
-            acknowledged: Some(("Otto".to_owned(), second(9))),
-            ..StoredAlarm::default()
+            acknowledged: Some(Attribution { user: "Otto".to_owned(), at: second(9) }),
+            ..AlarmStatus::default()
         };
         assert_eq!(alarms[0], ("chamber too high".to_owned(), expected));
-        let out = (alarms[1].1.out_of_service.clone(), alarms[1].1.out_until);
-        assert_eq!(out, (Some(("Erna".to_owned(), second(10), "calibration".to_owned())), Some(second(3600))));
+        let by = Attribution { user: "Erna".to_owned(), at: second(10) };
+        let out = Suppression { by, reason: "calibration".to_owned(), until: Some(second(3600)) };
+        assert_eq!(alarms[1].1.suppression, Some(out));
         let history = reader.alarm_history(Micros(0), Micros(i64::MAX), None, 10).unwrap();
         let changes: Vec<_> = history.iter().map(|entry| (entry.change.as_str(), entry.user.as_deref())).collect();
         assert_eq!(changes, [("acknowledged", Some("Otto")), ("raised", None)]);

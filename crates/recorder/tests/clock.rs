@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
-use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification};
+use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, Priority, Role};
+use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::clock::ClockTime;
 use profivac_recorder::{
@@ -92,7 +93,7 @@ impl Station {
     fn record(&self, text: &str) {
         let at = self.clock.now().wall;
         self.recorder().push(&Arc::from("chamber"), Sample::new(at, Some(1.0), Quality::Valid));
-        self.recorder().record_event(Event { at, gauge: None, kind: EventKind::Note, text: text.to_owned() });
+        self.recorder().record_event(Event { at, gauge: None, kind: EventKind::Note.into(), text: text.to_owned() });
         assert!(self.recorder().audit(audit_entry(at)).wait());
         let batch = AlarmBatch {
             history: vec![history_entry(at, text)],
@@ -136,11 +137,12 @@ impl Station {
 
 fn audit_entry(at: Micros) -> AuditEntry {
     AuditEntry {
+        id: 0,
         at,
         action: AuditAction::Acknowledged,
         refers_to: None,
         user: "Otto".to_owned(),
-        role: "operator".to_owned(),
+        role: Role::Operator.into(),
         peer: None,
         gauge: None,
         segment: None,
@@ -157,9 +159,9 @@ fn history_entry(at: Micros, text: &str) -> AlarmHistoryEntry {
     AlarmHistoryEntry {
         at,
         alarm: "high".to_owned(),
-        change: "raised".to_owned(),
-        state: "unacknowledged".to_owned(),
-        priority: "high".to_owned(),
+        change: AlarmChangeKind::Raised.into(),
+        state: AlarmState::Unacknowledged.into(),
+        priority: Priority::High.into(),
         subject: None,
         occurrence: 1,
         user: None,

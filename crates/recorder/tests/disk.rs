@@ -4,7 +4,8 @@
 
 use crate::common::{Fixture, keep_everything};
 use crate::until::until;
-use profivac_recorder::alarms::{AlarmBatch, StoredAlarm, StoredPlantState};
+use profivac_model::{AlarmState, AlarmStatus, Attribution, Declaration, Role};
+use profivac_recorder::alarms::AlarmBatch;
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::database::Database;
 use profivac_recorder::spans::PendingSpans;
@@ -33,16 +34,17 @@ fn push(recorder: &Recorder, samples: impl IntoIterator<Item = Sample>) {
 }
 
 fn event(text: &str) -> Event {
-    Event { at: Micros(Micros::SECOND), gauge: None, kind: EventKind::Note, text: text.to_owned() }
+    Event { at: Micros(Micros::SECOND), gauge: None, kind: EventKind::Note.into(), text: text.to_owned() }
 }
 
 fn entry(what: AuditAction, of: Option<i64>) -> AuditEntry {
     AuditEntry {
+        id: 0,
         at: Micros(Micros::SECOND),
         action: what,
         refers_to: of,
         user: "Otto".to_owned(),
-        role: "operator".to_owned(),
+        role: Role::Operator.into(),
         peer: None,
         gauge: None,
         segment: None,
@@ -92,20 +94,23 @@ fn an_error_says_why_there_can_be_no_database() {
 #[test]
 fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states_of_the_alarms() {
     let fixture = Fixture::new();
-    let alarm = |state: &str| StoredAlarm { state: state.to_owned(), ..StoredAlarm::default() };
-    let batch = |name: &str, state: Option<&str>| AlarmBatch {
+    let alarm = |state| AlarmStatus { state, ..AlarmStatus::default() };
+    let batch = |name: &str, state: Option<AlarmState>| AlarmBatch {
         alarms: BTreeMap::from([(name.to_owned(), state.map(alarm))]),
         ..AlarmBatch::default()
     };
     // States of an earlier run count as well.
-    assert!(fixture.recorder(keep_everything()).record_alarms(batch("before", Some("acknowledged")), Vec::new()));
+    assert!(
+        fixture.recorder(keep_everything()).record_alarms(batch("before", Some(AlarmState::Acknowledged)), Vec::new())
+    );
     let recorder = fixture.recorder(keep_everything());
     push(&recorder, [sample(0, 1.0)]);
-    assert!(recorder.record_alarms_with_receipt(batch("high", Some("unacknowledged")), Vec::new()).wait());
-    assert!(recorder.record_alarms_with_receipt(batch("gone", Some("returned")), Vec::new()).wait());
+    assert!(recorder.record_alarms_with_receipt(batch("high", Some(AlarmState::Unacknowledged)), Vec::new()).wait());
+    assert!(recorder.record_alarms_with_receipt(batch("gone", Some(AlarmState::Returned)), Vec::new()).wait());
     assert!(recorder.record_alarms_with_receipt(batch("gone", None), Vec::new()).wait());
-    let vented = StoredPlantState { user: "Ada".to_owned(), at: Micros(1), reason: "so".to_owned(), until: Micros(9) };
-    let declare = |name: &str, state: Option<&StoredPlantState>| AlarmBatch {
+    let by = Attribution { user: "Ada".to_owned(), at: Micros(1) };
+    let vented = Declaration { by, reason: "so".to_owned(), until: Micros(9) };
+    let declare = |name: &str, state: Option<&Declaration>| AlarmBatch {
         plant_states: BTreeMap::from([(name.to_owned(), state.cloned())]),
         ..AlarmBatch::default()
     };
@@ -122,8 +127,8 @@ fn a_database_deleted_during_a_run_is_created_again_with_an_event_and_the_states
     assert_eq!(events.len(), 1, "{events:?}");
     assert!(events[0].text.starts_with("the database was deleted or replaced while the station recorded into it: "));
     let states: Vec<_> = reader.alarms().unwrap().into_iter().map(|(name, alarm)| (name, alarm.state)).collect();
-    let expected = [("before", "acknowledged"), ("high", "unacknowledged")];
-    assert_eq!(states, expected.map(|(name, state)| (name.to_owned(), state.to_owned())));
+    let expected = [("before", AlarmState::Acknowledged), ("high", AlarmState::Unacknowledged)];
+    assert_eq!(states, expected.map(|(name, state)| (name.to_owned(), state)));
     assert_eq!(reader.plant_states().unwrap(), [("Vented".to_owned(), vented)]);
     push(&recorder, [sample(2, 3.0)]);
     drop(recorder);
@@ -192,11 +197,7 @@ fn an_outcome_is_written_after_the_database_of_its_command_was_deleted() {
     let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 10 };
     let rows = fixture.reader().audit(&wanted).unwrap();
     assert_eq!(rows.len(), 1);
-    assert_eq!(
-        (rows[0].entry.action, rows[0].entry.refers_to),
-        (AuditAction::Outcome, None),
-        "the row it refers to is deleted"
-    );
+    assert_eq!((rows[0].action, rows[0].refers_to), (AuditAction::Outcome, None), "the row it refers to is deleted");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn child_records_until_it_is_killed() {
         let at = Micros(BEGIN + number * Micros::SECOND);
         // Each pressure is outside the deadband of the one before.
         recorder.push(&gauge, Sample::new(at, Some(10_f64.powi((number % 10) as i32)), Quality::Valid));
-        let event = Event { at, gauge: None, kind: EventKind::Note, text: number.to_string() };
+        let event = Event { at, gauge: None, kind: EventKind::Note.into(), text: number.to_string() };
         assert!(recorder.record_event_and_wait(event));
         println!("acknowledged {number}");
         std::io::stdout().flush().unwrap();

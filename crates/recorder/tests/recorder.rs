@@ -151,8 +151,12 @@ fn every_sample_around_an_event_is_kept() {
     };
     let recorder = fixture.recorder(settings);
     (0..20).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
-    let event =
-        Event { at: at(19), gauge: Some("chamber".to_owned()), kind: EventKind::Gauge, text: "degas".to_owned() };
+    let event = Event {
+        at: at(19),
+        gauge: Some("chamber".to_owned()),
+        kind: EventKind::Gauge.into(),
+        text: "degas".to_owned(),
+    };
     assert!(recorder.record_event_and_wait(event.clone()));
     (20..40).for_each(|second| recorder.push(&gauge(), valid(second, 1e-6)));
     assert!(recorder.flush());

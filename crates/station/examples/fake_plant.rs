@@ -138,7 +138,7 @@ fn record_past(services: &Services, fakes: &[Fake], start: Micros) {
         let _written = services.recorder().record_event_and_wait(Event {
             at,
             gauge: gauge.map(str::to_owned),
-            kind,
+            kind: kind.into(),
             text: text.to_owned(),
         });
     }

@@ -63,5 +63,5 @@ impl Deref for RecorderHandle {
 }
 
 fn event(at: Micros, gauge: Option<&str>, kind: EventKind, text: String) -> Event {
-    Event { at, gauge: gauge.map(str::to_owned), kind, text }
+    Event { at, gauge: gauge.map(str::to_owned), kind: kind.into(), text }
 }

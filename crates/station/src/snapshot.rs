@@ -110,7 +110,11 @@ impl SnapshotStore {
     /// The gauge of this name.
     #[must_use]
     pub fn gauge(&self, name: &str) -> Option<Gauge> {
-        self.gauges().into_iter().find(|gauge| gauge.name == name)
+        let named = |published: &Published| {
+            let gauge = published.snapshot.gauges.iter().find(|gauge| gauge.name == name)?;
+            Some(gauge_after(gauge, published.at.elapsed()))
+        };
+        self.read().values().find_map(named)
     }
 
     /// Where the gauge of this name is connected.
@@ -171,7 +175,6 @@ fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
 mod tests {
     use super::*;
     use crate::view::BusStationState;
-    use std::sync::Arc;
 
     #[test]
     fn readings_age_after_publication_and_a_stalled_thread_is_reported() {
@@ -181,21 +184,12 @@ mod tests {
             address: 5,
             device: "bcg450".to_owned(),
             has_dpv1: true,
-            listen_only: false,
-            assumptions: Vec::new(),
             state: BusStationState::DataExchange,
-            problem: None,
-            exceptions: Vec::new(),
-            warnings: Vec::new(),
             gas: "n2".to_owned(),
-            levels: Vec::new(),
-            readings: Vec::new(),
             poll_ms: 200,
             stale_after_ms: 3000,
             age_ms: Some(12),
-            parameters: Arc::default(),
-            read_at: None,
-            lost_at: None,
+            ..Gauge::default()
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
         let segment = Segment {

@@ -2,10 +2,9 @@
 //!
 //! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
-use profivac_devices::Principle;
 use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
-use profivac_recorder::{Event, EventKind, Micros, Quality};
+use profivac_model::{Micros, Principle, Quality, words};
 use profivac_web_server::auth::Role;
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
@@ -40,16 +39,16 @@ pub struct RecorderView {
     pub lost_events: u64,
 }
 
-/// The state of a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SegmentState {
-    /// The port is not open.
-    Waiting,
-    /// The master listens before it enters the ring, or the station only listens and has received no telegram for three seconds.
-    Listening,
-    /// The master is in the ring, or the station only listens and receives telegrams.
-    Running,
+words! {
+    /// The state of a segment.
+    pub enum SegmentState {
+        /// The port is not open.
+        Waiting = "waiting",
+        /// The master listens before it enters the ring, or the station only listens and has received no telegram for three seconds.
+        Listening = "listening",
+        /// The master is in the ring, or the station only listens and receives telegrams.
+        Running = "running",
+    }
 }
 
 /// A segment with the stations on its bus.
@@ -78,7 +77,7 @@ pub struct Segment {
 }
 
 /// The state of a station on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusStationState {
     /// The master of this station.
@@ -92,6 +91,7 @@ pub enum BusStationState {
     /// A gauge that is being brought into data exchange.
     Starting,
     /// A gauge that does not answer, or belongs to another master.
+    #[default]
     Missing,
     /// A slave that is not in the station's file.
     Unconfigured,
@@ -115,7 +115,7 @@ pub struct BusStation {
 }
 
 /// A gauge.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Gauge {
     /// Its name.
     pub name: String,
@@ -153,7 +153,7 @@ pub struct Gauge {
     pub age_ms: Option<u64>,
     /// When the gauge gave the readings, in milliseconds since 1970; `null` if there never was one.
     #[schema(value_type = Option<i64>)]
-    #[serde(rename = "read_ms", serialize_with = "milliseconds")]
+    #[serde(rename = "read_ms")]
     pub read_at: Option<Micros>,
     /// When the station decided the present state of a gauge without readings: lost, or being brought into data exchange. `None` while
     /// it has readings. Gateways show it as the time of their loss.
@@ -180,7 +180,7 @@ pub struct WatchedParameter {
     pub text: String,
     /// When it was read, in milliseconds since 1970.
     #[schema(value_type = Option<i64>)]
-    #[serde(rename = "read_ms", serialize_with = "milliseconds")]
+    #[serde(rename = "read_ms")]
     pub read_at: Option<Micros>,
 }
 
@@ -200,9 +200,9 @@ pub struct Reading {
     pub series: String,
     /// The instance or channel, 0 if there is only one.
     pub instance: u8,
-    /// How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
-    #[schema(value_type = Option<String>)]
-    #[serde(serialize_with = "principle")]
+    /// How the part senses.
+    #[schema(value_type = Option<profivac_model::quality::schema::Principle>)]
+    #[serde(serialize_with = "words::serialize_optional")]
     pub principle: Option<Principle>,
     /// The indicated pressure in Pa; `null` unless the quality is `valid`.
     pub pa: Option<f64>,
@@ -210,9 +210,9 @@ pub struct Reading {
     pub limit_pa: Option<f64>,
     /// The pressure in Pa, corrected for the gas; `null` where no factor holds.
     pub corrected_pa: Option<f64>,
-    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
-    #[schema(value_type = String)]
-    #[serde(serialize_with = "word_of")]
+    /// The quality.
+    #[schema(value_type = profivac_model::quality::schema::Quality)]
+    #[serde(serialize_with = "words::serialize")]
     pub quality: Quality,
     /// The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives.
     pub cause: Option<String>,
@@ -224,10 +224,6 @@ impl Reading {
     pub fn bound_pa(&self) -> Option<f64> {
         self.pa.or(self.limit_pa)
     }
-}
-
-fn word_of<S: Serializer>(quality: &Quality, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(quality.word())
 }
 
 /// The alarms of a gauge, or the faults of its readings.
@@ -256,42 +252,6 @@ pub fn mbar(pa: f64) -> String {
 
 fn sequence<S: Serializer, T: Serialize>(items: &Arc<[T]>, serializer: S) -> Result<S::Ok, S::Error> {
     items[..].serialize(serializer)
-}
-
-fn milliseconds<S: Serializer>(at: &Option<Micros>, serializer: S) -> Result<S::Ok, S::Error> {
-    at.map(unix_ms).serialize(serializer)
-}
-
-/// The word of a principle, or `null`.
-fn principle<S: Serializer>(principle: &Option<Principle>, serializer: S) -> Result<S::Ok, S::Error> {
-    let word = principle.map(|principle| match principle {
-        Principle::Pirani => "pirani",
-        Principle::HotCathode => "hot-cathode",
-        Principle::ColdCathode => "cold-cathode",
-        Principle::Diaphragm => "diaphragm",
-        Principle::Atmosphere => "atmosphere",
-    });
-    word.serialize(serializer)
-}
-
-/// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct EventView {
-    /// When, in milliseconds since 1970.
-    pub at_ms: i64,
-    /// The gauge, if the event is about one.
-    pub gauge: Option<String>,
-    /// The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
-    #[schema(value_type = String)]
-    pub kind: EventKind,
-    /// One sentence.
-    pub text: String,
-}
-
-impl From<Event> for EventView {
-    fn from(event: Event) -> Self {
-        Self { at_ms: unix_ms(event.at), gauge: event.gauge, kind: event.kind, text: event.text }
-    }
 }
 
 /// A value with its 95 % interval.
@@ -511,7 +471,7 @@ pub struct WriteInfo {
 /// Milliseconds since 1970.
 #[must_use]
 pub const fn unix_ms(at: Micros) -> i64 {
-    at.0.div_euclid(1000)
+    at.milliseconds()
 }
 
 /// A time in whole milliseconds.

@@ -7,7 +7,7 @@ use crate::support::database;
 use crate::support::inputs::{actor, inputs};
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::{Micros, Quality, Reader};
-use profivac_station::alarm::{AlarmState, Condition, NotificationTarget, Priority, Rule, Series};
+use profivac_station::alarm::{AlarmChangeKind, AlarmState, Condition, NotificationTarget, Priority, Rule, Series};
 use profivac_station::services::Services;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -81,8 +81,11 @@ fn forty_kills_lose_no_acknowledgement_and_no_alarm_state() {
         let acknowledged = kill_after(random.usize(1..8), random.usize(0..20_000), folder);
         let reader = Reader::open(&path).unwrap();
         let lines = reader.alarm_history(Micros(0), Micros(i64::MAX), Some("chatters"), u32::MAX).unwrap();
-        let known: Vec<_> =
-            lines.iter().filter(|line| line.change == "acknowledged").map(|line| line.occurrence).collect();
+        let known: Vec<_> = lines
+            .iter()
+            .filter(|line| line.change == AlarmChangeKind::Acknowledged)
+            .map(|line| line.occurrence)
+            .collect();
         for raised in &acknowledged {
             assert!(known.contains(raised), "{raised} was confirmed and is lost");
         }

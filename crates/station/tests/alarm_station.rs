@@ -39,7 +39,7 @@ fn history(services: &Services) -> Vec<(String, String)> {
     assert!(services.recorder().flush());
     let lines =
         services.recorder().open_reader().unwrap().alarm_history(Micros(0), Micros(i64::MAX), None, 1000).unwrap();
-    lines.into_iter().rev().map(|line| (line.alarm, line.change)).collect()
+    lines.into_iter().rev().map(|line| (line.alarm, line.change.as_str().to_owned())).collect()
 }
 
 #[test]

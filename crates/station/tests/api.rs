@@ -106,21 +106,12 @@ fn snapshot() -> SegmentSnapshot {
         address: 5,
         device: "bcg450".to_owned(),
         has_dpv1: true,
-        listen_only: false,
-        assumptions: Vec::new(),
         state: BusStationState::DataExchange,
-        problem: None,
-        exceptions: Vec::new(),
-        warnings: Vec::new(),
         gas: "ar".to_owned(),
-        levels: Vec::new(),
         readings: vec![reading],
-        age_ms: None,
-        parameters: Arc::default(),
-        read_at: None,
-        lost_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
+        ..Gauge::default()
     };
     let segment = Segment {
         name: "hall".to_owned(),

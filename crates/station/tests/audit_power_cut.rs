@@ -72,7 +72,7 @@ fn preview() -> OperationPreview {
 fn trail(path: &Path) -> Vec<(AuditAction, String, Option<String>)> {
     let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 1000 };
     let rows = Reader::open(path).unwrap().audit(&wanted).unwrap();
-    rows.into_iter().rev().map(|row| (row.entry.action, row.entry.user, row.entry.outcome)).collect()
+    rows.into_iter().rev().map(|row| (row.action, row.user, row.outcome)).collect()
 }
 
 #[test]

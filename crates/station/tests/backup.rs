@@ -99,10 +99,7 @@ async fn an_engineer_downloads_a_copy_with_the_samples_and_the_row_of_the_audit_
             limit: 10,
         };
         let rows = reader.audit(&query).unwrap();
-        rows.into_iter()
-            .rev()
-            .map(|row| (row.entry.action.word(), row.entry.user, row.entry.outcome))
-            .collect::<Vec<_>>()
+        rows.into_iter().rev().map(|row| (row.action.word(), row.user, row.outcome)).collect::<Vec<_>>()
     };
     let begun = ("backup", "Ada".to_owned(), None);
     assert_eq!(rows(&reader), std::slice::from_ref(&begun));

@@ -8,7 +8,7 @@ use crate::until::pause;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::{Config, Email};
 use profivac_station::services::Services;
-use profivac_station::webhook::{DeliverySettings, DeliveryThread, WebhookView};
+use profivac_station::webhook::{DeliverySettings, DeliveryThread, ReceiverKind, WebhookView};
 use serde_json::{Value, json};
 use std::fs;
 use std::io::{BufRead, BufReader, Lines};
@@ -178,7 +178,7 @@ fn a_message_says_in_words_what_happened_over_starttls_with_a_login() {
     );
     assert_ne!(header(&first, "Message-ID"), header(&second, "Message-ID"));
     let view = fixture.until(|view| view.delivered == 2 && view.waiting == 0);
-    assert_eq!((view.kind, view.at), ("email", format!("smtp://localhost:{}", server.port)));
+    assert_eq!((view.kind, view.at), (ReceiverKind::Email, format!("smtp://localhost:{}", server.port)));
 }
 
 #[test]

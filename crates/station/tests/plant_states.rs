@@ -106,7 +106,7 @@ impl Fixture {
     /// The changes in the history, the first one first.
     fn history(&self) -> Vec<String> {
         let rows = self.reader().alarm_history(Micros(0), Micros(i64::MAX), Some("too high"), 100).unwrap();
-        rows.into_iter().rev().map(|row| row.change).collect()
+        rows.into_iter().rev().map(|row| row.change.as_str().to_owned()).collect()
     }
 
     fn events(&self) -> Vec<String> {

@@ -86,8 +86,12 @@ fn plant(recorder: &Recorder) {
         (1_200.0, Some("ion"), "ion: it exchanges data"),
         (2_400.0, Some("elsewhere"), "elsewhere: of another chamber"),
     ] {
-        let event =
-            Event { at: at(second), gauge: gauge.map(str::to_owned), kind: EventKind::Note, text: text.to_owned() };
+        let event = Event {
+            at: at(second),
+            gauge: gauge.map(str::to_owned),
+            kind: EventKind::Note.into(),
+            text: text.to_owned(),
+        };
         assert!(recorder.record_event_and_wait(event));
     }
 }
@@ -207,7 +211,7 @@ fn names_from_a_database_are_never_markup() {
             recorder.push(&gauge, Sample::new(at(second), Some(pa), Quality::Valid));
         }
         let text = "</td><img src=x onerror=alert(1)>".to_owned();
-        let event = Event { at: at(5.0), gauge: Some(hostile.to_owned()), kind: EventKind::Note, text };
+        let event = Event { at: at(5.0), gauge: Some(hostile.to_owned()), kind: EventKind::Note.into(), text };
         assert!(recorder.record_event_and_wait(event));
     });
     let reader = Reader::open(&made.path).unwrap();

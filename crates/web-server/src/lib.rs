@@ -15,7 +15,7 @@
 //! | [`headers`] | security headers, requested hosts |
 //! | [`problem`] | problem documents |
 //! | [`body`], [`query`] | bodies and query parameters |
-//! | [`live_source`], `merge_patch`, [`compression`] | a state and its changes as a stream, and their compression |
+//! | [`live_source`], [`compression`] | a state and its changes as a stream, and their compression |
 //! | [`tables`] | tables that the files of a station and of an archive share |
 //! | [`client_tls`], [`http_client`] | TLS and HTTP requests to servers of others |
 //! | [`host_name`], [`visible_text`] | host names; names, reasons and comments that users type |
@@ -33,7 +33,6 @@ pub mod headers;
 pub mod host_name;
 pub mod http_client;
 pub mod live_source;
-mod merge_patch;
 pub mod middleware;
 pub mod problem;
 pub mod query;

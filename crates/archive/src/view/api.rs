@@ -83,7 +83,7 @@ struct Shared {
     stations: Stations,
     log: Arc<dyn AccessObserver>,
     visibility: Visibility,
-    sources: Arc<Mutex<HashMap<Hidden, Arc<LiveSource>>>>,
+    sources: Arc<Mutex<HashMap<Hidden, Arc<LiveSource<Shown>>>>>,
 }
 
 /// The API and the page.
@@ -133,8 +133,8 @@ async fn archive(State(shared): State<Shared>, user: User) -> Json<Shown> {
 
 /// The same, and its changes, up to one a second
 ///
-/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-/// the state. The stream ends with the session of its client.
+/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+/// changed: of stations, readings and alarms the entries that have changed, `null` for one that is gone. The stream ends with the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = Shown)))]
 async fn live(State(shared): State<Shared>, user: User, headers: HeaderMap, extensions: Extensions) -> Response {
     stream(shared.source_for(&user), &headers, &extensions)
@@ -222,13 +222,12 @@ impl Shared {
     }
 
     /// The stream of all who see the same plants.
-    fn source_for(&self, user: &User) -> Arc<LiveSource> {
+    fn source_for(&self, user: &User) -> Arc<LiveSource<Shown>> {
         let hidden = self.visibility.hidden_from(user);
         let mut sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
         let source = || {
             let (watch, hidden) = (self.watch.clone(), hidden.clone());
-            let state = move || serde_json::to_value(watch.state(&hidden)).unwrap_or_default();
-            Arc::new(LiveSource::of(PERIOD, state))
+            Arc::new(LiveSource::of(PERIOD, move || watch.state(&hidden)))
         };
         Arc::clone(sources.entry(hidden.clone()).or_insert_with(source))
     }

@@ -2,6 +2,7 @@
 
 use super::pool::{Pool, PoolError};
 use super::visibility::Hidden;
+use profivac_model::{Event, Micros, Word};
 use profivac_recorder::Trend;
 use serde::Serialize;
 use tokio_postgres::Row;
@@ -107,14 +108,9 @@ pub struct ArchivedEvent {
     pub plant: String,
     /// The station.
     pub station: String,
-    /// When, in milliseconds since 1970, by the clock of the station.
-    pub at_ms: i64,
-    /// The gauge, if the event is about one.
-    pub gauge: Option<String>,
-    /// The kind, as at the station: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
-    pub kind: String,
-    /// What happened, in a sentence.
-    pub text: String,
+    /// The event, with its time by the clock of the station.
+    #[serde(flatten)]
+    pub event: Event,
 }
 
 /// Events of one station or of all plants that are not hidden, the latest first.
@@ -140,10 +136,12 @@ pub async fn events(
     let event = |row: &Row| ArchivedEvent {
         plant: row.get("plant"),
         station: row.get("station"),
-        at_ms: row.get("at"),
-        gauge: row.get("series"),
-        kind: row.get("kind"),
-        text: row.get("text"),
+        event: Event {
+            at: Micros(row.get::<_, i64>("at").saturating_mul(1000)),
+            gauge: row.get("series"),
+            kind: Word::read(row.get("kind")),
+            text: row.get("text"),
+        },
     };
     Ok(rows.iter().map(event).collect())
 }

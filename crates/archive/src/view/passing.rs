@@ -68,7 +68,7 @@ fn reading(station: &str, series: &str, sample: &Sample) -> LatestReading {
         at_ms: milliseconds(sample.at),
         pa: sample.pa.filter(|_| is_valid),
         limit_pa: sample.pa.filter(|_| !is_valid),
-        quality: sample.quality.word(),
+        quality: sample.quality,
         mean_of_ms: None,
     }
 }

@@ -1,7 +1,8 @@
 //! What the live stream shows.
 
 use super::visibility::Hidden;
-use profivac_recorder::Quality;
+use profivac_model::{AlarmState, Priority, Quality, Word, words};
+use profivac_web_server::live_source::{Changes, LiveState};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
@@ -40,6 +41,19 @@ impl State {
     }
 }
 
+impl LiveState for State {
+    fn changes_since(&self, before: &Self) -> Changes {
+        let Self { now_ms, problem, stations, readings, alarms, not_listed, alarms_of_plant: _ } = self;
+        Changes::default()
+            .part("now_ms", &before.now_ms, now_ms)
+            .part("problem", &before.problem, problem)
+            .entries("stations", &before.stations, stations)
+            .entries("readings", &before.readings, readings)
+            .entries("alarms", &before.alarms, alarms)
+            .part("not_listed", &before.not_listed, not_listed)
+    }
+}
+
 /// A station as the archive knows it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct StationState {
@@ -67,9 +81,10 @@ pub struct LatestReading {
     pub pa: Option<f64>,
     /// The end of the range that the pressure is beyond, in Pa.
     pub limit_pa: Option<f64>,
-    /// The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing` or `assumed`.
-    #[schema(example = "valid")]
-    pub quality: &'static str,
+    /// The quality.
+    #[schema(value_type = profivac_model::quality::schema::Quality)]
+    #[serde(serialize_with = "words::serialize")]
+    pub quality: Quality,
     /// The milliseconds from `at_ms` on of which `pa` is the geometric mean; `null` for a sample.
     pub mean_of_ms: Option<i64>,
 }
@@ -85,7 +100,7 @@ impl LatestReading {
         let quality = highest.map_or(Quality::Missing, |bit| Quality::from_number(bit).unwrap_or(Quality::Fault));
         let pa = mean_pa.filter(|_| quality == Quality::Valid);
         let mean_of_ms = Some(SPAN_MS);
-        Self { station, series, at_ms: start_ms, pa, limit_pa: None, quality: quality.word(), mean_of_ms }
+        Self { station, series, at_ms: start_ms, pa, limit_pa: None, quality, mean_of_ms }
     }
 }
 
@@ -98,10 +113,12 @@ pub struct ActiveAlarm {
     pub station: String,
     /// The name of the alarm.
     pub alarm: String,
-    /// The state: `unacknowledged`, `acknowledged`, `returned`, `shelved`, `out-of-service` or `suppressed`.
-    pub state: String,
-    /// The priority: `high`, `medium` or `low`.
-    pub priority: String,
+    /// The state, which is not `normal`.
+    #[schema(value_type = AlarmState)]
+    pub state: Word<AlarmState>,
+    /// The priority.
+    #[schema(value_type = Priority)]
+    pub priority: Word<Priority>,
     /// The number of the occurrence, which an acknowledgement names.
     pub occurrence: i64,
     /// The gauge or the segment that the alarm is about.
@@ -124,16 +141,19 @@ mod tests {
             LatestReading::of_span("hall-1".to_owned(), "chamber".to_owned(), 7, mean_pa, qualities)
         };
         let valid = of(Some(2.0), 1);
-        assert_eq!((valid.at_ms, valid.pa, valid.quality, valid.mean_of_ms), (7, Some(2.0), "valid", Some(120_000)));
-        for (mean_pa, qualities, word) in [
-            (Some(2.0), 1 | 1 << Quality::Overrange as i16, "overrange"),
-            (None, 1 << Quality::Off as i16, "off"),
-            (None, 0, "missing"),
-            (Some(2.0), 1 | 1 << 14, "fault"),
-            (Some(2.0), i16::MIN, "fault"),
+        assert_eq!(
+            (valid.at_ms, valid.pa, valid.quality, valid.mean_of_ms),
+            (7, Some(2.0), Quality::Valid, Some(120_000))
+        );
+        for (mean_pa, qualities, quality) in [
+            (Some(2.0), 1 | 1 << Quality::Overrange as i16, Quality::Overrange),
+            (None, 1 << Quality::Off as i16, Quality::Off),
+            (None, 0, Quality::Missing),
+            (Some(2.0), 1 | 1 << 14, Quality::Fault),
+            (Some(2.0), i16::MIN, Quality::Fault),
         ] {
             let reading = of(mean_pa, qualities);
-            assert_eq!((reading.pa, reading.limit_pa, reading.quality), (None, None, word), "{qualities}");
+            assert_eq!((reading.pa, reading.limit_pa, reading.quality), (None, None, quality), "{qualities}");
         }
     }
 
@@ -146,15 +166,15 @@ mod tests {
             at_ms: 1,
             pa: Some(1.0),
             limit_pa: None,
-            quality: "valid",
+            quality: Quality::Valid,
             mean_of_ms: None,
         };
         let alarm = |plant: &str, station: &str| ActiveAlarm {
             plant: plant.to_owned(),
             station: station.to_owned(),
             alarm: "high".to_owned(),
-            state: "unacknowledged".to_owned(),
-            priority: "high".to_owned(),
+            state: AlarmState::Unacknowledged.into(),
+            priority: Priority::High.into(),
             occurrence: 1,
             subject: None,
             at_ms: 1,

@@ -10,7 +10,7 @@ use crate::schema::{SchemaError, upgrade};
 use crate::store::Incoming;
 use futures_util::StreamExt;
 use profivac_archive_protocol::nats::{INBOX, NatsError, SUBJECTS, connect_for};
-use profivac_recorder::{Micros, Quality};
+use profivac_model::{Micros, Quality, Word};
 use profivac_web_server::tables::archive::Nats;
 use std::collections::HashMap;
 use std::future::pending;
@@ -231,7 +231,7 @@ fn reading(station: String, row: &Row) -> LatestReading {
         at_ms: row.get("at"),
         pa: pressure.filter(|_| is_valid),
         limit_pa: pressure.filter(|_| !is_valid),
-        quality: quality.word(),
+        quality,
         mean_of_ms: None,
     }
 }
@@ -246,8 +246,8 @@ fn alarm(row: &Row) -> ActiveAlarm {
         plant: row.get("plant"),
         station: row.get("station"),
         alarm: row.get("alarm"),
-        state: row.get("state"),
-        priority: row.get("priority"),
+        state: Word::read(row.get("state")),
+        priority: Word::read(row.get("priority")),
         occurrence: row.get("occurrence"),
         subject: row.get("subject"),
         at_ms: row.get("at"),

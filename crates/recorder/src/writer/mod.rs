@@ -9,13 +9,12 @@ mod recorder;
 mod thread;
 
 use super::alarms::AlarmBatch;
-use super::audit::AuditEntry;
 use super::database::Retention;
 use super::deadband::Deadband;
 use super::error::AuditError;
-use super::event::Event;
 use super::outbox::Forward;
 use super::sample::{Micros, Sample};
+use profivac_model::{AuditEntry, Event};
 pub use recorder::{Recorder, WriteReceipt};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;

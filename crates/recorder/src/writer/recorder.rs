@@ -3,13 +3,12 @@
 use super::thread::Writer;
 use super::{Health, Message, Settings, count};
 use crate::alarms::AlarmBatch;
-use crate::audit::AuditEntry;
 use crate::clock::{Clock, SystemClock};
 use crate::database::Database;
 use crate::error::{AuditError, DatabaseError};
-use crate::event::Event;
 use crate::reader::Reader;
 use crate::sample::Sample;
+use profivac_model::{AuditEntry, Event};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,17 +1,16 @@
 //! The thread: filters, waiting rows, transactions.
 
 use super::{Health, Message, Settings, count};
-use crate::alarms::{AlarmBatch, StoredAlarm, StoredPlantState};
-use crate::audit::{AuditAction, AuditEntry};
+use crate::alarms::AlarmBatch;
 use crate::clock::{Clock, ClockMonitor};
 use crate::database::Database;
 use crate::deadband::DeadbandFilter;
 use crate::error::{AuditError, DatabaseError};
-use crate::event::{Event, EventKind};
 use crate::retention::ends_period;
 use crate::ring::RingBuffer;
 use crate::sample::{Micros, Sample};
 use crate::spans::PendingSpans;
+use profivac_model::{AlarmStatus, AuditAction, AuditEntry, Declaration, Event, EventKind};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -52,9 +51,9 @@ pub(super) struct Writer {
     audit: Vec<AuditEntry>,
     alarms: AlarmBatch,
     /// The states of all alarms, for a database that is created again.
-    alarm_states: BTreeMap<String, StoredAlarm>,
+    alarm_states: BTreeMap<String, AlarmStatus>,
     /// The same with the declared plant states.
-    plant_states: BTreeMap<String, StoredPlantState>,
+    plant_states: BTreeMap<String, Declaration>,
     /// Write before the end of the interval.
     is_urgent: bool,
     /// The batches that the archive has: epoch and number.
@@ -131,8 +130,8 @@ impl Writer {
     /// The same with the states of the alarms and the declared plant states in the database.
     pub(super) fn with_states(
         self,
-        alarm_states: BTreeMap<String, StoredAlarm>,
-        plant_states: BTreeMap<String, StoredPlantState>,
+        alarm_states: BTreeMap<String, AlarmStatus>,
+        plant_states: BTreeMap<String, Declaration>,
     ) -> Self {
         Self { alarm_states, plant_states, ..self }
     }
@@ -346,7 +345,7 @@ impl Writer {
     }
 
     fn station_event(&mut self, text: String) {
-        self.event(Event { at: self.monitor.last().wall, gauge: None, kind: EventKind::Station, text }, None);
+        self.event(Event { at: self.monitor.last().wall, gauge: None, kind: EventKind::Station.into(), text }, None);
     }
 
     fn prune(&mut self) {
@@ -429,7 +428,7 @@ mod tests {
         let series: Arc<str> = Arc::from("chamber");
         let now = Micros::now();
         let sample = |number: i64| Sample::new(Micros(now.0 + number * 1000), Some(1.0), Quality::Valid);
-        let event = |kind| Event { at: now, gauge: None, kind, text: "x".to_owned() };
+        let event = |kind: EventKind| Event { at: now, gauge: None, kind: kind.into(), text: "x".to_owned() };
         (0..100).for_each(|number| writer.sample(&series, sample(number)));
         let kept = writer.samples.len();
         writer.event(event(EventKind::Access), None);

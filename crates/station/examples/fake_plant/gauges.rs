@@ -300,21 +300,16 @@ impl Fake {
             address: self.address,
             device: self.device.to_owned(),
             has_dpv1: self.model().features.dpv1,
-            listen_only: false,
-            assumptions: Vec::new(),
             state: self.state,
             problem: self.problem.map(str::to_owned),
             exceptions: self.exceptions.iter().map(|&words| words.to_owned()).collect(),
-            warnings: Vec::new(),
             gas: self.gas.to_string(),
             levels: self.levels.iter().map(|(name, pa)| PressureLevel { name: (*name).to_owned(), pa: *pa }).collect(),
             readings: readings.map(|(index, (series, shown))| self.reading(index, &series, told(shown))).collect(),
             age_ms,
-            parameters: Arc::default(),
-            read_at: None,
-            lost_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,
+            ..Gauge::default()
         }
     }
 

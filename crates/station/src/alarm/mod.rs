@@ -5,9 +5,10 @@
 //!                               acknowledge, out of service, plant state ──────────────┘└─ notifications for webhooks
 //! ```
 //!
+//! The state table is `AlarmState::after` in the crate `model`.
+//!
 //! | Module | Holds |
 //! |---|---|
-//! | [`state`] | the state table |
 //! | [`plant_state`] | plant states that users declare, and which alarms each suppresses |
 //! | [`rule`] | the condition of an alarm, its priority and its delays |
 //! | [`evaluate`] | whether a condition is met |
@@ -18,7 +19,7 @@
 //! | [`performance`] | figures: how many alarms, how often, which |
 //! | [`limits`] | the reasons and times that the station accepts |
 //! | [`service`] | the alarms of a running station, shared by its threads |
-//! | [`suppression`] | times on both clocks, and why an alarm is silent |
+//! | [`suppression`] | the present time on both clocks |
 //! | [`thread`] | the thread that evaluates |
 
 pub mod evaluate;
@@ -30,7 +31,6 @@ pub mod plant_state;
 pub mod registry;
 pub mod rule;
 pub mod service;
-pub mod state;
 pub mod suppression;
 pub mod thread;
 pub mod view;
@@ -40,9 +40,11 @@ pub use limits::{MAX_SHELVED_MINUTES, ReasonError, SHELVED, checked_reason};
 pub use notify::{NotificationTarget, QuietHours};
 pub use persistence::SettingsChange;
 pub use plant_state::{PlantStateError, PlantStateRule};
-pub use registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind};
-pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
+pub use profivac_model::{
+    AlarmChangeKind, AlarmState, AlarmStatus, Attribution, ConditionKind, Declaration, Priority, Suppression,
+};
+pub use registry::{AlarmChange, AlarmError, AlarmRegistry};
+pub use rule::{BusQuantity, Condition, Rule, Series};
 pub use service::{AlarmResult, AlarmService, AlarmServiceError, PlantStateServiceError};
-pub use state::AlarmState;
-pub use suppression::{AlarmTime, Attribution, Suppression};
+pub use suppression::AlarmTime;
 pub use thread::AlarmThread;

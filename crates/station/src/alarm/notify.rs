@@ -11,12 +11,12 @@
 //!
 //! What a target was told is forgotten at the end of the station: after a start it is told again of alarms that still wait.
 
-use super::registry::{AlarmChange, ChangeKind, RegisteredAlarm};
-use super::rule::Priority;
+use super::registry::{AlarmChange, RegisteredAlarm};
 use super::suppression::AlarmTime;
 use jiff::Timestamp;
 use jiff::civil::Time;
 use jiff::tz::TimeZone;
+use profivac_model::{AlarmChangeKind, Priority};
 use profivac_recorder::Micros;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -110,7 +110,7 @@ impl Notifier {
     pub fn told_of(&mut self, change: &AlarmChange) -> Vec<String> {
         let AlarmChange { at, rule, kind, status, was, .. } = change;
         let is_open = was.is_active() || was.needs_acknowledgement();
-        if *kind == ChangeKind::Unsuppressed || (*kind == ChangeKind::Suppressed && !is_open) {
+        if *kind == AlarmChangeKind::Unsuppressed || (*kind == AlarmChangeKind::Suppressed && !is_open) {
             return Vec::new();
         }
         let told = &mut self.told;
@@ -120,7 +120,7 @@ impl Notifier {
             }
             let key = (target.webhook.clone(), rule.name.clone());
             let is_quiet = target.is_quiet(rule.priority, *at);
-            if *kind != ChangeKind::Raised {
+            if *kind != AlarmChangeKind::Raised {
                 return !is_quiet && told.get(&key) == Some(&status.occurrence);
             }
             let is_told = target.is_told_at_once() && !is_quiet;

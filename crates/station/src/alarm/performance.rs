@@ -1,6 +1,6 @@
 //! Figures of the alarm system after ISA-18.2 (IEC 62682), clause 16, and EEMUA 191: how many alarms an operator gets, when, and which.
 
-use super::rule::Priority;
+use profivac_model::Priority;
 use profivac_recorder::Micros;
 use serde::Serialize;
 use std::collections::{BTreeMap, VecDeque};

@@ -1,74 +1,23 @@
 //! The rows, events and notifications of a change.
 
 use super::notify::Notifier;
-use super::plant_state::{Declaration, PlantStateChange, PlantStateChangeKind, rfc3339};
-use super::registry::{AlarmChange, AlarmStatus, ChangeKind, RegisteredAlarm};
+use super::plant_state::{PlantStateChange, PlantStateChangeKind, rfc3339};
+use super::registry::{AlarmChange, RegisteredAlarm};
 use super::rule::Rule;
-use super::state::AlarmState;
-use super::suppression::{Attribution, Suppression};
 use crate::view::unix_ms;
-use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry, Notification, StoredAlarm, StoredPlantState};
-use profivac_recorder::{AuditAction, AuditEntry, Event, EventKind, Micros};
+use profivac_model::{
+    AlarmChangeKind, AlarmHistoryEntry, AlarmStatus, AuditAction, AuditEntry, Declaration, Event, EventKind, Micros,
+};
+use profivac_recorder::alarms::{AlarmBatch, Notification};
 use profivac_web_server::auth::Actor;
 use serde_json::json;
-
-impl From<&AlarmStatus> for StoredAlarm {
-    fn from(status: &AlarmStatus) -> Self {
-        let AlarmStatus { state, since, occurrence, raised, value, text, acknowledged, suppression } = status;
-        Self {
-            state: state.word().to_owned(),
-            since: *since,
-            occurrence: *occurrence,
-            raised_at: *raised,
-            value: *value,
-            text: text.clone(),
-            acknowledged: acknowledged.as_ref().map(|by| (by.user.clone(), by.at)),
-            out_of_service: suppression.as_ref().map(|it| (it.by.user.clone(), it.by.at, it.reason.clone())),
-            out_until: suppression.as_ref().and_then(|it| it.until),
-        }
-    }
-}
-
-impl From<StoredAlarm> for AlarmStatus {
-    /// A state that this program does not know becomes one that an operator must acknowledge.
-    fn from(stored: StoredAlarm) -> Self {
-        let StoredAlarm { state, since, occurrence, raised_at, value, text, acknowledged, out_of_service, out_until } =
-            stored;
-        let suppression = out_of_service.map(|(user, at, reason)| {
-            let by = Attribution { user, at };
-            Suppression { by, reason, until: out_until }
-        });
-        Self {
-            state: AlarmState::from_word(&state).unwrap_or(AlarmState::Returned),
-            since,
-            occurrence,
-            raised: raised_at,
-            value,
-            text,
-            acknowledged: acknowledged.map(|(user, at)| Attribution { user, at }),
-            suppression,
-        }
-    }
-}
-
-impl From<&Declaration> for StoredPlantState {
-    fn from(Declaration { by, reason, until }: &Declaration) -> Self {
-        Self { user: by.user.clone(), at: by.at, reason: reason.clone(), until: *until }
-    }
-}
-
-impl From<StoredPlantState> for Declaration {
-    fn from(StoredPlantState { user, at, reason, until }: StoredPlantState) -> Self {
-        Self { by: Attribution { user, at }, reason, until }
-    }
-}
 
 /// The rows and the events of changed plant states. A change made by a user also gets a row of the audit trail.
 #[must_use]
 pub fn plant_state_rows(changes: &[PlantStateChange], by: Option<&Actor>) -> (AlarmBatch, Vec<Event>) {
     let mut batch = AlarmBatch::default();
     for change in changes {
-        batch.plant_states.insert(change.name.clone(), change.after.as_ref().map(StoredPlantState::from));
+        batch.plant_states.insert(change.name.clone(), change.after.clone());
         batch.audit.extend(by.map(|actor| plant_state_entry(change, actor)));
     }
     (batch, changes.iter().map(plant_state_event).collect())
@@ -107,7 +56,7 @@ fn plant_state_event(change: &PlantStateChange) -> Event {
     let until = after.as_ref().map(|it| format!(" until {}, suppresses {alarms} {plural}", rfc3339(it.until)));
     let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
     let text = format!("plant state {name:?} {what}{by}{}{why}", until.unwrap_or_default());
-    Event { at: *at, gauge: None, kind: EventKind::Alarm, text }
+    Event { at: *at, gauge: None, kind: EventKind::Alarm.into(), text }
 }
 
 /// Former ends of the names of default alarms, and the present ones. Version 0.1 stored states under the former.
@@ -116,9 +65,9 @@ const RENAMED: [(&str, &str); 2] =
 
 /// The stored alarms under their present names, and the rows that make the change permanent. A former name that a rule has stays.
 pub fn rename(
-    stored: Vec<(String, StoredAlarm)>,
+    stored: Vec<(String, AlarmStatus)>,
     has_rule: impl Fn(&str) -> bool,
-) -> (Vec<(String, StoredAlarm)>, AlarmBatch) {
+) -> (Vec<(String, AlarmStatus)>, AlarmBatch) {
     let mut rows = AlarmBatch::default();
     let present = |name: &str| {
         let renamed = RENAMED.iter().find_map(|(old, new)| Some(format!("{}{new}", name.strip_suffix(old)?)));
@@ -144,7 +93,7 @@ pub fn rows_and_events(
     let mut batch = AlarmBatch::default();
     for change in changes {
         batch.audit.extend(by.and_then(|actor| audit_entry(change, actor)));
-        let stored = (change.kind != ChangeKind::Removed).then(|| StoredAlarm::from(&change.status));
+        let stored = (change.kind != AlarmChangeKind::Removed).then(|| change.status.clone());
         batch.alarms.insert(change.rule.name.clone(), stored);
         batch.history.push(history_entry(change));
         let body = notification_body(&Told::from(change), &change.status, station);
@@ -175,18 +124,19 @@ fn notification(webhook: String, at: Micros, body: String) -> Notification {
 fn audit_entry(change: &AlarmChange, actor: &Actor) -> Option<AuditEntry> {
     let AlarmChange { at, rule, kind, was, status, .. } = change;
     let action = match kind {
-        ChangeKind::Acknowledged => AuditAction::Acknowledged,
-        ChangeKind::Shelved => AuditAction::Shelved,
-        ChangeKind::Unshelved => AuditAction::Unshelved,
-        ChangeKind::TakenOutOfService => AuditAction::TakenOutOfService,
-        ChangeKind::ReturnedToService => AuditAction::ReturnedToService,
-        ChangeKind::Raised
-        | ChangeKind::Returned
-        | ChangeKind::Suppressed
-        | ChangeKind::Unsuppressed
-        | ChangeKind::Removed => return None,
+        AlarmChangeKind::Acknowledged => AuditAction::Acknowledged,
+        AlarmChangeKind::Shelved => AuditAction::Shelved,
+        AlarmChangeKind::Unshelved => AuditAction::Unshelved,
+        AlarmChangeKind::TakenOutOfService => AuditAction::TakenOutOfService,
+        AlarmChangeKind::ReturnedToService => AuditAction::ReturnedToService,
+        AlarmChangeKind::Raised
+        | AlarmChangeKind::Returned
+        | AlarmChangeKind::Suppressed
+        | AlarmChangeKind::Unsuppressed
+        | AlarmChangeKind::Removed
+        | AlarmChangeKind::SettingsChanged => return None,
     };
-    let suppressed = matches!(kind, ChangeKind::Shelved | ChangeKind::TakenOutOfService);
+    let suppressed = matches!(kind, AlarmChangeKind::Shelved | AlarmChangeKind::TakenOutOfService);
     let suppression = status.suppression.as_ref().filter(|_| suppressed);
     Some(AuditEntry {
         at: *at,
@@ -235,9 +185,9 @@ pub fn settings_rows(
     let history = AlarmHistoryEntry {
         at,
         alarm: rule.name.clone(),
-        change: SETTINGS_CHANGED.to_owned(),
-        state: status.state.word().to_owned(),
-        priority: rule.priority.word().to_owned(),
+        change: AlarmChangeKind::SettingsChanged.into(),
+        state: status.state.into(),
+        priority: rule.priority.into(),
         subject: rule.condition.subject().map(str::to_owned),
         occurrence: status.occurrence,
         user: Some(user.clone()),
@@ -247,7 +197,7 @@ pub fn settings_rows(
     };
     let text = format!("alarm {:?}: settings changed by {user}: {text}", rule.name);
     let batch = AlarmBatch { audit: vec![entry], history: vec![history], ..AlarmBatch::default() };
-    (batch, Event { at, gauge, kind: EventKind::Alarm, text })
+    (batch, Event { at, gauge, kind: EventKind::Alarm.into(), text })
 }
 
 /// The rows and the event of changed settings of a default alarm.
@@ -270,20 +220,17 @@ pub fn default_settings_rows(
     let user = &actor.user.name;
     let text = format!("default alarm {name}: settings changed by {user}: {before} becomes {after}: {reason}");
     let batch = AlarmBatch { audit: vec![entry], ..AlarmBatch::default() };
-    (batch, Event { at, gauge: None, kind: EventKind::Alarm, text })
+    (batch, Event { at, gauge: None, kind: EventKind::Alarm.into(), text })
 }
-
-/// The word for changed settings in the history.
-const SETTINGS_CHANGED: &str = "settings-changed";
 
 fn history_entry(change: &AlarmChange) -> AlarmHistoryEntry {
     let AlarmChange { at, rule, kind, user, value, text, status, .. } = change;
     AlarmHistoryEntry {
         at: *at,
         alarm: rule.name.clone(),
-        change: kind.word().to_owned(),
-        state: status.state.word().to_owned(),
-        priority: rule.priority.word().to_owned(),
+        change: (*kind).into(),
+        state: status.state.into(),
+        priority: rule.priority.into(),
         subject: rule.condition.subject().map(str::to_owned),
         occurrence: status.occurrence,
         user: user.clone(),
@@ -299,7 +246,7 @@ fn event(change: &AlarmChange) -> Event {
     let words = kind.operator_words();
     let more = if text.is_empty() { String::new() } else { format!(": {text}") };
     let text = format!("alarm {:?} ({}) {words}{by}{more}", rule.name, rule.priority.word());
-    Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm, text }
+    Event { at: *at, gauge: rule.condition.gauge().map(str::to_owned), kind: EventKind::Alarm.into(), text }
 }
 
 /// The word for an alarm that a webhook is told of because it still waits for its acknowledgement.
@@ -350,11 +297,12 @@ fn notification_body(told: &Told<'_>, status: &AlarmStatus, station: &str) -> St
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_model::AlarmState;
 
     #[test]
     fn a_state_under_a_former_name_is_that_of_the_present_alarm() {
         let rules = ["chamber: limit not measurable", "station: not recording", "mine: blind"];
-        let alarm = StoredAlarm::from(&AlarmStatus { state: AlarmState::Acknowledged, ..AlarmStatus::default() });
+        let alarm = AlarmStatus { state: AlarmState::Acknowledged, ..AlarmStatus::default() };
         let stored = ["chamber: blind", "record: not written", "mine: blind", "gone: blind"];
         let stored = stored.map(|name| (name.to_owned(), alarm.clone())).to_vec();
         let (present, rows) = rename(stored, |name| rules.contains(&name));

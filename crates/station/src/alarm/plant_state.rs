@@ -3,8 +3,8 @@
 //!
 //! Two times come in, as in the registry: an end is counted on the monotonic time, and stored and shown as wall-clock time.
 
-use super::suppression::{AlarmTime, Attribution, Suppression};
-use profivac_recorder::Micros;
+use super::suppression::AlarmTime;
+use profivac_model::{Attribution, Declaration, Micros, Suppression};
 use profivac_web_server::auth::Role;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -26,17 +26,6 @@ pub struct PlantStateRule {
     pub role: Role,
     /// The names of the alarms that mean nothing in it.
     pub alarms: BTreeSet<String>,
-}
-
-/// The user who declared a plant state, the reason, and the end.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Declaration {
-    /// The user who declared it.
-    pub by: Attribution,
-    /// The reason of the declaration, or of the last extension.
-    pub reason: String,
-    /// The wall-clock time at which it ends by itself.
-    pub until: Micros,
 }
 
 /// A plant state with its declaration.

@@ -5,105 +5,9 @@
 use super::evaluate::{Evaluation, Evaluator, Inputs};
 use super::plant_state::PlantStates;
 use super::rule::Rule;
-use super::state::{AlarmState, Input};
-use super::suppression::{AlarmTime, Attribution, Suppression};
-use profivac_recorder::Micros;
+use super::suppression::AlarmTime;
+use profivac_model::{AlarmChangeKind, AlarmInput, AlarmState, AlarmStatus, Attribution, Micros, Suppression};
 use std::time::Duration;
-
-/// The status of an alarm: everything that survives a restart.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AlarmStatus {
-    /// The state.
-    pub state: AlarmState,
-    /// The time of the last change.
-    pub since: Micros,
-    /// The number of the last occurrence: the time at which it was raised in milliseconds since 1970, or one more than the
-    /// occurrence before; 0 if the alarm was never raised.
-    pub occurrence: i64,
-    /// When it was raised last.
-    pub raised: Option<Micros>,
-    /// The value that raised it.
-    pub value: Option<f64>,
-    /// A sentence about why it was raised.
-    pub text: String,
-    /// The user who acknowledged it.
-    pub acknowledged: Option<Attribution>,
-    /// Why it is shelved, out of service or suppressed.
-    pub suppression: Option<Suppression>,
-}
-
-/// The kind of a change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ChangeKind {
-    /// The condition is met.
-    Raised,
-    /// The condition is no longer met.
-    Returned,
-    /// A user acknowledged the alarm.
-    Acknowledged,
-    /// A user shelved the alarm.
-    Shelved,
-    /// The alarm was unshelved.
-    Unshelved,
-    /// A user took the alarm out of service.
-    TakenOutOfService,
-    /// The alarm was returned to service.
-    ReturnedToService,
-    /// A plant state that suppresses the alarm was declared.
-    Suppressed,
-    /// No plant state suppresses the alarm any more.
-    Unsuppressed,
-    /// The station's file no longer has the alarm.
-    Removed,
-}
-
-impl ChangeKind {
-    /// All kinds.
-    pub const ALL: [Self; 10] = [
-        Self::Raised,
-        Self::Returned,
-        Self::Acknowledged,
-        Self::Shelved,
-        Self::Unshelved,
-        Self::TakenOutOfService,
-        Self::ReturnedToService,
-        Self::Suppressed,
-        Self::Unsuppressed,
-        Self::Removed,
-    ];
-
-    /// The word in the database, in the API and in notifications.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Raised => "raised",
-            Self::Returned => "returned",
-            Self::Acknowledged => "acknowledged",
-            Self::Shelved => "shelved",
-            Self::Unshelved => "unshelved",
-            Self::TakenOutOfService => "taken-out-of-service",
-            Self::ReturnedToService => "returned-to-service",
-            Self::Suppressed => "suppressed",
-            Self::Unsuppressed => "unsuppressed",
-            Self::Removed => "removed",
-        }
-    }
-
-    /// The kind with this word.
-    #[must_use]
-    pub fn from_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.word() == word)
-    }
-
-    /// The words in an event and in an e-mail: those of the dashboard, on which an alarm that has returned is *cleared*.
-    #[must_use]
-    pub fn operator_words(self) -> String {
-        match self {
-            Self::Returned => "cleared".to_owned(),
-            _ => self.word().replace('-', " "),
-        }
-    }
-}
 
 /// A change of an alarm.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,7 +17,7 @@ pub struct AlarmChange {
     /// The rule of the alarm.
     pub rule: Rule,
     /// The kind of the change.
-    pub kind: ChangeKind,
+    pub kind: AlarmChangeKind,
     /// The user who made it; `None` if the station did.
     pub user: Option<String>,
     /// The value at that time.
@@ -241,7 +145,7 @@ impl RegisteredAlarm {
         let returned = is_due.then(|| self.end_suppression(None, now).ok()).flatten();
         let suppressed = self.apply_plant_state(suppression, now);
         self.has_resumed = false;
-        let input = if self.is_active { Input::ConditionMet } else { Input::ConditionCleared };
+        let input = if self.is_active { AlarmInput::ConditionMet } else { AlarmInput::ConditionCleared };
         let next = self.status.state.after(input).map(|state| self.raise_or_return(state, evaluation, now));
         returned.into_iter().chain(suppressed).chain(next).collect()
     }
@@ -250,10 +154,10 @@ impl RegisteredAlarm {
     /// end is raised at once, with an occurrence of its own.
     fn apply_plant_state(&mut self, suppression: Option<&Suppression>, now: AlarmTime) -> Option<AlarmChange> {
         let Some(wanted) = suppression else {
-            let next = self.status.state.after(Input::Unsuppress)?;
+            let next = self.status.state.after(AlarmInput::Unsuppress)?;
             self.status.suppression = None;
             self.has_resumed = true;
-            return Some(self.change(ChangeKind::Unsuppressed, next, None, String::new(), now));
+            return Some(self.change(AlarmChangeKind::Unsuppressed, next, None, String::new(), now));
         };
         if self.status.state == AlarmState::Suppressed {
             // An extended declaration, or another one, is no change of the alarm.
@@ -262,11 +166,11 @@ impl RegisteredAlarm {
             }
             return None;
         }
-        let next = self.status.state.after(Input::Suppress)?;
+        let next = self.status.state.after(AlarmInput::Suppress)?;
         let was = self.status.state.operator_words();
         self.status.suppression = Some(wanted.clone());
         let text = format!("{} (it was {was})", wanted.reason);
-        Some(self.change(ChangeKind::Suppressed, next, None, text, now))
+        Some(self.change(AlarmChangeKind::Suppressed, next, None, text, now))
     }
 
     /// Applies on-delay and off-delay. An unknown condition neither starts nor ends a delay: between two evaluations that agree the
@@ -289,7 +193,7 @@ impl RegisteredAlarm {
     fn raise_or_return(&mut self, state: AlarmState, evaluation: Evaluation, now: AlarmTime) -> AlarmChange {
         let Evaluation { value, text, .. } = evaluation;
         if state != AlarmState::Unacknowledged {
-            return self.change(ChangeKind::Returned, state, None, text, now);
+            return self.change(AlarmChangeKind::Returned, state, None, text, now);
         }
         // The pressure may be unknown when a user returns an active alarm to service.
         let text = if text.is_empty() { "its condition was met when it was last known".to_owned() } else { text };
@@ -302,7 +206,7 @@ impl RegisteredAlarm {
             text: text.clone(),
             ..AlarmStatus::default()
         };
-        self.change(ChangeKind::Raised, state, None, text, now)
+        self.change(AlarmChangeKind::Raised, state, None, text, now)
     }
 
     fn acknowledge(&mut self, occurrence: i64, user: &str, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
@@ -311,9 +215,9 @@ impl RegisteredAlarm {
             let name = self.rule.name.clone();
             return Err(AlarmError::OccurrenceChanged { name, occurrence: own, got: occurrence });
         }
-        let next = state.after(Input::Acknowledge).ok_or_else(|| self.not_applicable())?;
+        let next = state.after(AlarmInput::Acknowledge).ok_or_else(|| self.not_applicable())?;
         self.status.acknowledged = Some(Attribution { user: user.to_owned(), at: now.wall });
-        Ok(self.change(ChangeKind::Acknowledged, next, Some(user), String::new(), now))
+        Ok(self.change(AlarmChangeKind::Acknowledged, next, Some(user), String::new(), now))
     }
 
     fn suppress(
@@ -329,7 +233,8 @@ impl RegisteredAlarm {
         self.returns_at = time.map(|time| now.monotonic.after(time));
         let was = self.status.state.operator_words();
         self.status.suppression = Some(Suppression { by, reason: (*reason).to_owned(), until });
-        let kind = if next == AlarmState::Shelved { ChangeKind::Shelved } else { ChangeKind::TakenOutOfService };
+        let kind =
+            if next == AlarmState::Shelved { AlarmChangeKind::Shelved } else { AlarmChangeKind::TakenOutOfService };
         Ok(self.change(kind, next, Some(user), format!("{reason} (it was {was})"), now))
     }
 
@@ -342,13 +247,13 @@ impl RegisteredAlarm {
     }
 
     fn unshelve(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
-        self.resume(Input::Unshelve, ChangeKind::Unshelved, (user, "its time on the shelf is over"), now)
+        self.resume(AlarmInput::Unshelve, AlarmChangeKind::Unshelved, (user, "its time on the shelf is over"), now)
     }
 
     fn return_to_service(&mut self, user: Option<&str>, now: AlarmTime) -> Result<AlarmChange, AlarmError> {
         self.resume(
-            Input::ReturnToService,
-            ChangeKind::ReturnedToService,
+            AlarmInput::ReturnToService,
+            AlarmChangeKind::ReturnedToService,
             (user, "its time out of service is over"),
             now,
         )
@@ -357,8 +262,8 @@ impl RegisteredAlarm {
     /// `over` is the sentence if no user makes the change.
     fn resume(
         &mut self,
-        input: Input,
-        kind: ChangeKind,
+        input: AlarmInput,
+        kind: AlarmChangeKind,
         (user, over): (Option<&str>, &str),
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
@@ -384,7 +289,7 @@ impl RegisteredAlarm {
 
     fn change(
         &mut self,
-        kind: ChangeKind,
+        kind: AlarmChangeKind,
         state: AlarmState,
         user: Option<&str>,
         text: String,
@@ -407,8 +312,8 @@ impl RegisteredAlarm {
 
 /// The user who suppresses an alarm, how and why.
 struct SuppressedBy<'a> {
-    /// [`Input::Shelve`] or [`Input::TakeOutOfService`].
-    input: Input,
+    /// [`AlarmInput::Shelve`] or [`AlarmInput::TakeOutOfService`].
+    input: AlarmInput,
     user: &'a str,
     reason: &'a str,
 }
@@ -475,7 +380,7 @@ impl AlarmRegistry {
         }
         let removed = |mut alarm: RegisteredAlarm| {
             let text = removed_text(alarm.status.state);
-            alarm.change(ChangeKind::Removed, AlarmState::Normal, None, text, now)
+            alarm.change(AlarmChangeKind::Removed, AlarmState::Normal, None, text, now)
         };
         old.into_iter().filter(|alarm| alarm.status.state != AlarmState::Normal).map(removed).collect()
     }
@@ -516,7 +421,7 @@ impl AlarmRegistry {
         time: Option<Duration>,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        self.alarm(name)?.suppress(&SuppressedBy { input: Input::TakeOutOfService, user, reason }, time, now)
+        self.alarm(name)?.suppress(&SuppressedBy { input: AlarmInput::TakeOutOfService, user, reason }, time, now)
     }
 
     /// Shelves an alarm for a time.
@@ -531,7 +436,7 @@ impl AlarmRegistry {
         time: Duration,
         now: AlarmTime,
     ) -> Result<AlarmChange, AlarmError> {
-        self.alarm(name)?.suppress(&SuppressedBy { input: Input::Shelve, user, reason }, Some(time), now)
+        self.alarm(name)?.suppress(&SuppressedBy { input: AlarmInput::Shelve, user, reason }, Some(time), now)
     }
 
     /// Unshelves an alarm. If its condition is met, the next evaluation raises it.

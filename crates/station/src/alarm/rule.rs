@@ -1,41 +1,7 @@
 //! The rule of an alarm: its condition, its priority and its delays, from the station's file or by default for each gauge and segment.
 
-use serde::{Deserialize, Serialize};
+use profivac_model::{ConditionKind, Priority};
 use std::time::Duration;
-use utoipa::ToSchema;
-
-/// How soon an operator must respond. Ordered: `High` is the greatest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Priority {
-    /// Today.
-    Low,
-    /// Soon.
-    Medium,
-    /// At once.
-    High,
-}
-
-impl Priority {
-    /// All priorities, the highest first.
-    pub const ALL: [Self; 3] = [Self::High, Self::Medium, Self::Low];
-
-    /// The word in the station's file, in the database and in the API.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::High => "high",
-            Self::Medium => "medium",
-            Self::Low => "low",
-        }
-    }
-
-    /// The priority with this word.
-    #[must_use]
-    pub fn from_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|priority| priority.word() == word)
-    }
-}
 
 /// One measuring part of a gauge, by the name under which it is recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,69 +10,6 @@ pub struct Series {
     pub gauge: String,
     /// `gauge`, or `gauge.N` for channel N of a controller.
     pub name: String,
-}
-
-/// The kind of a condition. Its word is in the API and in notifications.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ConditionKind {
-    /// The pressure is above a limit.
-    Above,
-    /// The pressure is below a limit.
-    Below,
-    /// The pressure rises quickly.
-    Rise,
-    /// Several gauges are beyond a limit at the same time.
-    Several,
-    /// A fresh gauge does not decide a limit.
-    NotMeasurable,
-    /// The gauge reports a fault.
-    Fault,
-    /// The gauge gives no data.
-    Stale,
-    /// The segment does not run.
-    SegmentDown,
-    /// Many telegrams arrive damaged.
-    DamagedTelegrams,
-    /// Many requests to a station of the line are repeated, lost or answered damaged.
-    BusRate,
-    /// The database records nothing.
-    NotRecording,
-}
-
-impl ConditionKind {
-    /// All kinds.
-    pub const ALL: [Self; 11] = [
-        Self::Above,
-        Self::Below,
-        Self::Rise,
-        Self::Several,
-        Self::NotMeasurable,
-        Self::Fault,
-        Self::Stale,
-        Self::SegmentDown,
-        Self::DamagedTelegrams,
-        Self::BusRate,
-        Self::NotRecording,
-    ];
-
-    /// The word in the station's file, in the API and in notifications.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Above => "above",
-            Self::Below => "below",
-            Self::Rise => "rise",
-            Self::Several => "several",
-            Self::NotMeasurable => "not-measurable",
-            Self::Fault => "fault",
-            Self::Stale => "stale",
-            Self::SegmentDown => "segment-down",
-            Self::DamagedTelegrams => "damaged-telegrams",
-            Self::BusRate => "bus-rate",
-            Self::NotRecording => "not-recording",
-        }
-    }
 }
 
 /// The condition of an alarm, with its subject.

@@ -8,14 +8,14 @@ use super::notify::{NotificationTarget, Notifier};
 use super::persistence::{
     SettingsChange, default_settings_rows, late_notifications, plant_state_rows, rename, rows_and_events, settings_rows,
 };
-use super::plant_state::{Declaration, PlantStateChange, PlantStateError, PlantStateRule, PlantStates};
-use super::registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind, RegisteredAlarm, removed_text};
+use super::plant_state::{PlantStateChange, PlantStateError, PlantStateRule, PlantStates};
+use super::registry::{AlarmChange, AlarmError, AlarmRegistry, RegisteredAlarm, removed_text};
 use super::rule::Rule;
-use super::state::AlarmState;
 use super::suppression::AlarmTime;
 use super::view::{AlarmOverview, AlarmView, PlantStateView};
 use crate::recording::RecorderHandle;
-use profivac_recorder::alarms::{AlarmBatch, AlarmHistoryEntry};
+use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, AlarmStatus, Declaration};
+use profivac_recorder::alarms::AlarmBatch;
 use profivac_recorder::{DatabaseError, Event, Micros, Reader, WriteReceipt};
 use profivac_web_server::auth::{Actor, Role};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -94,9 +94,8 @@ impl AlarmService {
     pub fn start(&self, rules: Vec<Rule>, targets: Vec<NotificationTarget>) -> Result<(), DatabaseError> {
         let reader = self.recorder.open_reader()?;
         let has_rule = |name: &str| rules.iter().any(|rule| rule.name == name);
-        let (stored, renamed) = rename(reader.alarms()?.into_iter().collect(), has_rule);
-        let stored = stored.into_iter().map(|(name, alarm)| (name, AlarmStatus::from(alarm)));
-        let (stored, removed): (Vec<_>, Vec<_>) = stored.partition(|(name, _)| has_rule(name));
+        let (stored, renamed) = rename(reader.alarms()?, has_rule);
+        let (stored, removed): (Vec<_>, Vec<_>) = stored.into_iter().partition(|(name, _)| has_rule(name));
         let removals = removal_rows(&reader, removed)?;
         let mut inner = self.lock();
         inner.notifier.set_targets(targets);
@@ -114,8 +113,7 @@ impl AlarmService {
     /// [`DatabaseError`] when the database cannot be read.
     pub fn start_plant_states(&self, rules: Vec<PlantStateRule>) -> Result<(), DatabaseError> {
         let stored = self.recorder.open_reader()?.plant_states()?;
-        let stored = stored.into_iter().map(|(name, state)| (name, Declaration::from(state)));
-        self.apply_plant_states(rules, stored.collect());
+        self.apply_plant_states(rules, stored);
         Ok(())
     }
 
@@ -237,7 +235,7 @@ impl AlarmService {
         inner.evaluated_at = Some(Instant::now());
         self.write(&mut inner, &changes);
         self.write_late_notifications(&mut inner, now);
-        changes.into_iter().filter(|change| change.kind == ChangeKind::Raised).map(|change| change.rule).collect()
+        changes.into_iter().filter(|change| change.kind == AlarmChangeKind::Raised).map(|change| change.rule).collect()
     }
 
     /// The station stops: from now on no thread evaluates.
@@ -495,8 +493,8 @@ fn removal_rows(reader: &Reader, removed: Vec<(String, AlarmStatus)>) -> Result<
         let last = reader.alarm_history(Micros(i64::MIN), Micros(i64::MAX), Some(&name), 1)?.pop();
         let entry = last.map(|last| AlarmHistoryEntry {
             at: Micros::now(),
-            change: ChangeKind::Removed.word().to_owned(),
-            state: AlarmState::Normal.word().to_owned(),
+            change: AlarmChangeKind::Removed.into(),
+            state: AlarmState::Normal.into(),
             user: None,
             value: None,
             text: removed_text(status.state),

@@ -1,12 +1,10 @@
 //! Alarms as the API and the dashboard show them. Times are milliseconds since 1970.
 
-use super::plant_state::{Declaration, PlantState};
-use super::registry::{AlarmStatus, RegisteredAlarm};
-use super::rule::{Condition, ConditionKind, Priority, Rule};
-use super::state::AlarmState;
-use super::suppression::Suppression;
+use super::plant_state::PlantState;
+use super::registry::RegisteredAlarm;
+use super::rule::{Condition, Rule};
 use crate::view::unix_ms;
-use profivac_recorder::alarms::AlarmHistoryEntry;
+use profivac_model::{AlarmState, AlarmStatus, ConditionKind, Declaration, Priority, Suppression, words};
 use profivac_web_server::auth::Role;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -16,9 +14,7 @@ use utoipa::ToSchema;
 pub struct AlarmView {
     /// The name.
     pub name: String,
-    /// The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
-    /// `damaged-telegrams`, `bus-rate`, `not-recording`.
-    #[schema(value_type = String)]
+    /// The kind of its condition.
     pub condition: ConditionKind,
     /// The gauge, if the alarm is about one.
     pub gauge: Option<String>,
@@ -69,13 +65,35 @@ pub struct AlarmView {
 pub struct SeveralView {
     /// The measuring parts, by the names under which they are recorded.
     pub series: Vec<String>,
-    /// The condition of each: `above`, `below` or `rise`.
-    #[schema(value_type = String)]
-    pub condition: ConditionKind,
+    /// The condition of each.
+    pub condition: LimitKind,
     /// The limit of each.
     pub limit: Option<f64>,
     /// The unit of the limit.
     pub unit: Option<&'static str>,
+}
+
+words! {
+    /// The condition of each gauge of an alarm about several.
+    pub enum LimitKind {
+        /// The pressure is above the limit.
+        Above = "above",
+        /// The pressure is below the limit.
+        Below = "below",
+        /// The pressure rises quickly.
+        Rise = "rise",
+    }
+}
+
+impl LimitKind {
+    const fn of(condition: &Condition) -> Option<Self> {
+        match condition {
+            Condition::Above { .. } => Some(Self::Above),
+            Condition::Below { .. } => Some(Self::Below),
+            Condition::Rise { .. } => Some(Self::Rise),
+            _ => None,
+        }
+    }
 }
 
 impl SeveralView {
@@ -83,7 +101,7 @@ impl SeveralView {
         let Condition::Several { conditions, .. } = condition else { return None };
         let first = conditions.first()?;
         let series = condition.all_series().into_iter().map(|series| series.name.clone()).collect();
-        Some(Self { series, condition: first.kind(), limit: first.limit(), unit: first.unit() })
+        Some(Self { series, condition: LimitKind::of(first)?, limit: first.limit(), unit: first.unit() })
     }
 }
 
@@ -286,41 +304,4 @@ fn by_urgency(one: &AlarmView, other: &AlarmView) -> std::cmp::Ordering {
         (alarm.state.is_active(), alarm.priority, alarm.state.needs_acknowledgement(), alarm.since_ms)
     };
     rank(other).cmp(&rank(one))
-}
-
-/// A row of the alarm history.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct AlarmHistoryView {
-    /// When it happened.
-    pub at_ms: i64,
-    /// The alarm.
-    pub alarm: String,
-    /// The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`,
-    /// `suppressed`, `unsuppressed`, `removed`, `settings-changed`.
-    pub change: String,
-    /// The state after the change.
-    pub state: String,
-    /// The priority at that time.
-    pub priority: String,
-    /// The series, gauge or segment.
-    pub subject: Option<String>,
-    /// The number of the occurrence.
-    pub occurrence: i64,
-    /// The user who made the change; `null` if the station did.
-    pub user: Option<String>,
-    /// The value at that time.
-    pub value: Option<f64>,
-    /// The unit of the value.
-    pub unit: Option<String>,
-    /// A sentence.
-    pub text: String,
-}
-
-impl From<AlarmHistoryEntry> for AlarmHistoryView {
-    fn from(entry: AlarmHistoryEntry) -> Self {
-        let AlarmHistoryEntry { at, alarm, change, state, priority, subject, occurrence, user, value, unit, text } =
-            entry;
-        let at_ms = unix_ms(at);
-        Self { at_ms, alarm, change, state, priority, subject, occurrence, user, value, unit, text }
-    }
 }

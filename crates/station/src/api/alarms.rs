@@ -1,17 +1,16 @@
 //! Alarms: the present state, the history, acknowledging, taking out of service.
 
 use super::database::DatabaseReaders;
-use crate::alarm::Priority;
 use crate::alarm::performance::{AlarmPerformance, Counter, LONG_ACTIVE_AFTER, Raised};
 use crate::alarm::service::AlarmResult;
-use crate::alarm::view::{AlarmHistoryView, AlarmView};
+use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmServiceError, MAX_SHELVED_MINUTES, ReasonError, checked_reason};
 use crate::services::Services;
 use crate::webhook::WebhookView;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
-use profivac_recorder::Micros;
+use profivac_model::{AlarmHistoryEntry, Micros};
 use profivac_web_server::auth::Actor;
 use profivac_web_server::auth::Role;
 use profivac_web_server::body::Body;
@@ -168,7 +167,7 @@ pub async fn alarms(State(services): State<Arc<Services>>) -> Json<Vec<AlarmView
     path = "/api/alarms/history",
     params(HistoryParameters),
     responses(
-        (status = 200, body = [AlarmHistoryView]),
+        (status = 200, body = [AlarmHistoryEntry]),
         (status = 400, body = Problem, description = "A parameter is missing or out of range"),
         (status = 503, body = Problem, description = "The database cannot be read")
     )
@@ -176,15 +175,11 @@ pub async fn alarms(State(services): State<Arc<Services>>) -> Json<Vec<AlarmView
 pub async fn history(
     State(readers): State<DatabaseReaders>,
     query: Result<Query<HistoryParameters>, QueryRejection>,
-) -> Result<Json<Vec<AlarmHistoryView>>, Problem> {
+) -> Result<Json<Vec<AlarmHistoryEntry>>, Problem> {
     let query = parsed_query(query)?;
     let (from, to) = time_range(query.from, query.to)?;
     let limit = checked_range("limit", query.limit.unwrap_or(200), MAX_ENTRIES)?;
-    let read = readers.read(move |reader| {
-        let entries = reader.alarm_history(from, to, query.alarm.as_deref(), limit)?;
-        Ok(Json(entries.into_iter().map(AlarmHistoryView::from).collect()))
-    });
-    read.await
+    readers.read(move |reader| Ok(Json(reader.alarm_history(from, to, query.alarm.as_deref(), limit)?))).await
 }
 
 /// Figures of the alarms: how many, how often, which
@@ -214,7 +209,7 @@ pub async fn performance(
         let recorded = reader.recorded_time(from, to, Micros::now())?;
         let mut counter = Counter::new(from, to, recorded);
         reader.each_raised_alarm(from, to, |at, alarm, priority| {
-            counter.count(Raised { at, alarm, priority: Priority::from_word(&priority) });
+            counter.count(Raised { at, alarm, priority });
         })?;
         let suppressed = reader.suppressed_alarms(from, to)?;
         let long_active = services.alarms().active_since(Micros::now().before(LONG_ACTIVE_AFTER));

@@ -2,7 +2,7 @@
 
 use super::database::DatabaseReaders;
 use crate::pumpdown;
-use crate::view::{EventView, RiseFlows, RisePoint, RiseShapes, RiseView};
+use crate::view::{RiseFlows, RisePoint, RiseShapes, RiseView};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
@@ -11,6 +11,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use profivac_identify::rise::{Flow, GasDependence, Rise, RiseSetup, analyse};
 use profivac_identify::standard_uncertainty;
+use profivac_model::Event;
 use profivac_recorder::Trend;
 use profivac_recorder::{Chunks, DatabaseError, Micros, Quality, Reader, Sample, Span};
 use profivac_vacuum::gas::Gas;
@@ -198,7 +199,7 @@ pub async fn trend(
     path = "/api/events",
     params(EventsParameters),
     responses(
-        (status = 200, body = [EventView]),
+        (status = 200, body = [Event]),
         (status = 400, body = Problem, description = "A parameter is missing or out of range"),
         (status = 503, body = Problem, description = "The database cannot be read")
     )
@@ -206,15 +207,11 @@ pub async fn trend(
 pub async fn events(
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<EventsParameters>, QueryRejection>,
-) -> Result<Json<Vec<EventView>>, Problem> {
+) -> Result<Json<Vec<Event>>, Problem> {
     let parameters = parsed_query(parameters)?;
     let (from, to) = time_range(parameters.from, parameters.to)?;
     let limit = checked_range("limit", parameters.limit.unwrap_or(200), MAX_EVENTS)?;
-    let read = readers.read(move |reader| {
-        let events = reader.events(from, to, limit)?;
-        Ok(Json(events.into_iter().map(EventView::from).collect()))
-    });
-    read.await
+    readers.read(move |reader| Ok(Json(reader.events(from, to, limit)?))).await
 }
 
 /// A rise of pressure after a valve was closed, separated into a leak and outgassing

@@ -1,15 +1,13 @@
 //! The live stream of a station: what its events hold.
 
-use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView, DeclaredPlantState};
+use crate::alarm::view::AlarmOverview;
 use crate::plant::LivePlant;
 use crate::services::Services;
-use crate::view::{
-    BusStationState, ControlAuthorityView, Gauge, PressureLevel, ReadProgress, Reading, Segment, Station,
-};
+use crate::view::{ControlAuthorityView, Gauge, ReadProgress, Reading, Segment, Station};
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
 use axum::response::Response;
-use profivac_web_server::live_source::{LiveSource, stream};
+use profivac_web_server::live_source::{Changes, LiveSource, LiveState, stream};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -21,7 +19,7 @@ use utoipa::ToSchema;
 const PERIOD: Duration = Duration::from_millis(250);
 
 /// Pressures have this number of digits in the live stream. The dashboard shows three; more would only cost bandwidth.
-const DIGITS: usize = 5;
+const DIGITS: i32 = 5;
 
 /// Data of the live stream. The event `snapshot` comes first and once.
 #[derive(Debug, Serialize, ToSchema)]
@@ -34,8 +32,8 @@ pub enum LiveEvent {
     Change(Change),
 }
 
-/// A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
-/// is `null` here.
+/// The parts of the snapshot that have changed. `segments` and `gauges` have the entries that have changed, and `null` for one that is gone;
+/// the other parts are whole.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(value_type = Object)]
 pub struct Change(Value);
@@ -47,8 +45,8 @@ pub struct Snapshot {
     station: Station,
     /// Its segments, by name.
     segments: BTreeMap<String, Segment>,
-    /// Its gauges with their readings, by name.
-    gauges: BTreeMap<String, LiveGauge>,
+    /// Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms` and `parameters`.
+    gauges: BTreeMap<String, Gauge>,
     /// The names of the gauges in the order of the station's file.
     gauge_order: Vec<String>,
     /// The user with control authority, and a request for it.
@@ -56,173 +54,92 @@ pub struct Snapshot {
     /// The gauges whose parameters are being read.
     read_progress: Vec<ReadProgress>,
     /// The active alarms.
-    alarms: LiveAlarms,
+    alarms: AlarmOverview,
     /// The states of the parts of the plant.
     plant: LivePlant,
     /// Changes when `/api/directory` changes.
     directory_revision: u64,
 }
 
-/// A gauge in the live stream.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct LiveGauge {
-    /// Its name.
-    name: String,
-    /// Its segment.
-    segment: String,
-    /// Its address.
-    address: u8,
-    /// The device: `bcg450`.
-    device: String,
-    /// Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1.
-    has_dpv1: bool,
-    /// Another master owns it and the station only listens: no parameter is read and no command is sent.
-    listen_only: bool,
-    /// The assumptions about its configuration and unit, in sentences.
-    assumptions: Vec<String>,
-    /// The state.
-    state: BusStationState,
-    /// Why it is not in data exchange, in a sentence.
-    problem: Option<String>,
-    /// The alarms that it reports: its defects.
-    exceptions: Vec<String>,
-    /// The warnings that it reports, without those that the qualities of its readings explain.
-    warnings: Vec<String>,
-    /// The gas for which the readings are corrected.
-    gas: String,
-    /// Pressures that trends mark with a line.
-    levels: Vec<PressureLevel>,
-    /// The readings, by series.
-    readings: BTreeMap<String, Reading>,
-    /// The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
-    age_ms: Option<u64>,
-    /// The poll interval in milliseconds.
-    poll_ms: u64,
-    /// The age in milliseconds from which the readings are stale.
-    stale_after_ms: u64,
-}
-
-impl From<Gauge> for LiveGauge {
-    fn from(gauge: Gauge) -> Self {
-        let readings = gauge.readings.into_iter().map(|reading| (reading.series.clone(), rounded(reading))).collect();
-        Self {
-            name: gauge.name,
-            segment: gauge.segment,
-            address: gauge.address,
-            device: gauge.device,
-            has_dpv1: gauge.has_dpv1,
-            listen_only: gauge.listen_only,
-            assumptions: gauge.assumptions,
-            state: gauge.state,
-            problem: gauge.problem,
-            exceptions: gauge.exceptions,
-            warnings: gauge.warnings,
-            gas: gauge.gas,
-            levels: gauge.levels,
-            readings,
-            // A gauge that is read regularly has the same age all the time.
-            age_ms: gauge.age_ms.map(|age| age / 1000 * 1000),
-            poll_ms: gauge.poll_ms,
-            stale_after_ms: gauge.stale_after_ms,
-        }
+impl LiveState for Snapshot {
+    fn changes_since(&self, before: &Self) -> Changes {
+        let Self {
+            station,
+            segments,
+            gauges,
+            gauge_order,
+            control_authority,
+            read_progress,
+            alarms,
+            plant,
+            directory_revision,
+        } = self;
+        Changes::default()
+            .part("station", &before.station, station)
+            .entries("segments", &before.segments, segments)
+            .entries("gauges", &before.gauges, gauges)
+            .part("gauge_order", &before.gauge_order, gauge_order)
+            .part("control_authority", &before.control_authority, control_authority)
+            .part("read_progress", &before.read_progress, read_progress)
+            .part("alarms", &before.alarms, alarms)
+            .part("plant", &before.plant, plant)
+            .part("directory_revision", &before.directory_revision, directory_revision)
     }
 }
 
-/// The reading with [`DIGITS`] digits.
-fn rounded(reading: Reading) -> Reading {
-    let round = |pa: f64| format!("{pa:.*e}", DIGITS - 1).parse().unwrap_or(pa);
-    Reading { pa: reading.pa.map(round), corrected_pa: reading.corrected_pa.map(round), ..reading }
-}
-
-/// The alarms at one moment, in the live stream.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct LiveAlarms {
-    /// Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored.
-    problem: Option<String>,
-    /// Alarms of high priority.
-    high: AlarmCount,
-    /// Alarms of medium priority.
-    medium: AlarmCount,
-    /// Alarms of low priority.
-    low: AlarmCount,
-    /// The number of shelved alarms.
-    shelved: usize,
-    /// The number of alarms out of service.
-    out_of_service: usize,
-    /// The number of alarms that a plant state suppresses.
-    suppressed: usize,
-    /// The declared plant states, in the order of the station's file.
-    plant_states: Vec<DeclaredPlantState>,
-    /// Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50.
-    alarms: BTreeMap<String, AlarmView>,
-    /// Their names, the most urgent first.
-    order: Vec<String>,
-    /// The number of such alarms beyond the list.
-    not_listed: usize,
-}
-
-impl From<AlarmOverview> for LiveAlarms {
-    fn from(overview: AlarmOverview) -> Self {
-        let AlarmOverview {
-            problem,
-            high,
-            medium,
-            low,
-            shelved,
-            out_of_service,
-            suppressed,
-            plant_states,
-            alarms,
-            not_listed,
-        } = overview;
-        let order = alarms.iter().map(|alarm| alarm.name.clone()).collect();
-        let alarms = alarms.into_iter().map(|alarm| (alarm.name.clone(), alarm)).collect();
-        Self {
-            problem,
-            high,
-            medium,
-            low,
-            shelved,
-            out_of_service,
-            suppressed,
-            plant_states,
-            alarms,
-            order,
-            not_listed,
-        }
+/// The gauge as the stream sends it: what changes at each reading without news for a page is rounded or left out.
+fn for_live(gauge: Gauge) -> Gauge {
+    let mut readings = gauge.readings;
+    readings.sort_by_key(|reading| reading.instance);
+    for Reading { pa, corrected_pa, .. } in &mut readings {
+        (*pa, *corrected_pa) = (pa.map(rounded), corrected_pa.map(rounded));
     }
+    // A gauge that is read regularly has the same age in whole seconds all the time.
+    let age_ms = gauge.age_ms.map(|age| age / 1000 * 1000);
+    Gauge { readings, age_ms, read_at: None, parameters: Arc::default(), ..gauge }
+}
+
+/// The pressure with [`DIGITS`] digits.
+fn rounded(pa: f64) -> f64 {
+    let decimals = DIGITS - 1 - pa.log10().floor() as i32;
+    let scale = 10_f64.powi(decimals.abs());
+    // Powers of ten up to 1e22 are exact, so that the quotient is the nearest number to the digits.
+    let rounded = if decimals < 0 { (pa / scale).round() * scale } else { (pa * scale).round() / scale };
+    if rounded.is_finite() { rounded } else { pa }
 }
 
 /// The state of a station for the live stream.
-pub fn source(services: Arc<Services>) -> LiveSource {
+pub fn source(services: Arc<Services>) -> LiveSource<Snapshot> {
     LiveSource::of(PERIOD, move || state(&services))
 }
 
-fn state(services: &Services) -> Value {
+fn state(services: &Services) -> Snapshot {
     let gauges = services.snapshots().gauges();
     let segments = services.snapshots().segments();
-    let snapshot = Snapshot {
+    Snapshot {
         station: services.station(),
         segments: segments.into_iter().map(|segment| (segment.name.clone(), segment)).collect(),
         gauge_order: gauges.iter().map(|gauge| gauge.name.clone()).collect(),
-        gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), gauge.into())).collect(),
+        gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), for_live(gauge))).collect(),
         control_authority: services.control().authority(Instant::now()),
         read_progress: services.snapshots().read_progress(),
-        alarms: services.alarms().overview().into(),
+        alarms: services.alarms().overview(),
         plant: services.plant().live(),
         directory_revision: services.directory().revision(),
-    };
-    // Numbers, texts and lists always have a JSON form.
-    serde_json::to_value(&snapshot).unwrap_or_default()
+    }
 }
 
 /// The state of the station and its changes, up to four a second
 ///
-/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-/// the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
+/// Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+/// changed. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
 /// the session of its client.
 #[utoipa::path(get, path = "/api/live", responses((status = 200, content_type = "text/event-stream", body = LiveEvent)))]
-pub async fn live(State(source): State<Arc<LiveSource>>, headers: HeaderMap, extensions: Extensions) -> Response {
+pub async fn live(
+    State(source): State<Arc<LiveSource<Snapshot>>>,
+    headers: HeaderMap,
+    extensions: Extensions,
+) -> Response {
     stream(source, &headers, &extensions)
 }
 
@@ -230,14 +147,14 @@ pub async fn live(State(source): State<Arc<LiveSource>>, headers: HeaderMap, ext
 mod tests {
     use super::*;
     use crate::snapshot::SegmentSnapshot;
-    use crate::view::SegmentState;
+    use crate::view::{BusStationState, SegmentState};
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use profivac_recorder::{Quality, Recorder, Settings};
     use std::io::Write;
     use tempfile::TempDir;
 
-    fn plant() -> (LiveSource, Arc<Services>, TempDir) {
+    fn plant() -> (LiveSource<Snapshot>, Arc<Services>, TempDir) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plant.db");
         let recorder = Recorder::start(&file, Settings::default()).unwrap();
@@ -266,20 +183,12 @@ mod tests {
             address: 5,
             device: "bcg450".to_owned(),
             has_dpv1: true,
-            listen_only: false,
-            assumptions: Vec::new(),
             state: BusStationState::DataExchange,
-            problem: None,
-            exceptions: Vec::new(),
-            warnings: Vec::new(),
             gas: "n2".to_owned(),
-            levels: Vec::new(),
             age_ms: Some(12),
-            parameters: Arc::default(),
-            read_at: None,
-            lost_at: None,
             poll_ms: 200,
             stale_after_ms: 3000,
+            ..Gauge::default()
         }
     }
 
@@ -306,7 +215,7 @@ mod tests {
         let (mut has, begin) = (None, Instant::now());
         let (name, data) = source.event(&mut has, begin);
         let first: Value = serde_json::from_str(&data).unwrap();
-        assert_eq!((name, &first["gauges"]["a"]["readings"]["a"]["pa"]), ("snapshot", &Value::from(1.0)));
+        assert_eq!((name, &first["gauges"]["a"]["readings"][0]["pa"]), ("snapshot", &Value::from(1.0)));
         assert_eq!(first["gauge_order"], serde_json::json!(["a", "b"]));
         publish(
             &services,
@@ -315,8 +224,10 @@ mod tests {
         );
         let (name, data) = source.event(&mut has, begin + PERIOD);
         let change: Value = serde_json::from_str(&data).unwrap();
-        let expected = serde_json::json!({"b": {"readings": {"b": {"pa": 2.1235, "corrected_pa": 2.1235}}}});
-        assert_eq!((name, &change["gauges"]), ("change", &expected));
+        let changed = change["gauges"].as_object().unwrap();
+        assert_eq!((name, changed.keys().map(String::as_str).collect::<Vec<_>>()), ("change", vec!["b"]));
+        let whole = serde_json::to_value(for_live(gauge("b".to_owned(), "north", 2.1235))).unwrap();
+        assert_eq!(changed["b"], whole);
         assert!(change.get("segments").is_none() && change.get("alarms").is_none(), "{change}");
     }
 
@@ -335,7 +246,7 @@ mod tests {
         }
         let (_, data) = source.event(&mut slow, begin + PERIOD * 40);
         let change: Value = serde_json::from_str(&data).unwrap();
-        assert_eq!(change["gauges"]["a"]["readings"]["a"]["pa"], 40.0);
+        assert_eq!(change["gauges"]["a"]["readings"][0]["pa"], 40.0);
         assert!(Arc::ptr_eq(slow.as_ref().unwrap(), fast.as_ref().unwrap()), "both have the same state");
     }
 
@@ -352,6 +263,24 @@ mod tests {
         let (_, same) = source.event(&mut other, begin + PERIOD);
         assert!(!Arc::ptr_eq(before.as_ref().unwrap(), one.as_ref().unwrap()), "a new state");
         assert!(Arc::ptr_eq(&patch, &same), "the patch is made once");
+    }
+
+    #[test]
+    fn a_pressure_has_five_digits() {
+        let mut random = fastrand::Rng::with_seed(2);
+        for _ in 0..10_000 {
+            let pa = 10_f64.powf(-12.0 + 18.0 * random.f64());
+            assert_eq!(rounded(pa).to_string(), format!("{pa:.4e}").parse::<f64>().unwrap().to_string(), "{pa}");
+        }
+        assert_eq!([99_999.9, 1e5, 123_456.0, 9.999_96e-9].map(rounded), [1e5, 1e5, 123_460.0, 1e-8]);
+    }
+
+    /// What would change the stream at each reading without a change on a page.
+    #[test]
+    fn the_time_of_a_reading_and_the_parameters_of_gateways_change_nothing() {
+        let before = gauge("a".to_owned(), "north", 1.0);
+        let later = Gauge { age_ms: Some(999), read_at: Some(profivac_model::Micros(7)), ..before.clone() };
+        assert_eq!(for_live(later), for_live(before));
     }
 
     /// 480 gauges on 16 segments whose pressures all change in all digits between two events.

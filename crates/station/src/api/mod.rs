@@ -88,7 +88,7 @@ struct Shared {
     readers: DatabaseReaders,
     fits: Fits,
     backups: Backups,
-    snapshots: Arc<LiveSource>,
+    snapshots: Arc<LiveSource<live::Snapshot>>,
 }
 
 impl FromRef<Shared> for Arc<Services> {
@@ -115,7 +115,7 @@ impl FromRef<Shared> for Backups {
     }
 }
 
-impl FromRef<Shared> for Arc<LiveSource> {
+impl FromRef<Shared> for Arc<LiveSource<live::Snapshot>> {
     fn from_ref(shared: &Shared) -> Self {
         Self::clone(&shared.snapshots)
     }

@@ -1,10 +1,9 @@
 //! Notes of users in the list of events.
 
 use crate::services::Services;
-use crate::view::EventView;
 use axum::Json;
 use axum::extract::State;
-use profivac_recorder::{Event, EventKind, Micros};
+use profivac_model::{Event, EventKind, Micros};
 use profivac_web_server::auth::{Actor, Role};
 use profivac_web_server::body::Body;
 use profivac_web_server::problem::{Problem, task_failed};
@@ -39,7 +38,7 @@ pub struct NewNote {
     path = "/api/notes",
     request_body = NewNote,
     responses(
-        (status = 200, body = EventView),
+        (status = 200, body = Event),
         (status = 400, body = Problem, description = "The body is malformed, or something in it is out of range"),
         (status = 403, body = Problem, description = "The role operator is needed"),
         (status = 404, body = Problem, description = "There is no gauge of this name"),
@@ -50,7 +49,7 @@ pub async fn make(
     State(services): State<Arc<Services>>,
     actor: Actor,
     Body(note): Body<NewNote>,
-) -> Result<Json<EventView>, Problem> {
+) -> Result<Json<Event>, Problem> {
     actor.user.require(Role::Operator, "making a note")?;
     let text = checked_text(&note.text)?;
     let at = checked_time(note.at_ms, Micros::now())?;
@@ -59,13 +58,17 @@ pub async fn make(
     {
         return Err(Problem::not_found(format!("there is no gauge {gauge:?}")));
     }
-    let event =
-        Event { at, gauge: note.gauge, kind: EventKind::Note, text: format!("{} noted: {text}", actor.user.name) };
-    let view = EventView::from(event.clone());
+    let event = Event {
+        at,
+        gauge: note.gauge,
+        kind: EventKind::Note.into(),
+        text: format!("{} noted: {text}", actor.user.name),
+    };
+    let noted = event.clone();
     let is_stored = tokio::task::spawn_blocking(move || services.recorder().record_event_and_wait(event))
         .await
         .map_err(|error| task_failed(&error))?;
-    if is_stored { Ok(Json(view)) } else { Err(Problem::unavailable("the database did not store the note in time")) }
+    if is_stored { Ok(Json(noted)) } else { Err(Problem::unavailable("the database did not store the note in time")) }
 }
 
 /// The text without blanks around it.

@@ -10,7 +10,6 @@ use profivac_web_server::session;
 use serde_json::Value;
 use std::collections::HashSet;
 use utoipa::openapi::path::{Operation, PathItem};
-use utoipa::openapi::schema::SchemaType;
 use utoipa::openapi::{ContentBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder, Schema};
 use utoipa::{Modify, OpenApi as _};
 
@@ -125,71 +124,6 @@ impl Modify for CommonResponses {
             }
         }
         require_properties(description);
-        list_words(description);
-    }
-}
-
-/// The words of properties whose Rust type is a string.
-const WORDS: [(&str, &str, &[&str]); 9] = [
-    (
-        "AlarmView",
-        "condition",
-        &[
-            "above",
-            "below",
-            "rise",
-            "several",
-            "not-measurable",
-            "fault",
-            "stale",
-            "segment-down",
-            "damaged-telegrams",
-            "bus-rate",
-            "not-recording",
-        ],
-    ),
-    (
-        "AlarmHistoryView",
-        "change",
-        &[
-            "raised",
-            "returned",
-            "acknowledged",
-            "shelved",
-            "unshelved",
-            "taken-out-of-service",
-            "returned-to-service",
-            "suppressed",
-            "unsuppressed",
-            "removed",
-            "settings-changed",
-        ],
-    ),
-    ("WebhookView", "kind", &["webhook", "email"]),
-    ("SeveralView", "condition", &["above", "below", "rise"]),
-    (
-        "AlarmHistoryView",
-        "state",
-        &["normal", "unacknowledged", "acknowledged", "returned", "shelved", "out-of-service", "suppressed"],
-    ),
-    ("AlarmHistoryView", "priority", &["high", "medium", "low"]),
-    ("EventView", "kind", &["station", "bus", "gauge", "command", "note", "access", "alarm", "pump-down"]),
-    ("Reading", "principle", &["pirani", "hot-cathode", "cold-cathode", "diaphragm", "atmosphere"]),
-    ("Reading", "quality", &["valid", "overrange", "underrange", "fault", "stale", "off", "missing", "assumed"]),
-];
-
-/// Lists the words of the properties in [`WORDS`].
-fn list_words(description: &mut OpenApi) {
-    let Some(components) = &mut description.components else { return };
-    for (schema, property, words) in WORDS {
-        let Some(RefOr::T(Schema::Object(schema))) = components.schemas.get_mut(schema) else { continue };
-        let Some(RefOr::T(Schema::Object(property))) = schema.properties.get_mut(property) else { continue };
-        let mut values: Vec<Value> = words.iter().map(|word| Value::from(*word)).collect();
-        if matches!(property.schema_type, SchemaType::Array(_)) {
-            // An optional property: its type is an array of `string` and `null`.
-            values.push(Value::Null);
-        }
-        property.enum_values = Some(values);
     }
 }
 
@@ -255,32 +189,4 @@ fn set_problem_type(operation: &mut Operation) {
 fn problem(description: &str) -> Response {
     let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).build();
     ResponseBuilder::new().description(description).content(PROBLEM_JSON, content).build()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::alarm::Priority;
-    use profivac_recorder::Quality;
-
-    fn words(schema: &str, property: &str) -> Vec<&'static str> {
-        let row = WORDS.into_iter().find(|row| (row.0, row.1) == (schema, property)).unwrap();
-        row.2.to_vec()
-    }
-
-    #[test]
-    fn the_description_lists_the_words_of_the_enumerations() {
-        assert_eq!(words("Reading", "quality"), Quality::ALL.map(Quality::word));
-        assert_eq!(words("AlarmHistoryView", "priority"), Priority::ALL.map(Priority::word));
-    }
-
-    #[test]
-    fn every_property_with_words_is_in_the_description() {
-        let description: Value = serde_json::from_str(&description()).unwrap();
-        for (schema, property, words) in WORDS {
-            let listed = &description["components"]["schemas"][schema]["properties"][property]["enum"];
-            let listed: Vec<_> = listed.as_array().unwrap().iter().filter_map(Value::as_str).collect();
-            assert_eq!(listed, words, "{schema}.{property}");
-        }
-    }
 }

@@ -271,8 +271,12 @@ mod tests {
         plant.pump(10, 600..14_400, 2e-4);
         assert_eq!(plant.look(&mut watch, at(10, 14_400)), [], "reported before");
         // After a restart the event tells that it was reported.
-        let event =
-            Event { at: at(10, 600), gauge: Some("lock".to_owned()), kind: EventKind::PumpDown, text: text.clone() };
+        let event = Event {
+            at: at(10, 600),
+            gauge: Some("lock".to_owned()),
+            kind: EventKind::PumpDown.into(),
+            text: text.clone(),
+        };
         assert!(plant.recorder.record_event_and_wait(event));
         assert_eq!(plant.look(&mut Watch::default(), at(10, 5_000)), [], "reported before the restart");
         plant.pump(11, -30..7_200, 2e-4);

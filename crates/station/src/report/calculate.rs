@@ -84,7 +84,7 @@ fn report_event((index, event): (usize, Event)) -> ReportEvent {
         number: index + 1,
         at: timestamp(event.at),
         gauge: event.gauge,
-        kind: event.kind,
+        kind: event.kind.clone(),
         text: event.text,
         moment: event.at,
     }

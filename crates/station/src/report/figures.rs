@@ -9,10 +9,10 @@ use crate::pumpdown::{TimeRange, Trace};
 use crate::view::{IntervalView, RiseCause};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use profivac_recorder::{EventKind, Micros};
+use profivac_model::{EventKind, Micros, Word};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// The entry of a gauge in the station's configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -282,18 +282,12 @@ pub struct ReportEvent {
     /// The gauge that it is about.
     pub gauge: Option<String>,
     /// The kind of event.
-    #[serde(serialize_with = "kind")]
-    pub kind: EventKind,
+    pub kind: Word<EventKind>,
     /// The event in a sentence.
     pub text: String,
     /// Its time, to the microsecond.
     #[serde(skip)]
     pub moment: Micros,
-}
-
-/// The word of a kind of event.
-fn kind<S: Serializer>(kind: &EventKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(kind.word())
 }
 
 /// A report.

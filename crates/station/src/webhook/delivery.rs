@@ -297,7 +297,7 @@ impl Delivery {
     }
 
     fn record_event(&self, sentence: &str) {
-        let text = format!("{} {:?} {sentence}", self.receiver.kind(), self.receiver.name());
+        let text = format!("{} {:?} {sentence}", self.receiver.kind().word(), self.receiver.name());
         self.recorder.event_now(None, EventKind::Alarm, text);
     }
 }

@@ -1,6 +1,6 @@
 //! One e-mail over SMTP, encrypted unless the server is on this computer.
 
-use crate::alarm::{AlarmState, ChangeKind};
+use crate::alarm::{AlarmChangeKind, AlarmState};
 use crate::config::{Email, MailSecurity};
 use crate::view::mbar;
 use jiff::Timestamp;
@@ -139,7 +139,7 @@ fn word(body: &Value, key: &str) -> String {
 /// The change, in the words of the dashboard.
 fn change(body: &Value) -> String {
     let change = word(body, "change");
-    ChangeKind::from_word(&change).map_or_else(|| change.replace('-', " "), ChangeKind::operator_words)
+    AlarmChangeKind::from_word(&change).map_or_else(|| change.replace('-', " "), AlarmChangeKind::operator_words)
 }
 
 /// The state, in the words of the dashboard.

@@ -25,5 +25,5 @@ pub mod receiver;
 pub mod status;
 
 pub use delivery::{DeliverySettings, DeliveryThread};
-pub use receiver::Receiver;
+pub use receiver::{Receiver, ReceiverKind};
 pub use status::{DeliveryStatus, WebhookView};

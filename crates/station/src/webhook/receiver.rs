@@ -2,7 +2,20 @@
 
 use crate::alarm::NotificationTarget;
 use crate::config::{Email, Webhook};
+use profivac_model::words;
 use std::path::Path;
+
+words! {
+    /// What a receiver is.
+    #[derive(Default)]
+    pub enum ReceiverKind {
+        /// An address that gets a POST.
+        #[default]
+        Webhook = "webhook",
+        /// Recipients of e-mails.
+        Email = "email",
+    }
+}
 
 /// A receiver of alarm notifications.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,12 +54,12 @@ impl Receiver {
         }
     }
 
-    /// The word for it in events and in the API.
+    /// What it is.
     #[must_use]
-    pub const fn kind(&self) -> &'static str {
+    pub const fn kind(&self) -> ReceiverKind {
         match self {
-            Self::Webhook(_) => "webhook",
-            Self::Email(_) => "email",
+            Self::Webhook(_) => ReceiverKind::Webhook,
+            Self::Email(_) => ReceiverKind::Email,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The delivery status of all webhooks, for the API.
 
+use super::receiver::ReceiverKind;
 use crate::view::unix_ms;
 use profivac_recorder::{DatabaseError, Micros, Reader};
 use serde::Serialize;
@@ -12,8 +13,8 @@ use utoipa::ToSchema;
 pub struct WebhookView {
     /// Its name.
     pub name: String,
-    /// `webhook` or `email`.
-    pub kind: &'static str,
+    /// Where its notifications go.
+    pub kind: ReceiverKind,
     /// Scheme and host of its URL, or of the mail server; the rest often is a secret.
     pub at: String,
     /// Notifications that wait for delivery.
@@ -54,7 +55,7 @@ impl DeliveryStatus {
     }
 
     /// Adds a webhook.
-    pub(super) fn add(&self, name: &str, kind: &'static str, origin: String) {
+    pub(super) fn add(&self, name: &str, kind: ReceiverKind, origin: String) {
         let view = WebhookView { name: name.to_owned(), kind, at: origin, ..WebhookView::default() };
         self.webhooks().insert(name.to_owned(), view);
     }

@@ -3,7 +3,7 @@
 use super::{Fixture, rule, series};
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
-use profivac_station::alarm::{ChangeKind, Condition, Inputs, Rule, Series};
+use profivac_station::alarm::{AlarmChangeKind, Condition, Inputs, Rule, Series};
 use profivac_station::view::{BusStationState, SegmentState};
 use std::time::Duration;
 
@@ -42,24 +42,24 @@ fn two_of_three_gauges_raise_an_alarm_and_one_does_not() {
     let unknown = (2.0, Quality::Fault);
     assert_eq!(fixture.evaluate(&three([high, low, low])), []);
     assert_eq!(fixture.evaluate(&three([high, unknown, low])), [], "one more may be above the limit, or not");
-    assert_eq!(fixture.evaluate(&three([high, low, high])), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&three([high, low, high])), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().value, Some(2.0));
     let text = "2 of 3: a shows 2.00e-2 mbar, above the limit of 1.00e-2 mbar; c shows 2.00e-2 mbar, above the limit of 1.00e-2 mbar";
     assert_eq!(fixture.status().text, text);
     assert_eq!(fixture.evaluate(&three([high, low, between])), [], "the reset value counts");
     assert_eq!(fixture.evaluate(&three([high, unknown, low])), [], "the second may still be above the reset value");
-    assert_eq!(fixture.evaluate(&three([high, low, low])), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&three([high, low, low])), [AlarmChangeKind::Returned]);
 }
 
 #[test]
 fn an_invalid_reading_is_not_measurable_and_a_silent_gauge_is_stale() {
     let blind = || Fixture::new(vec![rule(not_measurable(series(), false), 0, 0)]);
-    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Fault)), [ChangeKind::Raised]);
+    assert_eq!(blind().evaluate(&inputs(1.0, Quality::Fault)), [AlarmChangeKind::Raised]);
     assert_eq!(blind().evaluate(&inputs(1.0, Quality::Valid)), []);
     assert_eq!(blind().evaluate(&silent()), []);
     let series = Series { gauge: "chamber".to_owned(), name: "chamber.2".to_owned() };
     let mut fixture = Fixture::new(vec![rule(not_measurable(series, false), 0, 0)]);
-    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Valid)), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().text, "chamber has no series chamber.2");
 }
 
@@ -72,12 +72,12 @@ fn a_fault_raises_its_own_alarm_and_no_second_one() {
     let fault = rule(Condition::Fault { gauge: "chamber".to_owned() }, 0, 0);
     let blind = Rule { name: "blind".to_owned(), ..rule(not_measurable(series(), true), 0, 0) };
     let mut fixture = Fixture::new(vec![fault, blind.clone()]);
-    assert_eq!(fixture.evaluate(&broken), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&broken), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().text, "chamber reports ionisation part: electronics or sensor failure");
     // A reading without a pressure that is no fault is still an alarm.
     let mut fixture = Fixture::new(vec![blind]);
     assert_eq!(fixture.evaluate(&broken), []);
-    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Off)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Off)), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.evaluate(&broken), [], "a fault ends it no more than it raises it");
 }
 
@@ -105,7 +105,7 @@ fn a_rise_is_the_slope_over_its_window() {
     assert!((fixture.registry.alarms()[0].value().unwrap() - 0.51).abs() < 1e-6);
     let end = 10_f64.powf(-6.0 + 0.51);
     let still: Vec<_> = (0..80).flat_map(|_| fixture.evaluate_for(&inputs(end, Quality::Valid), 250)).collect();
-    assert_eq!(still, [ChangeKind::Returned]);
+    assert_eq!(still, [AlarmChangeKind::Returned]);
     let (_, mut fixture) = walk(0.51, 60);
     fixture.evaluate_for(&inputs(1.0, Quality::Fault), 250);
     assert_eq!(
@@ -128,13 +128,13 @@ fn a_fault_alarm_returns_when_the_gauge_exchanges_data_without_exceptions() {
     assert_eq!(fixture.evaluate(&with(BusStationState::DataExchange, &[])), []);
     assert_eq!(
         fixture.evaluate(&with(BusStationState::Fault, &["filament broken", "Pirani error"])),
-        [ChangeKind::Raised]
+        [AlarmChangeKind::Raised]
     );
     assert_eq!(fixture.status().text, "chamber reports filament broken, Pirani error");
     assert_eq!(fixture.evaluate(&with(BusStationState::Missing, &[])), [], "a missing gauge does not clear its fault");
     let now = fixture.now();
     let changes = fixture.registry.evaluate(&with(BusStationState::DataExchange, &[]), now);
-    assert_eq!(changes.iter().map(|change| change.kind).collect::<Vec<_>>(), [ChangeKind::Returned]);
+    assert_eq!(changes.iter().map(|change| change.kind).collect::<Vec<_>>(), [AlarmChangeKind::Returned]);
     assert_eq!(changes[0].text, "", "a return has no sentence about the fault");
 }
 
@@ -146,20 +146,20 @@ fn a_stale_gauge_raises_an_alarm_unless_its_segment_is_down() {
     };
     assert_eq!(stale(Some("hall")).evaluate(&inputs(1.0, Quality::Valid)), []);
     let mut fixture = stale(Some("hall"));
-    assert_eq!(fixture.evaluate(&silent()), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&silent()), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().text, "chamber gives no data, the last are 60 s old");
     let now = fixture.now();
     assert_eq!(fixture.registry.evaluate(&inputs(1.0, Quality::Valid), now)[0].text, "");
     let mut lost = silent();
     lost.segments[0].state = SegmentState::Waiting;
     assert_eq!(stale(Some("hall")).evaluate(&lost), [], "the alarm of the segment is raised instead");
-    assert_eq!(stale(None).evaluate(&lost), [ChangeKind::Raised]);
+    assert_eq!(stale(None).evaluate(&lost), [AlarmChangeKind::Raised]);
     let mut slow = silent();
     slow.gauges[0].poll_ms = 30_000;
     assert_eq!(stale(None).evaluate(&slow), [], "a gauge polled every 30 s is fresh after a minute");
     let mut never = silent();
     never.gauges[0].age_ms = None;
-    assert_eq!(stale(None).evaluate(&never), [ChangeKind::Raised]);
+    assert_eq!(stale(None).evaluate(&never), [AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -170,11 +170,11 @@ fn a_segment_that_does_not_run_or_is_absent_raises_an_alarm() {
     lost.segments[0].state = SegmentState::Waiting;
     lost.segments[0].problem = Some("the port is lost".to_owned());
     let mut fixture = down();
-    assert_eq!(fixture.evaluate(&lost), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&lost), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().text, "segment hall does not run: the port is lost");
     let now = fixture.now();
     assert_eq!(fixture.registry.evaluate(&inputs(1.0, Quality::Valid), now)[0].text, "");
-    assert_eq!(down().evaluate(&Inputs::default()), [ChangeKind::Raised]);
+    assert_eq!(down().evaluate(&Inputs::default()), [AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -193,16 +193,19 @@ fn damaged_telegrams_are_counted_over_a_minute() {
     };
     assert_eq!(run(0.5).0, []);
     let (seen, mut fixture) = run(0.6);
-    assert_eq!(seen, [ChangeKind::Raised]);
+    assert_eq!(seen, [AlarmChangeKind::Raised]);
     let mut anew = inputs(1.0, Quality::Valid);
     anew.segments[0].damaged_telegrams = 3;
-    assert_eq!(fixture.evaluate(&anew), [ChangeKind::Returned], "a restarted master counts from zero");
+    assert_eq!(fixture.evaluate(&anew), [AlarmChangeKind::Returned], "a restarted master counts from zero");
 }
 
 #[test]
 fn a_recorder_that_does_not_write_raises_an_alarm() {
     let mut fixture = Fixture::new(vec![rule(Condition::NotRecording, 0, 0)]);
     let full = Inputs { recorder_error: Some("the disk is full".to_owned()), ..Inputs::default() };
-    assert_eq!((fixture.evaluate(&Inputs::default()), fixture.evaluate(&full)), (vec![], vec![ChangeKind::Raised]));
+    assert_eq!(
+        (fixture.evaluate(&Inputs::default()), fixture.evaluate(&full)),
+        (vec![], vec![AlarmChangeKind::Raised])
+    );
     assert_eq!(fixture.status().text, "the recorder does not write: the disk is full");
 }

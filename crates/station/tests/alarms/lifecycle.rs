@@ -3,15 +3,16 @@
 use super::{Fixture, above, rule, series};
 use crate::support::inputs::inputs;
 use profivac_recorder::Quality;
-use profivac_recorder::alarms::StoredAlarm;
-use profivac_station::alarm::{AlarmError, AlarmState, AlarmStatus, ChangeKind, Condition, Inputs, Priority, Rule};
+use profivac_station::alarm::{
+    AlarmChangeKind, AlarmError, AlarmState, AlarmStatus, Condition, Inputs, Priority, Rule,
+};
 use std::time::Duration;
 
 #[test]
 fn an_alarm_is_raised_acknowledged_and_returns() {
     let mut fixture = Fixture::new(vec![above(0, 0)]);
     assert_eq!(fixture.evaluate_for(&inputs(0.9, Quality::Valid), 250), []);
-    assert_eq!(fixture.evaluate_for(&inputs(1.1, Quality::Valid), 250), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate_for(&inputs(1.1, Quality::Valid), 250), [AlarmChangeKind::Raised]);
     assert_eq!((fixture.state(), fixture.status().value), (AlarmState::Unacknowledged, Some(1.1)));
     assert_eq!(fixture.status().text, "chamber shows 1.10e-2 mbar, above the limit of 1.00e-2 mbar");
     let change = fixture.acknowledge().unwrap();
@@ -19,10 +20,10 @@ fn an_alarm_is_raised_acknowledged_and_returns() {
         (change.user.as_deref(), change.value, fixture.state()),
         (Some("Ada"), Some(1.1), AlarmState::Acknowledged)
     );
-    assert_eq!(fixture.evaluate_for(&inputs(0.4, Quality::Valid), 250), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate_for(&inputs(0.4, Quality::Valid), 250), [AlarmChangeKind::Returned]);
     assert_eq!(fixture.state(), AlarmState::Normal);
     fixture.evaluate_for(&inputs(2.0, Quality::Valid), 250);
-    assert_eq!(fixture.evaluate_for(&inputs(0.1, Quality::Valid), 250), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate_for(&inputs(0.1, Quality::Valid), 250), [AlarmChangeKind::Returned]);
     assert_eq!(fixture.state(), AlarmState::Returned, "it is not acknowledged");
     fixture.acknowledge().unwrap();
     assert_eq!(fixture.state(), AlarmState::Normal);
@@ -35,14 +36,14 @@ fn a_shelved_alarm_is_silent_until_its_end_and_then_raised_at_once() {
     fixture.evaluate_for(&high, 250);
     let now = fixture.now();
     let shelved = fixture.registry.shelve("it", "Ada", "the lock is vented", Duration::from_secs(60), now).unwrap();
-    assert_eq!((shelved.kind, shelved.user.as_deref()), (ChangeKind::Shelved, Some("Ada")));
+    assert_eq!((shelved.kind, shelved.user.as_deref()), (AlarmChangeKind::Shelved, Some("Ada")));
     assert_eq!(shelved.text, "the lock is vented (it was not acknowledged)");
     let again = fixture.registry.shelve("it", "Eve", "so", Duration::from_secs(60), now).unwrap_err();
     assert_eq!(again.to_string(), "it is shelved by Ada already");
     assert_eq!(fixture.acknowledge().unwrap_err().to_string(), "it is shelved by Ada already");
     assert_eq!(fixture.evaluate_for(&high, 59_999), []);
     assert_eq!(fixture.evaluate_for(&high, 1), []);
-    assert_eq!(fixture.evaluate(&high), [ChangeKind::Unshelved, ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&high), [AlarmChangeKind::Unshelved, AlarmChangeKind::Raised]);
     assert_eq!((fixture.state(), fixture.status().suppression.as_ref()), (AlarmState::Unacknowledged, None));
 }
 
@@ -58,7 +59,7 @@ fn an_engineer_takes_a_shelved_alarm_out_of_service_and_no_user_shelves_it_then(
     assert!(fixture.registry.shelve("it", "Ada", "so", Duration::from_secs(60), now).is_err());
     assert!(fixture.registry.unshelve("it", "Ada", now).is_err());
     fixture.registry.return_to_service("it", "Eve", now).unwrap();
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -66,14 +67,13 @@ fn a_shelved_alarm_stays_shelved_over_a_restart_and_ends_on_time() {
     let mut fixture = Fixture::new(vec![above(0, 0)]);
     let now = fixture.now();
     fixture.registry.shelve("it", "Ada", "so", Duration::from_secs(3600), now).unwrap();
-    let stored = AlarmStatus::from(StoredAlarm::from(fixture.status()));
-    assert_eq!(stored, *fixture.status());
+    let stored = fixture.status().clone();
     let mut restarted = Fixture::new(Vec::new());
     restarted.pass(1_800_000);
     let now = restarted.now();
     restarted.registry.reconfigure(vec![above(0, 0)], vec![("it".to_owned(), stored)], now);
     assert_eq!(restarted.evaluate_for(&inputs(2.0, Quality::Valid), 1_800_000), []);
-    assert_eq!(restarted.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Unshelved, ChangeKind::Raised]);
+    assert_eq!(restarted.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Unshelved, AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn a_clock_set_back_before_a_start_does_not_prolong_a_time_out_of_service() {
         let (stored, now) = (fixture.status().clone(), restarted.now());
         restarted.registry.reconfigure(vec![above(0, 0)], vec![("it".to_owned(), stored)], now);
         restarted.pass(3_600_000);
-        let expected = [ChangeKind::ReturnedToService, ChangeKind::Raised];
+        let expected = [AlarmChangeKind::ReturnedToService, AlarmChangeKind::Raised];
         assert_eq!(restarted.evaluate(&inputs(2.0, Quality::Valid)), expected, "{days}");
     }
 }
@@ -98,10 +98,10 @@ fn delays_are_exact_to_the_millisecond() {
     let mut fixture = Fixture::new(vec![above(2, 3)]);
     fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1999);
     assert_eq!(fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1), []);
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Raised]);
     fixture.evaluate_for(&inputs(0.1, Quality::Valid), 2999);
     assert_eq!(fixture.evaluate_for(&inputs(0.1, Quality::Valid), 1), []);
-    assert_eq!(fixture.evaluate(&inputs(0.1, Quality::Valid)), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&inputs(0.1, Quality::Valid)), [AlarmChangeKind::Returned]);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn a_chattering_signal_raises_one_alarm() {
         let pa = if step % 10 == 0 { 0.1 } else { 3.0 };
         seen.extend(fixture.evaluate_for(&inputs(pa, Quality::Valid), 250));
     }
-    assert_eq!(seen, [ChangeKind::Raised]);
+    assert_eq!(seen, [AlarmChangeKind::Raised]);
     let mut fixture = Fixture::new(vec![above(1, 5)]);
     let spikes: Vec<_> = (0..4000)
         .flat_map(|step| {
@@ -135,13 +135,13 @@ fn a_step_of_the_wall_clock_changes_no_delay() {
         "an hour of wall-clock time is no delay"
     );
     fixture.wall_ms -= 7_200_000;
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Raised]);
     let first = fixture.status().occurrence;
     fixture.wall_ms -= 7_200_000;
     fixture.evaluate_for(&inputs(0.1, Quality::Valid), 10_000);
     fixture.evaluate_for(&inputs(0.1, Quality::Valid), 0);
     fixture.evaluate_for(&inputs(2.0, Quality::Valid), 10_000);
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Raised]);
     assert_eq!(
         fixture.status().occurrence,
         first + 1,
@@ -182,7 +182,7 @@ fn an_alarm_out_of_service_raises_nothing_and_returns_to_service() {
     assert_eq!(fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1), []);
     assert_eq!(
         fixture.evaluate(&inputs(2.0, Quality::Valid)),
-        [ChangeKind::ReturnedToService, ChangeKind::Raised],
+        [AlarmChangeKind::ReturnedToService, AlarmChangeKind::Raised],
         "the condition is met, so it is raised"
     );
     let now = fixture.now();
@@ -208,7 +208,7 @@ fn alarms_keep_their_state_when_the_file_changes() {
     let higher = rule(Condition::Above { series: series(), limit: 10.0, reset: 5.0 }, 0, 0);
     fixture.registry.reconfigure(vec![higher], Vec::new(), now);
     assert_eq!(fixture.state(), AlarmState::Acknowledged);
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Returned]);
     assert_eq!(
         fixture.registry.clone().reconfigure(Vec::new(), Vec::new(), now),
         [],
@@ -216,7 +216,7 @@ fn alarms_keep_their_state_when_the_file_changes() {
     );
     fixture.evaluate(&inputs(20.0, Quality::Valid));
     let gone = fixture.registry.reconfigure(Vec::new(), Vec::new(), now);
-    assert_eq!(gone.iter().map(|change| change.kind).collect::<Vec<_>>(), [ChangeKind::Removed]);
+    assert_eq!(gone.iter().map(|change| change.kind).collect::<Vec<_>>(), [AlarmChangeKind::Removed]);
 }
 
 #[test]
@@ -233,6 +233,10 @@ fn alarms_keep_their_state_over_a_restart() {
             [fixture.evaluate_for(&inputs(2.0, Quality::Valid), 1000), fixture.evaluate(&inputs(2.0, Quality::Valid))]
                 .concat();
         let raised = matches!(state, AlarmState::Normal | AlarmState::Returned);
-        assert_eq!(seen, [ChangeKind::Raised][..usize::from(raised)], "{state:?}: an active alarm is not raised again");
+        assert_eq!(
+            seen,
+            [AlarmChangeKind::Raised][..usize::from(raised)],
+            "{state:?}: an active alarm is not raised again"
+        );
     }
 }

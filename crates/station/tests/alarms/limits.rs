@@ -3,23 +3,23 @@
 use super::{Fixture, above, rule, series};
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
-use profivac_station::alarm::{AlarmState, ChangeKind, Condition, Inputs};
+use profivac_station::alarm::{AlarmChangeKind, AlarmState, Condition, Inputs};
 
 #[test]
 fn a_limit_alarm_is_raised_at_the_limit_and_returns_at_the_reset() {
     let mut fixture = Fixture::new(vec![above(0, 0)]);
     assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Valid)), [], "the limit itself is not above the limit");
-    assert_eq!(fixture.evaluate(&inputs(1.000_001, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(1.000_001, Quality::Valid)), [AlarmChangeKind::Raised]);
     for pa in [0.99, 0.500_001, 1.5, 0.7] {
         assert_eq!(fixture.evaluate(&inputs(pa, Quality::Valid)), [], "{pa}");
     }
-    assert_eq!(fixture.evaluate(&inputs(0.5, Quality::Valid)), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&inputs(0.5, Quality::Valid)), [AlarmChangeKind::Returned]);
     assert_eq!(fixture.evaluate(&inputs(0.99, Quality::Valid)), [], "after the return the limit counts again");
     let mut fixture = Fixture::new(vec![rule(Condition::Below { series: series(), limit: 1.0, reset: 2.0 }, 0, 0)]);
     assert_eq!(fixture.evaluate(&inputs(1.0, Quality::Valid)), []);
-    assert_eq!(fixture.evaluate(&inputs(0.999, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(0.999, Quality::Valid)), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.evaluate(&inputs(1.999, Quality::Valid)), []);
-    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [ChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&inputs(2.0, Quality::Valid)), [AlarmChangeKind::Returned]);
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn the_text_of_a_change_states_where_the_pressure_is() {
         let mut text = fixture.registry.evaluate(&inputs(pa, Quality::Valid), now).pop().map(|change| change.text);
         if text.is_none() {
             let beyond = if matches!(condition, Condition::Above { .. }) { 1e4 } else { 1e-4 };
-            assert_eq!(fixture.evaluate(&inputs(beyond, Quality::Valid)), [ChangeKind::Raised]);
+            assert_eq!(fixture.evaluate(&inputs(beyond, Quality::Valid)), [AlarmChangeKind::Raised]);
             text = fixture.registry.evaluate(&inputs(pa, Quality::Valid), now).pop().map(|change| change.text);
         }
         assert_eq!(text, Some(format!("chamber shows {expected}")), "{condition:?}");
@@ -57,12 +57,12 @@ fn an_alarm_raised_between_limit_and_reset_does_not_claim_the_limit() {
     let now = fixture.now();
     fixture.registry.take_out_of_service("it", "Eve", "service", None, now).unwrap();
     fixture.registry.return_to_service("it", "Eve", now).unwrap();
-    assert_eq!(fixture.evaluate(&inputs(0.7, Quality::Valid)), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&inputs(0.7, Quality::Valid)), [AlarmChangeKind::Raised]);
     let expected = "chamber shows 7.00e-3 mbar, above the reset value of 5.00e-3 mbar";
     assert_eq!(fixture.status().text, expected);
     fixture.registry.take_out_of_service("it", "Eve", "service", None, now).unwrap();
     fixture.registry.return_to_service("it", "Eve", now).unwrap();
-    assert_eq!(fixture.evaluate(&silent()), [ChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&silent()), [AlarmChangeKind::Raised]);
     assert_eq!(fixture.status().text, "its condition was met when it was last known");
 }
 
@@ -76,7 +76,7 @@ fn an_unknown_pressure_neither_raises_nor_clears_an_alarm() {
         fixture.evaluate(&inputs(2.0, Quality::Valid));
         assert_eq!(fixture.evaluate(&nothing), [], "{nothing:?}");
         assert_eq!(fixture.state(), AlarmState::Unacknowledged);
-        assert_eq!(fixture.evaluate(&inputs(0.1, Quality::Valid)), [ChangeKind::Returned]);
+        assert_eq!(fixture.evaluate(&inputs(0.1, Quality::Valid)), [AlarmChangeKind::Returned]);
     }
 }
 
@@ -113,7 +113,7 @@ fn an_alarm_returns_below_the_range_of_its_gauge_although_the_reset_value_is_bel
     assert_eq!(fixture.evaluate(&inputs(0.8, Quality::Valid)), [], "not past the reset value");
     let now = fixture.now();
     let changes = fixture.registry.evaluate(&inputs(0.7, Quality::Underrange), now);
-    assert_eq!(changes[0].kind, ChangeKind::Returned);
+    assert_eq!(changes[0].kind, AlarmChangeKind::Returned);
     assert_eq!(changes[0].text, "chamber shows under range (< 7.00e-3 mbar), not above the limit of 1.00e-2 mbar");
 }
 

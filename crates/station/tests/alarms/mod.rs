@@ -20,7 +20,7 @@ mod random;
 
 use profivac_recorder::Micros;
 use profivac_station::alarm::{
-    AlarmChange, AlarmError, AlarmRegistry, AlarmState, AlarmStatus, AlarmTime, ChangeKind, Condition, Inputs,
+    AlarmChange, AlarmChangeKind, AlarmError, AlarmRegistry, AlarmState, AlarmStatus, AlarmTime, Condition, Inputs,
     Priority, Rule, Series,
 };
 use std::time::Duration;
@@ -50,13 +50,13 @@ impl Fixture {
         self.wall_ms += ms;
     }
 
-    fn evaluate(&mut self, inputs: &Inputs) -> Vec<ChangeKind> {
+    fn evaluate(&mut self, inputs: &Inputs) -> Vec<AlarmChangeKind> {
         let now = self.now();
         self.registry.evaluate(inputs, now).into_iter().map(|change| change.kind).collect()
     }
 
     /// Evaluates, then lets time pass.
-    fn evaluate_for(&mut self, inputs: &Inputs, ms: i64) -> Vec<ChangeKind> {
+    fn evaluate_for(&mut self, inputs: &Inputs, ms: i64) -> Vec<AlarmChangeKind> {
         let changes = self.evaluate(inputs);
         self.pass(ms);
         changes

@@ -6,7 +6,7 @@ use jiff::civil::Time;
 use jiff::tz::TimeZone;
 use profivac_recorder::Quality;
 use profivac_station::alarm::notify::Notifier;
-use profivac_station::alarm::{ChangeKind, NotificationTarget, Priority, QuietHours, Rule};
+use profivac_station::alarm::{AlarmChangeKind, NotificationTarget, Priority, QuietHours, Rule};
 use std::time::Duration;
 
 /// A registry and the notification targets of its changes.
@@ -38,7 +38,7 @@ impl Told {
 
     fn acknowledge(&mut self) -> Vec<String> {
         let change = self.fixture.acknowledge().unwrap();
-        assert_eq!(change.kind, ChangeKind::Acknowledged);
+        assert_eq!(change.kind, AlarmChangeKind::Acknowledged);
         self.notifier.told_of(&change)
     }
 }

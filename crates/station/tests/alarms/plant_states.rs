@@ -4,9 +4,9 @@ use super::{Fixture, above};
 use crate::support::inputs::inputs;
 use profivac_recorder::{Micros, Quality};
 use profivac_station::alarm::notify::Notifier;
-use profivac_station::alarm::plant_state::{Declaration, PlantStateChangeKind};
+use profivac_station::alarm::plant_state::PlantStateChangeKind;
 use profivac_station::alarm::{
-    AlarmState, AlarmStatus, Attribution, ChangeKind, NotificationTarget, PlantStateRule, Priority,
+    AlarmChangeKind, AlarmState, AlarmStatus, Attribution, Declaration, NotificationTarget, PlantStateRule, Priority,
 };
 use profivac_web_server::auth::Role;
 use std::collections::BTreeSet;
@@ -48,7 +48,7 @@ impl Fixture {
     }
 
     /// Ends the plant states that are over, then evaluates.
-    fn next(&mut self, pa: f64) -> Vec<ChangeKind> {
+    fn next(&mut self, pa: f64) -> Vec<AlarmChangeKind> {
         let now = self.now();
         self.registry.plant_states_mut().end_due(now);
         self.evaluate(&inputs(pa, Quality::Valid))
@@ -62,7 +62,7 @@ fn an_alarm_is_suppressed_until_the_plant_state_ends_and_is_then_raised_as_a_new
     let first = fixture.status().occurrence;
     fixture.acknowledge().unwrap();
     fixture.declare("Vented", HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     let suppression = fixture.status().suppression.clone().unwrap();
     assert_eq!((fixture.state(), suppression.by.user.as_str()), (AlarmState::Suppressed, "Ada"));
     assert_eq!(suppression.reason, "Vented: leak search");
@@ -71,7 +71,7 @@ fn an_alarm_is_suppressed_until_the_plant_state_ends_and_is_then_raised_as_a_new
     fixture.pass(3_599_999);
     assert_eq!(fixture.next(2.0), []);
     fixture.pass(1);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised]);
     assert_eq!((fixture.state(), fixture.status().suppression.as_ref()), (AlarmState::Unacknowledged, None));
     assert!(fixture.status().occurrence > first, "a new occurrence, which no user has acknowledged");
 }
@@ -80,11 +80,11 @@ fn an_alarm_is_suppressed_until_the_plant_state_ends_and_is_then_raised_as_a_new
 fn an_alarm_whose_condition_has_cleared_meanwhile_is_normal_at_the_end() {
     let mut fixture = fixture();
     fixture.declare("Vented", HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     assert_eq!(fixture.next(0.1), []);
     let now = fixture.now();
     fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
-    assert_eq!(fixture.next(0.1), [ChangeKind::Unsuppressed]);
+    assert_eq!(fixture.next(0.1), [AlarmChangeKind::Unsuppressed]);
     assert_eq!(fixture.state(), AlarmState::Normal);
 }
 
@@ -94,12 +94,16 @@ fn the_condition_is_evaluated_with_its_delay_while_the_alarm_is_suppressed() {
     let now = fixture.now();
     fixture.registry.plant_states_mut().reconfigure(vec![state("Vented", &["it"])], Vec::new(), now);
     fixture.declare("Vented", HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     fixture.pass(60_000);
     assert_eq!(fixture.next(2.0), []);
     let now = fixture.now();
     fixture.registry.plant_states_mut().end("Vented", "Ada", "", now).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised], "the delay is not waited for again");
+    assert_eq!(
+        fixture.next(2.0),
+        [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised],
+        "the delay is not waited for again"
+    );
 }
 
 #[test]
@@ -109,17 +113,17 @@ fn a_pressure_that_is_good_again_raises_no_alarm_at_the_end_of_its_suppression()
     let now = fixture.now();
     fixture.registry.plant_states_mut().reconfigure(vec![state("Vented", &["it"])], Vec::new(), now);
     fixture.declare("Vented", HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     let now = fixture.now();
     fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
-    assert_eq!(fixture.next(0.1), [ChangeKind::Unsuppressed]);
+    assert_eq!(fixture.next(0.1), [AlarmChangeKind::Unsuppressed]);
     fixture.declare("Vented", HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     let now = fixture.now();
     fixture.registry.plant_states_mut().end("Vented", "Eve", "", now).unwrap();
     // A user who ends a plant state sees its alarms at once, before the next evaluation.
     let kinds: Vec<_> = fixture.registry.suppress(now).into_iter().map(|change| change.kind).collect();
-    assert_eq!(kinds, [ChangeKind::Unsuppressed]);
+    assert_eq!(kinds, [AlarmChangeKind::Unsuppressed]);
     assert_eq!(fixture.next(0.1), []);
     let now = fixture.now();
     fixture.registry.shelve("it", "Ada", "so", HOUR, now).unwrap();
@@ -129,8 +133,8 @@ fn a_pressure_that_is_good_again_raises_no_alarm_at_the_end_of_its_suppression()
     fixture.registry.take_out_of_service("it", "Eve", "repair", Some(HOUR), now).unwrap();
     fixture.next(2.0);
     fixture.pass(3_600_000);
-    assert_eq!(fixture.next(0.1), [ChangeKind::ReturnedToService]);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Raised]);
+    assert_eq!(fixture.next(0.1), [AlarmChangeKind::ReturnedToService]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -139,12 +143,12 @@ fn an_alarm_of_two_declared_plant_states_is_suppressed_until_the_last_ends() {
     fixture.declare("Bake-out", 2 * HOUR).unwrap();
     fixture.declare("Vented", HOUR).unwrap();
     fixture.declare("Empty", 24 * HOUR).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Suppressed]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Suppressed]);
     assert_eq!(fixture.status().suppression.as_ref().unwrap().reason, "Bake-out: leak search", "it ends last");
     fixture.pass(3_600_000);
     assert_eq!(fixture.next(2.0), []);
     fixture.pass(3_600_000);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -164,7 +168,7 @@ fn an_extension_is_shown_at_once_and_is_no_change_of_the_alarm() {
     fixture.pass(3_599_999);
     assert_eq!(fixture.next(2.0), []);
     fixture.pass(1);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised]);
     assert_eq!(
         fixture.extend("Vented", HOUR).unwrap_err(),
         "Vented is not declared; look at the plant states before you change one"
@@ -201,7 +205,11 @@ fn a_user_who_shelved_an_alarm_or_took_it_out_of_service_is_not_overruled() {
     assert_eq!(fixture.next(2.0), []);
     assert_eq!(fixture.state(), AlarmState::Shelved);
     fixture.pass(1_800_000);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unshelved, ChangeKind::Suppressed], "its time on the shelf is over");
+    assert_eq!(
+        fixture.next(2.0),
+        [AlarmChangeKind::Unshelved, AlarmChangeKind::Suppressed],
+        "its time on the shelf is over"
+    );
     let now = fixture.now();
     fixture.registry.take_out_of_service("it", "Eve", "repair", None, now).unwrap();
     fixture.pass(1_800_000);
@@ -209,7 +217,7 @@ fn a_user_who_shelved_an_alarm_or_took_it_out_of_service_is_not_overruled() {
     assert_eq!(fixture.state(), AlarmState::OutOfService);
     let now = fixture.now();
     fixture.registry.return_to_service("it", "Eve", now).unwrap();
-    assert_eq!(fixture.next(2.0), [ChangeKind::Raised]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Raised]);
 }
 
 #[test]
@@ -232,7 +240,7 @@ fn a_declaration_holds_over_a_restart_until_its_end_and_no_clock_prolongs_it() {
             assert_eq!(restarted.next(2.0), [], "{clock}");
             restarted.pass(1);
         }
-        assert_eq!(restarted.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised], "{clock}");
+        assert_eq!(restarted.next(2.0), [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised], "{clock}");
     }
 }
 
@@ -248,12 +256,16 @@ fn a_changed_file_keeps_a_declaration_by_its_name_and_ends_that_of_a_removed_pla
     assert_eq!(told, [("Bake-out", PlantStateChangeKind::Ended, "the station's file no longer has it")]);
     assert_eq!(fixture.next(2.0), []);
     fixture.pass(3_600_000);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised]);
+    assert_eq!(fixture.next(2.0), [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised]);
     fixture.declare("Vented", HOUR).unwrap();
     fixture.next(2.0);
     let now = fixture.now();
     fixture.registry.plant_states_mut().reconfigure(vec![state("Vented", &["another"])], Vec::new(), now);
-    assert_eq!(fixture.next(2.0), [ChangeKind::Unsuppressed, ChangeKind::Raised], "it no longer selects the alarm");
+    assert_eq!(
+        fixture.next(2.0),
+        [AlarmChangeKind::Unsuppressed, AlarmChangeKind::Raised],
+        "it no longer selects the alarm"
+    );
 }
 
 #[test]

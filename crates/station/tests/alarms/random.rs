@@ -4,7 +4,7 @@ use super::plant_states::state;
 use super::{Fixture, above};
 use crate::support::inputs::inputs;
 use profivac_recorder::Quality;
-use profivac_station::alarm::{AlarmState, ChangeKind, Priority, Rule};
+use profivac_station::alarm::{AlarmChangeKind, AlarmState, Priority, Rule};
 use std::time::Duration;
 
 /// Random readings, acknowledgements, times out of service, plant states, clock steps and changed files.
@@ -38,8 +38,8 @@ fn random_walk(random: &mut fastrand::Rng) -> usize {
                 holds = (pa > 1.0).then(|| holds.unwrap_or(fixture.monotonic_ms));
             }
             for change in &changes {
-                raised += usize::from(change.kind == ChangeKind::Raised);
-                assert!(change.kind != ChangeKind::Returned || before.is_active(), "only an active alarm returns");
+                raised += usize::from(change.kind == AlarmChangeKind::Raised);
+                assert!(change.kind != AlarmChangeKind::Returned || before.is_active(), "only an active alarm returns");
             }
             assert!(
                 !before.needs_acknowledgement() || fixture.state().needs_acknowledgement(),

@@ -116,7 +116,7 @@ impl TestStation {
             assert!(self.services.recorder().flush());
             let events =
                 self.services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 1000).unwrap();
-            let access = events.into_iter().rev().filter(|event| event.kind.word() == "access");
+            let access = events.into_iter().rev().filter(|event| event.kind.as_str() == "access");
             let texts: Vec<_> = access.map(|event| event.text).collect();
             if texts.iter().any(|text| text.contains(sentence)) {
                 return texts;

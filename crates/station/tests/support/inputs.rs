@@ -67,20 +67,12 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         address: 5,
         device: "bcg450".to_owned(),
         has_dpv1: true,
-        listen_only: false,
-        assumptions: Vec::new(),
         state: BusStationState::DataExchange,
-        problem: None,
-        exceptions: Vec::new(),
-        warnings: Vec::new(),
         gas: "n2".to_owned(),
-        levels: Vec::new(),
         readings,
         age_ms: Some(10),
-        parameters: Arc::default(),
-        read_at: None,
-        lost_at: None,
         poll_ms: 200,
         stale_after_ms: 3000,
+        ..Gauge::default()
     }
 }

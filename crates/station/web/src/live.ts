@@ -1,7 +1,7 @@
 // The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
 import type { LivePlant, LiveState, Snapshot } from './api/types.ts'
-import { merged, snapshotOf } from './lib/merge.ts'
+import { changed, snapshotOf } from './lib/merge.ts'
 import { bits } from './lib/series.ts'
 import { currentQuality, SILENCE_MS } from './lib/stale.ts'
 import { canView, onSessionChange, refreshSession } from './session.ts'
@@ -80,7 +80,7 @@ function connect(): void {
   // Each connection begins with the whole state, also when the browser connects again by itself.
   stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as LiveState))
   stream.addEventListener('change', (event: MessageEvent<string>) => {
-    if (state) receive(merged(state, JSON.parse(event.data)) as LiveState)
+    if (state) receive(changed(state, JSON.parse(event.data) as Partial<LiveState>, ['segments', 'gauges']))
   })
   stream.addEventListener('error', () => void refreshSession())
 }

@@ -18,11 +18,12 @@ impl Actor {
     #[must_use]
     pub fn audit_entry(&self, action: AuditAction) -> AuditEntry {
         AuditEntry {
+            id: 0,
             at: Micros::now(),
             action,
             refers_to: None,
             user: self.user.name.to_string(),
-            role: self.user.role.to_string(),
+            role: self.user.role.into(),
             peer: self.peer.map(|peer| peer.to_string()),
             gauge: None,
             segment: None,

@@ -35,44 +35,9 @@ pub mod users;
 
 pub use access::Access;
 pub use actor::Actor;
+pub use profivac_model::Role;
 
-use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::sync::Arc;
-use utoipa::ToSchema;
-
-/// The role of a user. A role includes the permissions of all lower roles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// Reads.
-    Viewer,
-    /// Operates the plant: acknowledges alarms, executes commands.
-    Operator,
-    /// Changes the plant: writes parameters, takes alarms out of service.
-    Engineer,
-}
-
-impl Role {
-    /// All roles, from the lowest to the highest.
-    pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Engineer];
-
-    /// The word for the role in files and in the API.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Viewer => "viewer",
-            Self::Operator => "operator",
-            Self::Engineer => "engineer",
-        }
-    }
-}
-
-impl fmt::Display for Role {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.word())
-    }
-}
 
 /// The user of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -650,8 +650,8 @@ export interface paths {
         };
         /**
          * The state of the station and its changes, up to four a second
-         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-         *     the state. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+         *     changed. A slow client gets fewer events, and misses no change. The stream is compressed for a client that accepts gzip. It ends with
          *     the session of its client.
          */
         get: operations["live"];
@@ -1108,6 +1108,11 @@ export interface components {
              */
             occurrence: number;
         };
+        /**
+         * @description The kind of a change of an alarm.
+         * @enum {string}
+         */
+        AlarmChangeKind: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "suppressed" | "unsuppressed" | "removed" | "settings-changed";
         /** @description The number of alarms of a priority. */
         AlarmCount: {
             /** @description Alarms whose condition is met. */
@@ -1116,7 +1121,7 @@ export interface components {
             unacknowledged: number;
         };
         /** @description A row of the alarm history. */
-        AlarmHistoryView: {
+        AlarmHistoryEntry: {
             /** @description The alarm. */
             alarm: string;
             /**
@@ -1124,27 +1129,17 @@ export interface components {
              * @description When it happened.
              */
             at_ms: number;
-            /**
-             * @description The change: `raised`, `returned`, `acknowledged`, `shelved`, `unshelved`, `taken-out-of-service`, `returned-to-service`,
-             *     `suppressed`, `unsuppressed`, `removed`, `settings-changed`.
-             * @enum {string}
-             */
-            change: "raised" | "returned" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "suppressed" | "unsuppressed" | "removed" | "settings-changed";
+            /** @description The change. */
+            change: components["schemas"]["AlarmChangeKind"];
             /**
              * Format: int64
              * @description The number of the occurrence.
              */
             occurrence: number;
-            /**
-             * @description The priority at that time.
-             * @enum {string}
-             */
-            priority: "high" | "medium" | "low";
-            /**
-             * @description The state after the change.
-             * @enum {string}
-             */
-            state: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service" | "suppressed";
+            /** @description The priority at that time. */
+            priority: components["schemas"]["Priority"];
+            /** @description The state after the change. */
+            state: components["schemas"]["AlarmState"];
             /** @description The series, gauge or segment. */
             subject: string | null;
             /** @description A sentence. */
@@ -1158,6 +1153,29 @@ export interface components {
              * @description The value at that time.
              */
             value: number | null;
+        };
+        /** @description The alarms at one moment. */
+        AlarmOverview: {
+            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first, up to 50. */
+            alarms: components["schemas"]["AlarmView"][];
+            /** @description Alarms of high priority. */
+            high: components["schemas"]["AlarmCount"];
+            /** @description Alarms of low priority. */
+            low: components["schemas"]["AlarmCount"];
+            /** @description Alarms of medium priority. */
+            medium: components["schemas"]["AlarmCount"];
+            /** @description The number of such alarms beyond the list. */
+            not_listed: number;
+            /** @description The number of alarms out of service. */
+            out_of_service: number;
+            /** @description The declared plant states, in the order of the station's file. */
+            plant_states: components["schemas"]["DeclaredPlantState"][];
+            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
+            problem: string | null;
+            /** @description The number of shelved alarms. */
+            shelved: number;
+            /** @description The number of alarms that a plant state suppresses. */
+            suppressed: number;
         };
         /** @description Figures about the alarms of a time range. */
         AlarmPerformance: {
@@ -1275,12 +1293,8 @@ export interface components {
              * @description When it was acknowledged.
              */
             acknowledged_ms: number | null;
-            /**
-             * @description The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
-             *     `damaged-telegrams`, `bus-rate`, `not-recording`.
-             * @enum {string}
-             */
-            condition: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
+            /** @description The kind of its condition. */
+            condition: components["schemas"]["ConditionKind"];
             /** @description The gauge, if the alarm is about one. */
             gauge: string | null;
             /**
@@ -1371,11 +1385,11 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
+        AuditAction: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
         /** @description An entry of the audit trail. */
-        AuditView: {
+        AuditEntry: {
             /** @description The action. */
-            action: components["schemas"]["AuditActionView"];
+            action: components["schemas"]["AuditAction"];
             /**
              * Format: int32
              * @description The bus address of the gauge.
@@ -1396,7 +1410,7 @@ export interface components {
             gauge: string | null;
             /**
              * Format: int64
-             * @description The number of the entry. Later entries have higher numbers.
+             * @description The number of the entry. Later entries have higher numbers. An entry that is not written yet has 0.
              */
             id: number;
             /** @description The result, in a sentence. */
@@ -1566,8 +1580,8 @@ export interface components {
             octets: number;
         };
         /**
-         * @description A JSON merge patch (RFC 7396) of the snapshot: only what has changed. A property that becomes `null`, and an entry that disappears,
-         *     is `null` here.
+         * @description The parts of the snapshot that have changed. `segments` and `gauges` have the entries that have changed, and `null` for one that is gone;
+         *     the other parts are whole.
          */
         Change: Record<string, never>;
         /** @description New settings of a default alarm. */
@@ -1634,6 +1648,11 @@ export interface components {
             /** @description The lowest role that may execute it. */
             role: components["schemas"]["Role"];
         };
+        /**
+         * @description The kind of the condition of an alarm.
+         * @enum {string}
+         */
+        ConditionKind: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
         /** @description A condition of a command, and whether it is met. */
         ConditionView: {
             /** @description The expected state. */
@@ -1857,6 +1876,20 @@ export interface components {
              */
             reason?: string | null;
         };
+        /** @description Something that happened. */
+        Event: {
+            /**
+             * Format: int64
+             * @description When, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description The gauge, if the event is about one. */
+            gauge: string | null;
+            /** @description The kind. */
+            kind: components["schemas"]["StationEventKind"];
+            /** @description One sentence. */
+            text: string;
+        };
         /**
          * @description The subject of an event.
          * @enum {string}
@@ -1882,23 +1915,6 @@ export interface components {
              */
             station: number | null;
             /** @description The sentence. */
-            text: string;
-        };
-        /** @description Something that happened. */
-        EventView: {
-            /**
-             * Format: int64
-             * @description When, in milliseconds since 1970.
-             */
-            at_ms: number;
-            /** @description The gauge, if the event is about one. */
-            gauge: string | null;
-            /**
-             * @description The kind: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`.
-             * @enum {string}
-             */
-            kind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
-            /** @description One sentence. */
             text: string;
         };
         /** @description An executed command or write. */
@@ -2088,86 +2104,13 @@ export interface components {
             s: number | null;
             usual: components["schemas"]["UsualView"] | null;
         };
-        /** @description The alarms at one moment, in the live stream. */
-        LiveAlarms: {
-            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, by name, up to 50. */
-            alarms: {
-                [key: string]: components["schemas"]["AlarmView"];
-            };
-            /** @description Alarms of high priority. */
-            high: components["schemas"]["AlarmCount"];
-            /** @description Alarms of low priority. */
-            low: components["schemas"]["AlarmCount"];
-            /** @description Alarms of medium priority. */
-            medium: components["schemas"]["AlarmCount"];
-            /** @description The number of such alarms beyond the list. */
-            not_listed: number;
-            /** @description Their names, the most urgent first. */
-            order: string[];
-            /** @description The number of alarms out of service. */
-            out_of_service: number;
-            /** @description The declared plant states, in the order of the station's file. */
-            plant_states: components["schemas"]["DeclaredPlantState"][];
-            /** @description Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored. */
-            problem: string | null;
-            /** @description The number of shelved alarms. */
-            shelved: number;
-            /** @description The number of alarms that a plant state suppresses. */
-            suppressed: number;
-        };
+        /**
+         * @description The condition of each gauge of an alarm about several.
+         * @enum {string}
+         */
+        LimitKind: "above" | "below" | "rise";
         /** @description Data of the live stream. The event `snapshot` comes first and once. */
         LiveEvent: components["schemas"]["Snapshot"] | components["schemas"]["Change"];
-        /** @description A gauge in the live stream. */
-        LiveGauge: {
-            /**
-             * Format: int32
-             * @description Its address.
-             */
-            address: number;
-            /**
-             * Format: int64
-             * @description The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
-             */
-            age_ms: number | null;
-            /** @description The assumptions about its configuration and unit, in sentences. */
-            assumptions: string[];
-            /** @description The device: `bcg450`. */
-            device: string;
-            /** @description The alarms that it reports: its defects. */
-            exceptions: string[];
-            /** @description The gas for which the readings are corrected. */
-            gas: string;
-            /** @description Whether parameters are read and commands are sent while it exchanges data: the device has DP-V1. */
-            has_dpv1: boolean;
-            /** @description Pressures that trends mark with a line. */
-            levels: components["schemas"]["PressureLevel"][];
-            /** @description Another master owns it and the station only listens: no parameter is read and no command is sent. */
-            listen_only: boolean;
-            /** @description Its name. */
-            name: string;
-            /**
-             * Format: int64
-             * @description The poll interval in milliseconds.
-             */
-            poll_ms: number;
-            /** @description Why it is not in data exchange, in a sentence. */
-            problem: string | null;
-            /** @description The readings, by series. */
-            readings: {
-                [key: string]: components["schemas"]["Reading"];
-            };
-            /** @description Its segment. */
-            segment: string;
-            /**
-             * Format: int64
-             * @description The age in milliseconds from which the readings are stale.
-             */
-            stale_after_ms: number;
-            /** @description The state. */
-            state: components["schemas"]["BusStationState"];
-            /** @description The warnings that it reports, without those that the qualities of its readings explain. */
-            warnings: string[];
-        };
         /** @description The plant in the live stream. */
         LivePlant: {
             /**
@@ -2474,6 +2417,11 @@ export interface components {
             pa: number;
         };
         /**
+         * @description The principle by which a measuring part senses pressure.
+         * @enum {string}
+         */
+        Principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere";
+        /**
          * @description How soon an operator must respond. Ordered: `High` is the greatest.
          * @enum {string}
          */
@@ -2546,6 +2494,11 @@ export interface components {
             /** @description The series. */
             series: string;
         };
+        /**
+         * @description The state of a reading: whether it is a pressure, and if not, why.
+         * @enum {string}
+         */
+        Quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
         /** @description Alarms raised, by priority. */
         RaisedByPriority: {
             /**
@@ -2597,19 +2550,17 @@ export interface components {
              * @description The indicated pressure in Pa; `null` unless the quality is `valid`.
              */
             pa: number | null;
-            /**
-             * @description How the part senses: `pirani`, `hot-cathode`, `cold-cathode`, `diaphragm`, `atmosphere`.
-             * @enum {string|null}
-             */
-            principle: "pirani" | "hot-cathode" | "cold-cathode" | "diaphragm" | "atmosphere" | null;
-            /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing`, `assumed`.
-             * @enum {string}
-             */
-            quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
+            principle: components["schemas"]["Principle"] | null;
+            /** @description The quality. */
+            quality: components["schemas"]["Quality"];
             /** @description The name under which it is recorded: that of the gauge, with the channel of a controller. */
             series: string;
         };
+        /**
+         * @description What a receiver is.
+         * @enum {string}
+         */
+        ReceiverKind: "webhook" | "email";
         /** @description The recorder. */
         RecorderView: {
             /** @description Why it does not write, if it does not. */
@@ -2843,11 +2794,8 @@ export interface components {
         };
         /** @description The gauges of an alarm about several, and the condition that `limit` of them must meet. */
         SeveralView: {
-            /**
-             * @description The condition of each: `above`, `below` or `rise`.
-             * @enum {string}
-             */
-            condition: "above" | "below" | "rise";
+            /** @description The condition of each. */
+            condition: components["schemas"]["LimitKind"];
             /**
              * Format: double
              * @description The limit of each.
@@ -2881,7 +2829,7 @@ export interface components {
         /** @description The state of the station at one moment. */
         Snapshot: {
             /** @description The active alarms. */
-            alarms: components["schemas"]["LiveAlarms"];
+            alarms: components["schemas"]["AlarmOverview"];
             /** @description The user with control authority, and a request for it. */
             control_authority: components["schemas"]["ControlAuthorityView"];
             /**
@@ -2891,9 +2839,9 @@ export interface components {
             directory_revision: number;
             /** @description The names of the gauges in the order of the station's file. */
             gauge_order: string[];
-            /** @description Its gauges with their readings, by name. */
+            /** @description Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms` and `parameters`. */
             gauges: {
-                [key: string]: components["schemas"]["LiveGauge"];
+                [key: string]: components["schemas"]["Gauge"];
             };
             /** @description The states of the parts of the plant. */
             plant: components["schemas"]["LivePlant"];
@@ -2958,6 +2906,11 @@ export interface components {
             /** @description The version of the program. */
             version: string;
         };
+        /**
+         * @description The subject of an event.
+         * @enum {string}
+         */
+        StationEventKind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
         /** @description A station of the live list. */
         StationReport: {
             /**
@@ -3177,11 +3130,8 @@ export interface components {
              * @description Notifications given up since the station started.
              */
             given_up: number;
-            /**
-             * @description `webhook` or `email`.
-             * @enum {string}
-             */
-            kind: "webhook" | "email";
+            /** @description Where its notifications go. */
+            kind: components["schemas"]["ReceiverKind"];
             /** @description Its name. */
             name: string;
             /** @description The reason why the next notification is not delivered; the station tries again. */
@@ -3390,7 +3340,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AlarmHistoryView"][];
+                    "application/json": components["schemas"]["AlarmHistoryEntry"][];
                 };
             };
             /** @description A parameter is missing or out of range */
@@ -4546,7 +4496,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AuditView"][];
+                    "application/json": components["schemas"]["AuditEntry"][];
                 };
             };
             /** @description A parameter is out of range */
@@ -5549,7 +5499,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EventView"][];
+                    "application/json": components["schemas"]["Event"][];
                 };
             };
             /** @description A parameter is missing or out of range */
@@ -6643,7 +6593,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EventView"];
+                    "application/json": components["schemas"]["Event"];
                 };
             };
             /** @description The body is malformed, or something in it is out of range */

@@ -5,9 +5,8 @@ import type { components, operations } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
-/** The state of the station as /api/live sends it, with lists as objects by name, so that a change needs only what has changed. */
+/** The state of the station as /api/live sends it, with segments and gauges by name, so that a change needs only those that have changed. */
 export type LiveState = Schemas['Snapshot']
-export type LiveGauge = LiveState['gauges'][string]
 /** The same for pages. */
 export interface Snapshot {
   station: Station
@@ -61,7 +60,7 @@ export type PlantPartStatus = Schemas['PlantPartStatus']
 export type LivePlant = Schemas['LivePlant']
 
 export type Trend = Schemas['Trend']
-export type StationEvent = Schemas['EventView']
+export type StationEvent = Schemas['Event']
 export type EventKind = StationEvent['kind']
 export type Rise = Schemas['RiseView']
 /** A pump-down beside the usual ones. */
@@ -89,8 +88,8 @@ export type FlowUnits = Schemas['FlowView']
 export type Alarm = Schemas['AlarmView']
 export type AlarmState = Schemas['AlarmState']
 export type AlarmCounts = Schemas['AlarmCount']
-export type ActiveAlarms = Omit<Schemas['LiveAlarms'], 'alarms' | 'order'> & { alarms: Alarm[] }
-export type AlarmEvent = Schemas['AlarmHistoryView']
+export type ActiveAlarms = Schemas['AlarmOverview']
+export type AlarmEvent = Schemas['AlarmHistoryEntry']
 export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
 export type ChangedAlarms = Schemas['ChangedAlarms']
@@ -125,5 +124,5 @@ export type Outcome = Schemas['ExecutedView']
 /** The answer when a command is refused: the reason, and all conditions. */
 export type Refusal = Schemas['ConflictView']
 export type Backup = Schemas['BackupView']
-export type AuditEntry = Schemas['AuditView']
+export type AuditEntry = Schemas['AuditEntry']
 export type AuditAction = AuditEntry['action']

@@ -1,6 +1,6 @@
 // The live data of all stations: one stream of server-sent events for all pages.
 
-import { merged } from '../lib/merge.ts'
+import { changed } from '../lib/merge.ts'
 import { canView, onSessionChange, refreshSession } from '../session.ts'
 import { createStore, useStore } from '../store.ts'
 import type { State } from './types.ts'
@@ -56,7 +56,8 @@ function connect(): void {
   stream = new EventSource('/api/live')
   stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as State))
   stream.addEventListener('change', (event: MessageEvent<string>) => {
-    if (state) receive(merged(state, JSON.parse(event.data)) as State)
+    const change = JSON.parse(event.data) as Partial<State>
+    if (state) receive(changed(state, change, ['stations', 'readings', 'alarms']))
   })
   stream.addEventListener('error', () => void refreshSession())
 }

@@ -44,8 +44,8 @@ export interface paths {
         };
         /**
          * The same, and its changes, up to one a second
-         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` is a JSON merge patch (RFC 7396) of
-         *     the state. The stream ends with the session of its client.
+         * @description Server-sent events. The event `snapshot` has the whole state and comes first; each event `change` has the parts of it that have
+         *     changed: of stations, readings and alarms the entries that have changed, `null` for one that is gone. The stream ends with the session of its client.
          */
         get: operations["live"];
         put?: never;
@@ -125,10 +125,10 @@ export interface components {
             occurrence: number;
             /** @description The plant. */
             plant: string;
-            /** @description The priority: `high`, `medium` or `low`. */
-            priority: string;
-            /** @description The state: `unacknowledged`, `acknowledged`, `returned`, `shelved`, `out-of-service` or `suppressed`. */
-            state: string;
+            /** @description The priority. */
+            priority: components["schemas"]["Priority"];
+            /** @description The state, which is not `normal`. */
+            state: components["schemas"]["AlarmState"];
             /** @description The station. */
             station: string;
             /** @description The gauge or the segment that the alarm is about. */
@@ -138,22 +138,30 @@ export interface components {
             /** @description The user who brought it into this state. */
             user?: string | null;
         };
+        /**
+         * @description The state of an alarm.
+         * @enum {string}
+         */
+        AlarmState: "normal" | "unacknowledged" | "acknowledged" | "returned" | "shelved" | "out-of-service" | "suppressed";
         /** @description Something that happened at a station. */
-        ArchivedEvent: {
-            /**
-             * Format: int64
-             * @description When, in milliseconds since 1970, by the clock of the station.
-             */
-            at_ms: number;
-            /** @description The gauge, if the event is about one. */
-            gauge?: string | null;
-            /** @description The kind, as at the station: `station`, `bus`, `gauge`, `command`, `note`, `access`, `alarm`, `pump-down`. */
-            kind: string;
+        ArchivedEvent: components["schemas"]["Event"] & {
             /** @description The plant. */
             plant: string;
             /** @description The station. */
             station: string;
-            /** @description What happened, in a sentence. */
+        };
+        /** @description Something that happened. */
+        Event: {
+            /**
+             * Format: int64
+             * @description When, in milliseconds since 1970.
+             */
+            at_ms: number;
+            /** @description The gauge, if the event is about one. */
+            gauge?: string | null;
+            /** @description The kind. */
+            kind: components["schemas"]["StationEventKind"];
+            /** @description One sentence. */
             text: string;
         };
         /** @description The latest reading of a series. */
@@ -178,16 +186,18 @@ export interface components {
              * @description The pressure in Pa; `null` unless the reading is valid.
              */
             pa?: number | null;
-            /**
-             * @description The quality: `valid`, `overrange`, `underrange`, `fault`, `stale`, `off`, `missing` or `assumed`.
-             * @example valid
-             */
-            quality: string;
+            /** @description The quality. */
+            quality: components["schemas"]["Quality"];
             /** @description The series: the name of a gauge, or `gauge.N` for channel N of a controller. */
             series: string;
             /** @description The station. */
             station: string;
         };
+        /**
+         * @description How soon an operator must respond. Ordered: `High` is the greatest.
+         * @enum {string}
+         */
+        Priority: "low" | "medium" | "high";
         /** @description A problem document after RFC 9457: why a request was refused. Its `type` is `about:blank`, so it is left out. */
         Problem: {
             /**
@@ -207,6 +217,11 @@ export interface components {
              */
             title: string;
         };
+        /**
+         * @description The state of a reading: whether it is a pressure, and if not, why.
+         * @enum {string}
+         */
+        Quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
         /** @description The state of all stations at one moment. */
         State: {
             /** @description Alarms that are not normal, by station and alarm: `hall-1/chamber limit`. */
@@ -234,6 +249,11 @@ export interface components {
                 [key: string]: components["schemas"]["StationState"];
             };
         };
+        /**
+         * @description The subject of an event.
+         * @enum {string}
+         */
+        StationEventKind: "station" | "bus" | "gauge" | "command" | "note" | "access" | "alarm" | "pump-down";
         /** @description A station as the archive knows it. */
         StationState: {
             /**

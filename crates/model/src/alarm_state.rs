@@ -19,33 +19,33 @@
 //! be shelved. A declared plant state suppresses alarms (ISA-18.2: suppressed by design). A suppressed alarm can be shelved and taken out
 //! of service; one that is shelved or out of service stays so.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use crate::words;
 
-/// The state of an alarm.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum AlarmState {
-    /// The condition is not met.
-    #[default]
-    Normal,
-    /// The condition is met, and the alarm is not acknowledged.
-    Unacknowledged,
-    /// The condition is met, and the alarm is acknowledged.
-    Acknowledged,
-    /// The condition is no longer met, and the alarm is not acknowledged.
-    Returned,
-    /// An operator silenced the alarm for a while.
-    Shelved,
-    /// An engineer took the alarm out of service.
-    OutOfService,
-    /// The alarm means nothing in a plant state that a user has declared.
-    Suppressed,
+words! {
+    /// The state of an alarm.
+    #[derive(Default)]
+    pub enum AlarmState {
+        /// The condition is not met.
+        #[default]
+        Normal = "normal",
+        /// The condition is met, and the alarm is not acknowledged.
+        Unacknowledged = "unacknowledged",
+        /// The condition is met, and the alarm is acknowledged.
+        Acknowledged = "acknowledged",
+        /// The condition is no longer met, and the alarm is not acknowledged.
+        Returned = "returned",
+        /// An operator silenced the alarm for a while.
+        Shelved = "shelved",
+        /// An engineer took the alarm out of service.
+        OutOfService = "out-of-service",
+        /// The alarm means nothing in a plant state that a user has declared.
+        Suppressed = "suppressed",
+    }
 }
 
 /// An input of the state table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Input {
+pub enum AlarmInput {
     /// The condition is met for longer than the delay.
     ConditionMet,
     /// The condition is not met for longer than the off-delay.
@@ -67,25 +67,14 @@ pub enum Input {
 }
 
 impl AlarmState {
-    /// All states.
-    pub const ALL: [Self; 7] = [
-        Self::Normal,
-        Self::Unacknowledged,
-        Self::Acknowledged,
-        Self::Returned,
-        Self::Shelved,
-        Self::OutOfService,
-        Self::Suppressed,
-    ];
-
     /// The next state; `None` if the input changes nothing.
     #[must_use]
-    pub const fn after(self, input: Input) -> Option<Self> {
-        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Suppressed, Unacknowledged};
-        use Input::{
+    pub const fn after(self, input: AlarmInput) -> Option<Self> {
+        use AlarmInput::{
             Acknowledge, ConditionCleared, ConditionMet, ReturnToService, Shelve, Suppress, TakeOutOfService, Unshelve,
             Unsuppress,
         };
+        use AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Suppressed, Unacknowledged};
         match (self, input) {
             (Normal, ConditionMet) => Some(Unacknowledged),
             (Normal, Shelve) => Some(Shelved),
@@ -146,20 +135,6 @@ impl AlarmState {
         matches!(self, Self::Unacknowledged | Self::Returned)
     }
 
-    /// The word in the database and in the API.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Normal => "normal",
-            Self::Unacknowledged => "unacknowledged",
-            Self::Acknowledged => "acknowledged",
-            Self::Returned => "returned",
-            Self::Shelved => "shelved",
-            Self::OutOfService => "out-of-service",
-            Self::Suppressed => "suppressed",
-        }
-    }
-
     /// The words in sentences and in e-mails: those of the dashboard.
     #[must_use]
     pub const fn operator_words(self) -> &'static str {
@@ -170,12 +145,6 @@ impl AlarmState {
             Self::Normal | Self::Acknowledged | Self::Shelved | Self::Suppressed => self.word(),
         }
     }
-
-    /// The state with this word.
-    #[must_use]
-    pub fn from_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.word() == word)
-    }
 }
 
 #[cfg(test)]
@@ -183,16 +152,16 @@ mod tests {
     use super::AlarmState::{Acknowledged, Normal, OutOfService, Returned, Shelved, Suppressed, Unacknowledged};
     use super::*;
 
-    const INPUTS: [Input; 9] = [
-        Input::ConditionMet,
-        Input::ConditionCleared,
-        Input::Acknowledge,
-        Input::Shelve,
-        Input::Unshelve,
-        Input::TakeOutOfService,
-        Input::ReturnToService,
-        Input::Suppress,
-        Input::Unsuppress,
+    const INPUTS: [AlarmInput; 9] = [
+        AlarmInput::ConditionMet,
+        AlarmInput::ConditionCleared,
+        AlarmInput::Acknowledge,
+        AlarmInput::Shelve,
+        AlarmInput::Unshelve,
+        AlarmInput::TakeOutOfService,
+        AlarmInput::ReturnToService,
+        AlarmInput::Suppress,
+        AlarmInput::Unsuppress,
     ];
 
     /// Row by row: the state, then the next state for each input; the state itself where nothing changes.
@@ -223,14 +192,6 @@ mod tests {
         let waiting = TABLE.iter().filter(|(state, _)| state.needs_acknowledgement());
         for (state, [met, cleared, ..]) in waiting {
             assert!(![met, cleared].contains(&&Normal), "{state:?}");
-        }
-    }
-
-    #[test]
-    fn each_state_has_a_word_of_its_own() {
-        for state in AlarmState::ALL {
-            assert_eq!(AlarmState::from_word(state.word()), Some(state));
-            assert_eq!(serde_json::to_value(state).unwrap(), state.word());
         }
     }
 }
