@@ -14,7 +14,7 @@ pub enum AuditAction {
     Execute,
     /// The outcome of a command.
     Outcome,
-    /// A command was not armed because a condition does not hold.
+    /// A command was not armed because a condition does not hold, or the role of the user does not permit an action.
     Refused,
     /// The user disarmed a command.
     Disarmed,
@@ -40,10 +40,12 @@ pub enum AuditAction {
     PlantStateEnded,
     /// A copy of the database is about to be made. Written before it is made.
     Backup,
+    /// A value of the station's file has changed.
+    FileChanged,
 }
 
 impl AuditAction {
-    const ALL: [Self; 15] = [
+    const ALL: [Self; 16] = [
         Self::Execute,
         Self::Outcome,
         Self::Refused,
@@ -59,6 +61,7 @@ impl AuditAction {
         Self::PlantStateExtended,
         Self::PlantStateEnded,
         Self::Backup,
+        Self::FileChanged,
     ];
 
     /// The word in the database and in the API.
@@ -80,6 +83,7 @@ impl AuditAction {
             Self::PlantStateExtended => "plant-state-extended",
             Self::PlantStateEnded => "plant-state-ended",
             Self::Backup => "backup",
+            Self::FileChanged => "file-changed",
         }
     }
 
