@@ -94,7 +94,7 @@ pub enum AuditActionView {
     Execute,
     /// The result of a command or a write.
     Outcome,
-    /// A command or a write was refused, because a condition is not met.
+    /// A command or a write was refused, because a condition is not met, or any action, because the role does not permit it.
     Refused,
     /// An armed command was disarmed.
     Disarmed,
@@ -120,6 +120,8 @@ pub enum AuditActionView {
     PlantStateEnded,
     /// A copy of the database is about to be made.
     Backup,
+    /// The station has read its file again, and a value in it has changed.
+    FileChanged,
 }
 
 impl From<AuditAction> for AuditActionView {
@@ -140,6 +142,7 @@ impl From<AuditAction> for AuditActionView {
             AuditAction::PlantStateExtended => Self::PlantStateExtended,
             AuditAction::PlantStateEnded => Self::PlantStateEnded,
             AuditAction::Backup => Self::Backup,
+            AuditAction::FileChanged => Self::FileChanged,
         }
     }
 }

@@ -1371,7 +1371,7 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
+        AuditActionView: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup" | "file-changed";
         /** @description An entry of the audit trail. */
         AuditView: {
             /** @description The action. */
@@ -2955,6 +2955,8 @@ export interface components {
              * @description When it was started, in milliseconds since 1970.
              */
             started_ms: number;
+            /** @description The parts that cannot run, for example a gateway whose address another program has; the station tries again. */
+            stopped_parts: components["schemas"]["StoppedPart"][];
             /** @description The version of the program. */
             version: string;
         };
@@ -3008,6 +3010,13 @@ export interface components {
          * @enum {string}
          */
         StationState: "master" | "exchanging" | "missing" | "not-configured" | "no-master" | "not-addressed";
+        /** @description A part of the station that cannot run. */
+        StoppedPart: {
+            /** @description Its name: that of a gateway. */
+            name: string;
+            /** @description Why it does not run, in a sentence. */
+            problem: string;
+        };
         /** @description A sentence about something that happens in the plant. */
         StorySentence: {
             /**
@@ -6727,7 +6736,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database cannot be written: whether it has the note is unknown */
+            /** @description The database cannot be written: the note is not stored, unless the answer says that the disk did not answer in time */
             503: {
                 headers: {
                     [name: string]: unknown;
