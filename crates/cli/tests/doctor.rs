@@ -200,7 +200,7 @@ fn database(path: &str, series: &[(&str, &[(f64, Quality)])]) {
             recorder.push(&Arc::from(*name), Sample::new(at, Some(*pa), *quality));
         }
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
 }
 
 #[test]
