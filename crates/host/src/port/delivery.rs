@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 423 + 11));
     }
 
-    /// The largest T_SL: profibus-wire 8.1.
+    /// The largest T_SL: profibus-wire 1.12.
     const MAX_SLOT_TBIT: u64 = 16_383;
 
     #[test]
