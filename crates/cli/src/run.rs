@@ -8,14 +8,17 @@ use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_host::readiness::{Readiness, wait};
+use profivac_recorder::{EventKind, is_in_use};
 use profivac_station::config::Config;
+use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_web_server::auth::file_permissions::{self, PermissionError};
-use profivac_web_server::server::{Server, Setup};
+use profivac_web_server::server::{Keys, Server, ServerError, Setup};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Run the station: segments, recorder, alarms and dashboard.
 ///
@@ -32,7 +35,8 @@ pub struct Arguments {
     /// The address of the dashboard, instead of that in the file; port 0 selects a free one
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
-    /// Only check the file and the files it names: segments in memory, users, certificate, key
+    /// Only check the file, the files it names (segments in memory, users, certificate, key) and, unless a station runs on the
+    /// database, its addresses
     #[arg(long)]
     check: bool,
 }
@@ -45,8 +49,11 @@ Examples:
   profivac run plant.toml --listen 127.0.0.1:9090
   profivac run plant.toml --listen 0.0.0.0:8443          # with users and [tls], see docs/station.md";
 
-/// The time between two checks of the threads of the station.
-const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(5);
+/// The time between two checks of the threads and parts of the station.
+const THREAD_CHECK_PERIOD: Duration = Duration::from_secs(1);
+
+/// The time between two attempts to listen on the address of the dashboard.
+const LISTEN_PERIOD: Duration = Duration::from_secs(10);
 
 /// Runs until SIGINT or SIGTERM.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -60,20 +67,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let setup = Setup { hosts, tls, openid, ..Setup::new(listen, config.access()) };
     if arguments.check {
         profivac_config::check_ports(&config)?;
-        Server::check(&setup)?;
+        Server::check(&setup).map_err(|error| server_failure(&config, error))?;
+        check_addresses(&config, listen)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
         out(&format!("{}: {segments}, {gauges}", arguments.file.display()));
         return Ok(());
     }
+    if let Some(files) = setup.tls.clone() {
+        Keys::read(files).map_err(|error| server_failure(&config, error.into()))?;
+    }
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
     let mut reload = Signals::of(&[SIGHUP])?;
     let started_with = config.clone();
     let mut station = Station::start(config)?;
-    let server = profivac_station::server::start(station.services(), setup)?;
+    let mut dashboard = Dashboard::new(setup);
+    dashboard.start(&station.services(), Instant::now())?;
     let mut gateways = Gateways::default();
     gateways.apply(&started_with.gateways, &station.services())?;
-    out(&format!("ready {}", server.url()));
     loop {
         let readable = wait(&[Readiness::of(&stop), Readiness::of(&reload)], THREAD_CHECK_PERIOD)?;
         if readable.first() == Some(&true) {
@@ -81,9 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         if readable.get(1) == Some(&true) {
             reload.clear();
-            if let Err(error) = server.renew() {
-                notice(&format_args!("{error}; the station keeps the present certificate"));
-            }
+            dashboard.renew();
             let services = station.services();
             // A change in the dashboard comes before or after this one.
             let _held = services.alarm_editor().hold();
@@ -99,11 +108,90 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 Err(error) => notice(&format_args!("{error}; the station keeps the present configuration")),
             }
         }
+        dashboard.start(&station.services(), Instant::now())?;
         station.restart_ended_threads()?;
+        station.report_stopped_parts().iter().for_each(notice);
     }
-    drop(server);
+    drop(dashboard);
     drop(gateways);
-    station.stop();
+    station.stop().map_err(|error| Failure::no_answer(error.to_string()))
+}
+
+/// The server of the dashboard. While its address is taken, the station records without it.
+struct Dashboard {
+    setup: Setup,
+    server: Option<Server>,
+    /// When the address was tried last, if the server could not listen.
+    tried: Option<Instant>,
+}
+
+impl Dashboard {
+    const fn new(setup: Setup) -> Self {
+        Self { setup, server: None, tried: None }
+    }
+
+    /// Starts the server if it does not run, at most once in [`LISTEN_PERIOD`], and prints that it is ready. A failure to listen is a
+    /// notice and an event, once; every other failure ends the program.
+    fn start(&mut self, services: &Arc<Services>, now: Instant) -> Result<(), Failure> {
+        let is_due = self.tried.is_none_or(|tried| now.saturating_duration_since(tried) >= LISTEN_PERIOD);
+        if self.server.is_some() || !is_due {
+            return Ok(());
+        }
+        match profivac_station::server::start(Arc::clone(services), self.setup.clone()) {
+            Ok(server) => {
+                if self.tried.take().is_some() {
+                    services.recorder().event_now(None, EventKind::Station, "the dashboard: the problem is over");
+                }
+                out(&format!("ready {}", server.url()));
+                self.server = Some(server);
+            }
+            Err(error @ ServerError::Listen { .. }) => {
+                if self.tried.replace(now).is_none() {
+                    let text = format!("the dashboard does not run: {error}; the station tries again");
+                    notice(&text);
+                    services.recorder().event_now(None, EventKind::Station, text);
+                }
+            }
+            Err(error) => return Err(error.into()),
+        }
+        Ok(())
+    }
+
+    /// Reads certificate and key again.
+    fn renew(&self) {
+        if let Some(Err(error)) = self.server.as_ref().map(Server::renew) {
+            notice(&format_args!("{error}; the station keeps the present certificate"));
+        }
+    }
+}
+
+/// The failure of a server, which names the line of a wrong TLS file.
+fn server_failure(config: &Config, error: ServerError) -> Failure {
+    match error {
+        ServerError::Tls(error) => {
+            let sentence = profivac_config::tls_sentence(config, &error);
+            Failure::from(ServerError::Tls(error)).with_sentence(&sentence)
+        }
+        error => error.into(),
+    }
+}
+
+/// Fails if an address of the station cannot be used. A station that runs on the same database has them, so they are not tried then.
+fn check_addresses(config: &Config, listen: SocketAddr) -> Result<(), Failure> {
+    if is_in_use(&config.database) {
+        return Ok(());
+    }
+    let gateways = config
+        .gateways
+        .iter()
+        .flat_map(|gateway| gateway.listens_on().into_iter().map(|address| (format!("[{}]", gateway.name()), address)));
+    for (part, address) in std::iter::once(("the dashboard".to_owned(), listen)).chain(gateways) {
+        if let Err(error) = TcpListener::bind(address) {
+            return Err(Failure::no_answer(format!(
+                "{part} cannot listen on {address}: {error}; end the program that has the address, or change `listen`"
+            )));
+        }
+    }
     Ok(())
 }
 

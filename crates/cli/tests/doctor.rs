@@ -200,7 +200,7 @@ fn database(path: &str, series: &[(&str, &[(f64, Quality)])]) {
             recorder.push(&Arc::from(*name), Sample::new(at, Some(*pa), *quality));
         }
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn a_declared_module_with_integers_in_a_pressure_unit_is_noted() {
         "the gauge \"chamber\": its integers in Pascal show 0.01 to 327.67 mbar only: a higher pressure is over range";
     let (found, _) = doctor(&[&file]);
     assert_finds(&found, "note", sentence);
-    let checked = run(&["run", &file, "--check"]);
+    let checked = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     let said = String::from_utf8_lossy(&checked.stderr).into_owned();
     assert!(checked.status.success() && said.contains(sentence), "{said}");
     // Without the unit every pressure unit is named.
@@ -273,7 +273,7 @@ fn a_declared_module_with_integers_in_a_pressure_unit_is_noted() {
                     0.0013332 to 43.686 mbar in Micron, 1 to 32767 mbar in mbar, 0.01 to 327.67 mbar in Pascal: a higher pressure is over range";
     let (found, _) = doctor(&[&file]);
     assert_finds(&found, "note", sentence);
-    let checked = run(&["run", &file, "--check"]);
+    let checked = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     let said = String::from_utf8_lossy(&checked.stderr).into_owned();
     assert!(checked.status.success() && said.contains(sentence), "{said}");
     fs::write(&file, listening + &declared.replace("Pascal", "COUNTS")).unwrap();

@@ -54,9 +54,10 @@ fn equal_names_of_epics_are_an_error_of_the_file_before_anything_starts() {
     let folder = Folder::new();
     let text = format!("{PLANT}[epics]\nname = '{{segment}}:{{signal}}'\n");
     std::fs::write(folder.path("plant.toml"), text).unwrap();
-    for arguments in
-        [&["run", &folder.name("plant.toml"), "--check"][..], &["names", &folder.name("plant.toml"), "--for", "epics"]]
-    {
+    for arguments in [
+        &["run", &folder.name("plant.toml"), "--check", "--listen", "127.0.0.1:0"][..],
+        &["names", &folder.name("plant.toml"), "--for", "epics"],
+    ] {
         let error = refusal(&run(arguments));
         assert!(error.contains("both have the name hall:GAUGE_STATE"), "{error}");
     }

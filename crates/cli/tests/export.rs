@@ -31,7 +31,7 @@ fn station() -> (Folder, String) {
             recorder.push(&Arc::from(name), sample);
         }
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     (folder, file)
 }
 

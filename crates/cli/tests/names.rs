@@ -86,6 +86,6 @@ fn gauges_that_do_not_fit_into_the_map_of_modbus_are_a_bad_file() {
     std::fs::write(folder.path("plant.toml"), format!("{plant}[modbus]\n")).unwrap();
     let error = refusal(&run(&["names", &folder.name("plant.toml"), "--for", "modbus"]));
     assert!(error.contains("belongs to \"chamber\"") && error.contains("with the key modbus"), "{error}");
-    let checked = refusal(&run(&["run", &folder.name("plant.toml"), "--check"]));
+    let checked = refusal(&run(&["run", &folder.name("plant.toml"), "--check", "--listen", "127.0.0.1:0"]));
     assert!(checked.contains(error.trim()), "{checked}");
 }

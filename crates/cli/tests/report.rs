@@ -47,7 +47,7 @@ fn station() -> (Folder, String, String) {
             }
         }
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     (folder, file, record)
 }
 

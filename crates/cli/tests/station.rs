@@ -4,10 +4,12 @@
 
 use crate::common::{Folder, Program, get, run, run_with, until};
 use crate::until::pause;
+use profivac_recorder::{Micros, Reader};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -34,7 +36,7 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     let made = run(&["init", "--port", &port, "--baud", "187500", "--hsa", "8", "--out", &file]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
-    let checked = run(&["run", &file, "--check"]);
+    let checked = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert_eq!(String::from_utf8_lossy(&checked.stdout), format!("{file}: 1 segment, 2 gauges\n"));
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     let ready = station.ready();
@@ -74,12 +76,12 @@ fn check_reads_the_files_of_memory_segments() {
     let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     fs::write(&file, format!("[[segment]]\nname = \"a\"\nport = {port:?}\n")).unwrap();
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert_eq!((ended.status.code(), ended.stdout.is_empty()), (Some(0), false));
     let hint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(hint.contains("the segment \"a\" has no [[segment.gauge]]"), "{hint}");
     fs::write(folder.name("memory.toml"), "devices = [\"bcg451@5\"]\n").unwrap();
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert_eq!(ended.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(complaint.contains("memory.toml:1:12: unknown device \"bcg451\""), "{complaint}");
@@ -140,10 +142,13 @@ fn check_finds_a_missing_certificate() {
     let text = format!("[tls]\ncertificate = \"a.pem\"\nkey = \"a.key\"\n[[segment]]\nname = \"a\"\nport = {port:?}\n");
     fs::write(&file, text).unwrap();
     fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert_eq!(ended.status.code(), Some(2));
     let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert!(complaint.contains("a.key: No such file"), "{complaint}");
+    assert!(
+        complaint.contains("plant.toml:3:7: key in [tls]: ") && complaint.contains("a.key: No such file"),
+        "{complaint}"
+    );
 }
 
 /// Status and body of the answer to a POST with JSON.
@@ -196,7 +201,7 @@ fn a_file_that_names_secrets_must_be_private() {
     let segment = format!("[[segment]]\nname = \"a\"\nport = {port:?}\n");
     private(&file, &segment);
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert_eq!(ended.status.code(), Some(0));
     let notice = format!("other users can read {file}; run chmod 600 {file}\n");
     assert!(String::from_utf8_lossy(&ended.stderr).ends_with(&notice), "{ended:?}");
@@ -206,7 +211,7 @@ fn a_file_that_names_secrets_must_be_private() {
         "[station]\nusers = \"people.toml\"\n",
     ] {
         fs::write(&file, format!("{more}{segment}")).unwrap();
-        let ended = run(&["run", &file, "--check"]);
+        let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
         let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
         assert_eq!(ended.status.code(), Some(2), "{complaint}");
         assert!(complaint.ends_with(&format!("(mode 644): chmod 600 {file}\n")), "{complaint}");
@@ -231,13 +236,13 @@ fn a_token_file_must_be_private_and_a_readable_database_causes_a_notice() {
         private(open, "abc");
         fs::set_permissions(open, fs::Permissions::from_mode(0o644)).unwrap();
     }
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(2), "{complaint}");
     let wanted = format!("{file}:3:14: {token} holds secrets and is open to others (mode 644): chmod 600 {token}\n");
     assert!(complaint.ends_with(&wanted), "{complaint}");
     fs::set_permissions(&token, fs::Permissions::from_mode(0o600)).unwrap();
-    let ended = run(&["run", &file, "--check"]);
+    let ended = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     let complaint = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(0), "{complaint}");
     assert!(
@@ -289,4 +294,75 @@ fn the_dashboard_of_the_demonstration_shows_all_devices() {
     let blocks = get(address, "/api/gauges/bcg450%205/blocks");
     assert!(blocks.starts_with("HTTP/1.1 200") && blocks.contains("\"Safe Value\""), "{blocks}");
     assert!(get(address, "/").contains("<div id=\"app\">"));
+}
+
+/// A station with a gateway for Prometheus on an address that a listener of this test has.
+fn taken_address() -> (Folder, String, TcpListener) {
+    let folder = Folder::new();
+    let file = folder.name("plant.toml");
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    fs::write(&file, format!("[prometheus]\nlisten = \"{address}\"\n")).unwrap();
+    (folder, file, listener)
+}
+
+#[test]
+fn a_gateway_whose_address_is_taken_is_a_notice_and_an_event_and_the_station_goes_on() {
+    let (_folder, file, listener) = taken_address();
+    let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    station.ready();
+    let expected = format!("prometheus does not run: cannot listen on {}", listener.local_addr().unwrap());
+    let complaint = station.complaint();
+    assert!(complaint.contains(&expected) && complaint.contains("tries again"), "{complaint}");
+    station.interrupt();
+    assert_eq!(station.exit_code(), 0);
+    let reader = Reader::open(&Path::new(&file).with_extension("db")).unwrap();
+    let events = reader.events(Micros(0), Micros(i64::MAX), 100).unwrap();
+    assert!(events.iter().any(|event| event.text.contains(&expected)), "{events:?}");
+}
+
+#[test]
+fn a_dashboard_whose_address_is_taken_is_a_notice() {
+    let (_folder, file, listener) = taken_address();
+    let listen = listener.local_addr().unwrap().to_string();
+    fs::write(&file, "").unwrap();
+    let station = Program::start(&["run", &file, "--listen", &listen]);
+    let complaint = station.complaint();
+    assert!(complaint.contains(&format!("the dashboard does not run: cannot listen on {listen}")), "{complaint}");
+}
+
+#[test]
+fn the_check_tries_the_addresses_unless_a_station_runs_on_the_database() {
+    let (_folder, file, listener) = taken_address();
+    let check = || run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
+    let checked = check();
+    let complaint = String::from_utf8_lossy(&checked.stderr).into_owned();
+    let expected = format!("[prometheus] cannot listen on {}", listener.local_addr().unwrap());
+    assert!(checked.status.code() == Some(3) && complaint.contains(&expected), "{complaint}");
+    let station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    station.ready();
+    assert_eq!(check().status.code(), Some(0), "the station itself may have the addresses");
+}
+
+#[test]
+fn a_limit_and_a_gauge_that_change_in_the_file_are_events_and_rows_of_the_audit_trail() {
+    let (folder, port) = memory_segment();
+    let file = folder.name("plant.toml");
+    let text = format!(
+        "[[segment]]\nname = \"a\"\nport = {port:?}\n[[segment.gauge]]\nname = \"chamber\"\naddress = 5\n\
+         device = \"bcg450\"\n[[alarm]]\nname = \"too high\"\ngauge = \"chamber\"\nabove = \"1e-3 mbar\"\n"
+    );
+    fs::write(&file, &text).unwrap();
+    let station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    let url = station.ready();
+    let address = url.strip_prefix("http://").unwrap();
+    fs::write(&file, text.replace("1e-3 mbar", "2e-3 mbar").replace("address = 5\n", "address = 5\npoll = \"1 s\"\n"))
+        .unwrap();
+    station.hang_up();
+    let events = until(address, "/api/events", "the file changes segment");
+    assert!(events.contains("the file changes alarm \\\"too high\\\" above"), "{events}");
+    let audit = until(address, "/api/audit", "\"target\":\"segment \\\"a\\\" gauge");
+    let row =
+        "\"target\":\"alarm \\\"too high\\\" above\",\"before\":\"\\\"1e-3 mbar\\\"\",\"after\":\"\\\"2e-3 mbar\\\"\"";
+    assert!(audit.contains(row) && audit.contains("\"user\":\"file\""), "{audit}");
 }

@@ -53,7 +53,7 @@ fn a_database_of_version_0_1_is_read_without_being_changed() {
 fn a_station_of_version_0_1_continues_with_its_file_its_database_and_its_alarm() {
     let folder = Folder::new();
     let file = station(&folder);
-    let check = run(&["run", &file, "--check"]);
+    let check = run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);
     assert!(check.status.success());
     let notice = String::from_utf8(check.stderr).unwrap();
     assert!(notice.contains("record") && notice.contains("database"), "the new name of the key: {notice}");

@@ -221,7 +221,8 @@ pub fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series
     let unknown = || {
         let suggestion = closest(channel.map_or(series.as_str(), |(gauge, _)| gauge), gauge_names(segments));
         let suggestion = suggestion.map(str::to_owned);
-        Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion })
+        let known = gauge_names(segments).map(str::to_owned).collect();
+        Located::new(name.span(), ConfigProblem::UnknownGauge { name: series.clone(), suggestion, known })
     };
     Ok(Series { gauge: gauge.ok_or_else(unknown)?.to_owned(), name: series.clone() })
 }

@@ -162,7 +162,10 @@ impl Exceptions<'_> {
             name.span(),
             match self {
                 Self::Segments(_) => ConfigProblem::UnknownSegment { name: name_text, suggestion },
-                Self::Gauges(_) | Self::None => ConfigProblem::UnknownGauge { name: name_text, suggestion },
+                Self::Gauges(_) | Self::None => {
+                    let known = known.iter().copied().map(str::to_owned).collect();
+                    ConfigProblem::UnknownGauge { name: name_text, suggestion, known }
+                }
             },
         ))
     }

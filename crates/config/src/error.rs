@@ -276,12 +276,14 @@ pub enum ConfigProblem {
     #[error("expected a sampling interval from 20ms to 1h, found {0}")]
     PollInterval(TimeSpan),
     /// No gauge has this name.
-    #[error("there is no gauge {name:?}{}", hint(.suggestion.as_deref()))]
+    #[error("there is no gauge {name:?}{}", hint_or_list(.suggestion.as_deref(), .known))]
     UnknownGauge {
         /// The name.
         name: String,
         /// The most similar name of a gauge.
         suggestion: Option<String>,
+        /// The names of the gauges.
+        known: Vec<String>,
     },
     /// No volume has this name.
     #[error("there is no volume {name:?}{}; [[volume]] defines one", hint(.suggestion.as_deref()))]
@@ -759,6 +761,22 @@ fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|name| format!("; did you mean {name:?}?")).unwrap_or_default()
 }
 
+/// The most names of a list.
+const MAX_LISTED: usize = 20;
+
+/// The most similar name, or else the names that exist.
+fn hint_or_list(suggestion: Option<&str>, known: &[String]) -> String {
+    match (suggestion, known) {
+        (Some(_), _) => hint(suggestion),
+        (None, []) => "; the file has no gauge".to_owned(),
+        (None, known) => {
+            let more = if known.len() > MAX_LISTED { ", ..." } else { "" };
+            let names = known.iter().take(MAX_LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+            format!("; the gauges are {names}{more}")
+        }
+    }
+}
+
 fn view_states() -> String {
     ViewState::ALL.map(ViewState::word).join(", ")
 }
@@ -766,4 +784,19 @@ fn view_states() -> String {
 fn priorities(may_be_off: bool) -> String {
     let off = may_be_off.then_some("off");
     Priority::ALL.iter().rev().map(|priority| priority.word()).chain(off).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_name_gets_the_similar_one_or_the_list() {
+        let known = ["chamber".to_owned(), "lock".to_owned()];
+        assert_eq!(hint_or_list(Some("chamber"), &known), "; did you mean \"chamber\"?");
+        assert_eq!(hint_or_list(None, &known), "; the gauges are chamber, lock");
+        assert_eq!(hint_or_list(None, &[]), "; the file has no gauge");
+        let many: Vec<_> = (0..=MAX_LISTED).map(|number| number.to_string()).collect();
+        assert!(hint_or_list(None, &many).ends_with(", 19, ..."));
+    }
 }

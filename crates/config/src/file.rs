@@ -26,10 +26,11 @@ use profivac_station::config::{Config, ConfigSource, UsersFile};
 use profivac_station::directory::Directory;
 use profivac_station::plant::PlantPicture;
 use profivac_web_server::auth::openid::OpenIdSettings;
-use profivac_web_server::server::TlsFiles;
+use profivac_web_server::server::{PemItem, TlsFiles};
 use profivac_web_server::tables::openid::{OpenIdToml, Reach};
 use serde::Deserialize;
 use std::net::{Ipv4Addr, SocketAddr};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -121,15 +122,15 @@ pub struct StationToml {
 #[serde(deny_unknown_fields)]
 struct TlsToml {
     /// The certificate in PEM, followed by its chain; beside this file. SIGHUP reads it again.
-    certificate: PathBuf,
+    certificate: Spanned<PathBuf>,
     /// Its private key in PEM, which only its owner may read.
-    key: PathBuf,
+    key: Spanned<PathBuf>,
 }
 
 impl TlsToml {
     fn files(&self, path: &Path) -> TlsFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
-        TlsFiles { certificate: folder.join(&self.certificate), key: folder.join(&self.key) }
+        TlsFiles { certificate: folder.join(self.certificate.get_ref()), key: folder.join(self.key.get_ref()) }
     }
 }
 
@@ -141,6 +142,21 @@ fn with_suggestion(message: &str) -> String {
         _ => None,
     };
     near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
+}
+
+/// `[tls]` of a file whose other tables do not matter.
+#[derive(Deserialize)]
+struct OnlyTls {
+    tls: TlsToml,
+}
+
+/// The octets of the value of `certificate` or `key` in `[tls]`.
+pub fn tls_span(text: &str, item: PemItem) -> Option<Range<usize>> {
+    let OnlyTls { tls } = toml::from_str(text).ok()?;
+    Some(match item {
+        PemItem::Certificate => tls.certificate.span(),
+        PemItem::Key => tls.key.span(),
+    })
 }
 
 impl ConfigToml {

@@ -125,6 +125,7 @@ use profivac_host::port::PortError;
 use profivac_host::text_file::{self, line_and_column};
 use profivac_station::config::{Config, ConfigSource};
 use profivac_virtual::segment_file::SegmentFile;
+use profivac_web_server::server::{PemItem, TlsError};
 use std::path::{Path, PathBuf};
 
 /// Reads the file at `path`.
@@ -193,6 +194,23 @@ pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
 pub fn check_ports(config: &Config) -> Result<(), PortError> {
     let files = config.segments.iter().filter_map(|segment| segment.port.strip_prefix("sim:"));
     files.map(Path::new).try_for_each(|file| Ok(SegmentFile::read(file).map(drop)?))
+}
+
+/// The sentence about an error of TLS, with the line and the key of the file that names the wrong file.
+#[must_use]
+pub fn tls_sentence(config: &Config, error: &TlsError) -> String {
+    let (item, key) = match error {
+        TlsError::Pem { expected: PemItem::Certificate, .. } => (PemItem::Certificate, "certificate"),
+        _ => (PemItem::Key, "key"),
+    };
+    let (text, path) = (config.source.text(), config.source.path().display());
+    match file::tls_span(text, item) {
+        Some(span) => {
+            let (line, column) = line_and_column(text, span.start);
+            format!("{path}:{line}:{column}: {key} in [tls]: {error}")
+        }
+        None => error.to_string(),
+    }
 }
 
 /// Notices about settings that are valid but probably not intended.

@@ -70,6 +70,7 @@ impl Inputs {
                 started_ms: 0,
                 now_ms: 0,
                 recorder: view::RecorderView::default(),
+                stopped_parts: Vec::new(),
             },
             segments: config.segments.iter().map(planned_segment).collect(),
             gauges: gauges.collect(),

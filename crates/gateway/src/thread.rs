@@ -7,15 +7,13 @@ use std::fmt::Display;
 use std::future::Future;
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::runtime::Builder;
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
-/// The pause before a gateway that has ended is started again; each further pause is twice as long.
-const FIRST_PAUSE: Duration = Duration::from_secs(1);
-/// The longest pause. A gateway that ran longer than that worked, so the next pause is the first one again.
-const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// The pause before a gateway that has ended is started again.
+const PAUSE: Duration = Duration::from_secs(10);
 
 /// The longest time that a gateway gets to end its connections.
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
@@ -71,7 +69,7 @@ pub struct GatewayThread {
 
 impl GatewayThread {
     /// Starts a gateway. `serve` runs until it is told to stop; when it ends with an error or panics, the status says so, and it is
-    /// called again after a growing pause.
+    /// called again 10 s later.
     ///
     /// # Errors
     /// When the system gives no thread or no runtime.
@@ -115,9 +113,7 @@ where
     E: Display + Send + 'static,
 {
     let mut stop = context.stop.clone();
-    let mut pause = Duration::ZERO;
     loop {
-        let begun = Instant::now();
         let mut serving = tokio::spawn(serve(context.clone()));
         let ended = tokio::select! {
             ended = &mut serving => ended,
@@ -139,31 +135,9 @@ where
             Ok(Err(error)) => context.status.fails(&error.to_string()),
             Err(_) => context.status.fails("the gateway has failed unexpectedly and is started again"),
         }
-        pause = pause_after(begun.elapsed(), pause);
         tokio::select! {
-            () = sleep(pause) => {}
+            () = sleep(PAUSE) => {}
             () = stop.stopped() => return,
         }
-    }
-}
-
-/// The pause after a gateway that has run for `ran`, and had the pause `before` before that.
-fn pause_after(ran: Duration, before: Duration) -> Duration {
-    if ran >= LONGEST_PAUSE { FIRST_PAUSE } else { before.saturating_mul(2).clamp(FIRST_PAUSE, LONGEST_PAUSE) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pause_grows_until_a_gateway_has_run_for_a_while() {
-        let mut pause = Duration::ZERO;
-        let mut after = |ran_s| {
-            pause = pause_after(Duration::from_secs(ran_s), pause);
-            pause.as_secs()
-        };
-        assert_eq!([0, 0, 1, 0, 29, 5, 5].map(&mut after), [1, 2, 4, 8, 16, 30, 30]);
-        assert_eq!([3600, 0].map(&mut after), [1, 2], "an hour of work is no failing start");
     }
 }

@@ -139,7 +139,7 @@ fn a_write_reaches_the_gauge_and_the_audit_trail_and_leaves_control_free() {
     let snapshot = model.snapshot();
     let status = snapshot.points.iter().find(|point| point.subject.name() == "ba.degas-status").unwrap();
     assert!(!is_writable(status, "bcg450"), "a status is not written");
-    plant.station.stop();
+    plant.station.stop().unwrap();
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn a_refusal_says_why_and_is_in_the_audit_trail() {
     Users::change(&plant.users, |users| users.remove("epics")).unwrap();
     let gone = plant.command("ba.degas-on").unwrap_err();
     assert!(gone.contains("epics") && gone.contains("no longer in the file of the users"), "{gone}");
-    plant.station.stop();
+    plant.station.stop().unwrap();
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn the_occurrence_that_a_client_has_seen_is_acknowledged_and_no_other() {
     assert!(acknowledge(occurrence + 1).is_err());
     assert_eq!(acknowledge(occurrence), Ok(()));
     assert_eq!(alarm().acknowledged_by.as_deref(), Some("epics"));
-    plant.station.stop();
+    plant.station.stop().unwrap();
 }
 
 #[test]
@@ -216,5 +216,5 @@ fn an_operator_shelves_an_alarm_for_a_time_with_a_reason() {
     Users::change(&plant.users, |users| users.get_mut("epics").map(|user| user.role = Role::Viewer)).unwrap();
     assert!(matches!(shelve("vented", 60), Err(WriteError::Forbidden(_))));
     assert!(matches!(unshelve(), Err(WriteError::Forbidden(_))));
-    plant.station.stop();
+    plant.station.stop().unwrap();
 }

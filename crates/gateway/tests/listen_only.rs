@@ -78,6 +78,6 @@ fn a_gauge_of_another_master_is_assumed_until_its_unit_is_heard_and_its_line_has
     assert!(
         heard.points.iter().all(|point| point.signal.subject() != profivac_gateway::signal::SubjectKind::Parameter)
     );
-    station.stop();
+    station.stop().unwrap();
     assert_eq!(bus.sent_by_listener.load(Ordering::Relaxed), 0, "the station sends nothing");
 }

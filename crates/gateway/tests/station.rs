@@ -87,7 +87,7 @@ fn a_gateway_sees_pressures_trip_points_and_emission_of_running_gauges() {
     let percentage = &value(&snapshot, "chamber", PERCENTAGE, Signal::ParameterPercentage).value;
     assert_eq!(percentage, &Value::Float(5.0));
     assert!(snapshot.points.iter().all(|point| point.subject.gauge().is_none() || point.is_simulated));
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -97,5 +97,5 @@ fn parameters_are_wanted_as_long_as_a_gateway_runs() {
     assert!(station.services().snapshots().are_parameters_wanted());
     drop(model);
     assert!(!station.services().snapshots().are_parameters_wanted());
-    station.stop();
+    station.stop().unwrap();
 }

@@ -14,7 +14,7 @@ words! {
         Execute = "execute",
         /// The outcome of a command.
         Outcome = "outcome",
-        /// A command was not armed because a condition does not hold.
+        /// A command was not armed because a condition does not hold, or the role of the user does not permit an action.
         Refused = "refused",
         /// The user disarmed a command.
         Disarmed = "disarmed",
@@ -40,6 +40,8 @@ words! {
         PlantStateEnded = "plant-state-ended",
         /// A copy of the database is about to be made. Written before it is made.
         Backup = "backup",
+        /// The station has read its file again, and a value in it has changed.
+        FileChanged = "file-changed",
     }
 }
 

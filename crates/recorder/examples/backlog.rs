@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             return Err("the disk has not answered for ten seconds".into());
         }
     }
-    if !recorder.finish() {
+    if recorder.finish().is_err() {
         return Err("the disk has not answered for ten seconds".into());
     }
     println!("{seconds}");

@@ -52,6 +52,14 @@ impl AlarmBatch {
         dropped.saturating_add(extend_up_to(&mut self.notifications, later.notifications, limit))
     }
 
+    /// The changes and rows in it.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        let states = self.alarms.len().saturating_add(self.plant_states.len());
+        let rows = self.history.len().saturating_add(self.audit.len()).saturating_add(self.notifications.len());
+        states.saturating_add(rows).saturating_add(self.finished_notifications.len())
+    }
+
     /// Whether there is nothing to write.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use super::error::DatabaseError;
 use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
+use std::io::ErrorKind;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,15 @@ impl DatabaseLock {
     /// Whether the file at `path` is still the database.
     pub fn is_same_file(&self, path: &Path) -> bool {
         self.identity.is_some() && file_identity(path) == self.identity
+    }
+}
+
+/// Whether a station runs on the database at `path`. True also when the lock cannot be read, because it belongs to another user.
+#[must_use]
+pub fn is_in_use(path: &Path) -> bool {
+    match File::open(sibling_path(path, "-lock")) {
+        Ok(lock) => matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)),
+        Err(error) => error.kind() != ErrorKind::NotFound,
     }
 }
 

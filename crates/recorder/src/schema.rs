@@ -50,7 +50,7 @@ pub const TABLES: &str = "
     );
     CREATE INDEX event_at ON event (at_us);
     -- action: execute, outcome, refused, disarmed, control-authority, acknowledged, shelved, unshelved, taken-out-of-service,
-    -- returned-to-service, alarm-settings, plant-state-declared, plant-state-extended, plant-state-ended, backup.
+    -- returned-to-service, alarm-settings, plant-state-declared, plant-state-extended, plant-state-ended, backup, file-changed.
     -- refers_to: the row whose outcome this row states.
     CREATE TABLE audit (
         id         INTEGER PRIMARY KEY AUTOINCREMENT,

@@ -26,7 +26,7 @@ fn a_parquet_file_has_each_sample_with_its_types() {
             assert!(second % 1_000 != 0 || recorder.flush());
         }
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
 
     let reader = Reader::open(&path).unwrap();
     let names = reader.series_names().unwrap();
@@ -60,7 +60,7 @@ fn a_parquet_file_has_a_codec_and_statistics_that_every_reader_knows() {
         let quality = if pa.is_some() { Quality::Valid } else { Quality::Off };
         recorder.push(&Arc::from("chamber"), Sample::new(Micros(second * Micros::SECOND), pa, quality));
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     let chunks = Chunks::new(Reader::open(&path).unwrap(), vec!["chamber".to_owned()], Micros(0), Micros(i64::MAX));
     let to = folder.path().join("some.parquet");
     profivac_recorder::parquet::write(chunks, File::create(&to).unwrap()).unwrap();
@@ -80,7 +80,7 @@ fn a_parquet_file_has_a_codec_and_statistics_that_every_reader_knows() {
 fn a_parquet_file_without_samples_has_columns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
-    assert!(Recorder::start(&path, Settings::default()).unwrap().finish());
+    Recorder::start(&path, Settings::default()).unwrap().finish().unwrap();
     let chunks = Chunks::new(Reader::open(&path).unwrap(), Vec::new(), Micros(0), Micros(i64::MAX));
     let to = folder.path().join("none.parquet");
     assert_eq!(profivac_recorder::parquet::write(chunks, File::create(&to).unwrap()).unwrap(), 0);

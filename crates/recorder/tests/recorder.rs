@@ -80,7 +80,7 @@ fn valid_samples_of_a_pressure_are_found_in_their_periods_and_in_the_spans_of_de
         [valid(9 * DAY + 4, 1.0), valid(9 * DAY + 5, WANTED)],
     ];
     samples.iter().flatten().for_each(|sample| recorder.push(&gauge(), *sample));
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     let deleted = rusqlite::Connection::open(&fixture.path).unwrap();
     deleted.execute("DELETE FROM sample WHERE at_us < ?1", [at(8 * DAY).0]).unwrap();
     let found = fixture.reader().occurrences("chamber", &[1.0e9, WANTED], 2).unwrap();
@@ -98,7 +98,7 @@ fn spans_of_deleted(samples: &[(i64, bool)], left: i64) -> (u64, Option<(Micros,
     for (second, is_wanted) in samples {
         recorder.push(&gauge(), valid(*second, if *is_wanted { WANTED } else { 1.0 }));
     }
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     let deleted = rusqlite::Connection::open(&fixture.path).unwrap();
     deleted.execute("DELETE FROM sample WHERE at_us < ?1", [at(left).0]).unwrap();
     let found = fixture.reader().occurrences("chamber", &[WANTED], 2).unwrap();

@@ -74,7 +74,7 @@ fn main() {
         well.as_secs_f64(),
         services.recorder().health().lost_samples
     );
-    station.stop();
+    station.stop().unwrap();
 }
 
 /// How long it took until all gauges exchange data. A station in which something is stuck never gets there.

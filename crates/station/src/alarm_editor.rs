@@ -9,6 +9,7 @@
 
 use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmService, AlarmServiceError, SettingsChange};
+use crate::config::changes::{FileChange, changes};
 use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
 use profivac_host::text_file;
 use profivac_web_server::auth::Actor;
@@ -84,6 +85,12 @@ impl AlarmEditor {
     /// The file whose rules apply now.
     pub fn set_source(&self, source: ConfigSource) {
         *self.source.lock().unwrap_or_else(PoisonError::into_inner) = Some(source);
+    }
+
+    /// What `new` changes in the file whose rules apply now.
+    pub fn changes_to(&self, new: &ConfigSource) -> Vec<FileChange> {
+        let present = self.source.lock().unwrap_or_else(PoisonError::into_inner);
+        present.as_ref().map(|present| changes(present.text(), new.text())).unwrap_or_default()
     }
 
     /// Keeps the file as it is until the guard is dropped: the caller reads the file and applies it.

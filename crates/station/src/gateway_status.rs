@@ -1,9 +1,9 @@
 //! The state of the gateways to control systems, for the API: clients, errors, dropped updates.
 
-use crate::view::unix_ms;
+use crate::view::{StoppedPart, unix_ms};
 use profivac_recorder::Micros;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use utoipa::ToSchema;
 
@@ -155,14 +155,59 @@ impl GatewayStatuses {
         self.lock().values().map(|status| status.view()).collect()
     }
 
+    /// The gateways that cannot run, by name.
+    #[must_use]
+    pub fn stopped(&self) -> Vec<StoppedPart> {
+        let stopped = |view: GatewayView| view.problem.map(|problem| StoppedPart { name: view.name, problem });
+        self.views().into_iter().filter_map(stopped).collect()
+    }
+
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<GatewayStatus>>> {
         self.gateways.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Finds the parts that have stopped or run again since the last look, so that each change is reported once.
+#[derive(Debug, Default)]
+pub struct StopReports {
+    reported: BTreeSet<String>,
+}
+
+impl StopReports {
+    /// A sentence for each part that has stopped since the last look, and for each one whose problem is over.
+    pub fn changes(&mut self, stopped: &[StoppedPart]) -> Vec<String> {
+        let present = stopped.iter().map(|part| part.name.clone()).collect();
+        let before = std::mem::replace(&mut self.reported, present);
+        // A broker with a standby gives another reason at each attempt: only the first one is reported.
+        let begun = stopped.iter().filter(|part| !before.contains(&part.name));
+        let begun = begun.map(|part| format!("{} does not run: {}; the station tries again", part.name, part.problem));
+        let over = before.difference(&self.reported).map(|name| format!("{name}: the problem is over"));
+        begun.chain(over).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_that_stops_is_reported_once_and_once_more_when_it_runs_again() {
+        let statuses = GatewayStatuses::default();
+        let mut reports = StopReports::default();
+        let (modbus, epics) = (statuses.add("modbus"), statuses.add("epics"));
+        assert!(reports.changes(&statuses.stopped()).is_empty(), "a part that starts has not failed");
+        modbus.fails("cannot listen on 127.0.0.1:502: address in use");
+        epics.runs("ca 127.0.0.1:5064".to_owned());
+        let first = reports.changes(&statuses.stopped());
+        let expected =
+            "modbus does not run: cannot listen on 127.0.0.1:502: address in use; the station tries again".to_owned();
+        assert_eq!(first, [expected]);
+        modbus.fails("cannot listen on 127.0.0.1:502: address in use");
+        assert!(reports.changes(&statuses.stopped()).is_empty(), "it was reported");
+        modbus.runs("127.0.0.1:502".to_owned());
+        assert_eq!(reports.changes(&statuses.stopped()), ["modbus: the problem is over"]);
+        assert!(statuses.stopped().is_empty());
+    }
 
     #[test]
     fn a_gateway_reports_its_clients_errors_and_dropped_updates() {

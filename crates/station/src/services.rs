@@ -150,6 +150,7 @@ impl Services {
             started_ms: unix_ms(self.started),
             now_ms: unix_ms(Micros::now()),
             recorder,
+            stopped_parts: self.gateways.stopped(),
         }
     }
 }

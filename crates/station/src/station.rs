@@ -4,11 +4,14 @@
 use crate::alarm::{AlarmThread, NotificationTarget};
 use crate::comparison::watch::WatchThread;
 use crate::config::Config;
+use crate::config::changes::{FileChange, MAX_CHANGES};
+use crate::gateway_status::StopReports;
 use crate::segment::SegmentHandle;
 use crate::services::Services;
 use crate::webhook::{DeliverySettings, DeliveryThread, Receiver};
 use profivac_recorder::alarms::AlarmBatch;
-use profivac_recorder::{DatabaseError, EventKind, Recorder, Settings};
+use profivac_recorder::{AuditAction, AuditEntry, DatabaseError, EventKind, Recorder, Settings, Unwritten};
+use profivac_web_server::auth::{Actor, Role, User};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -39,6 +42,7 @@ pub struct Station {
     watch: WatchThread,
     /// The overdue evaluation was recorded as an event.
     is_overdue: bool,
+    stop_reports: StopReports,
 }
 
 impl Station {
@@ -61,7 +65,9 @@ impl Station {
         let segments = config.segments.into_iter().map(start).collect::<Result<_, _>>()?;
         let alarm_thread = Some(start_alarm_thread(&services)?);
         let watch = WatchThread::start(Arc::clone(services.recorder()))?;
-        let mut station = Self { services, segments, alarm_thread, deliveries: Vec::new(), watch, is_overdue: false };
+        let (is_overdue, stop_reports) = (false, StopReports::default());
+        let mut station =
+            Self { services, segments, alarm_thread, deliveries: Vec::new(), watch, is_overdue, stop_reports };
         station.start_deliveries(receivers)?;
         Ok(station)
     }
@@ -78,6 +84,7 @@ impl Station {
     /// # Errors
     /// When the system gives no threads.
     pub fn reconfigure(&mut self, config: Config) -> std::io::Result<()> {
+        let changes = self.services.alarm_editor().changes_to(&config.source);
         let mut old = std::mem::take(&mut self.segments);
         for new in config.segments {
             let same =
@@ -105,6 +112,7 @@ impl Station {
         self.services.alarms().reconfigure(config.alarms, notification_targets(&receivers));
         self.start_deliveries(receivers)?;
         self.record_event("the station's file was read again");
+        self.record_file_changes(&changes);
         Ok(())
     }
 
@@ -156,6 +164,7 @@ impl Station {
     /// # Errors
     /// When the system gives no threads.
     pub fn restart_ended_threads(&mut self) -> std::io::Result<()> {
+        self.services.control().refusals().flush(Instant::now());
         for segment in &mut self.segments {
             if segment.has_ended() {
                 let config = segment.config().clone();
@@ -171,8 +180,18 @@ impl Station {
         self.restart_alarm_threads()
     }
 
-    /// Releases all slaves and stops. Everything recorded is on the disk afterwards, if the disk takes it.
-    pub fn stop(self) {
+    /// Records an event for each part that has stopped or runs again, and returns their sentences. To be called every few seconds.
+    pub fn report_stopped_parts(&mut self) -> Vec<String> {
+        let changes = self.stop_reports.changes(&self.services.gateways().stopped());
+        changes.iter().for_each(|change| self.record_event(change));
+        changes
+    }
+
+    /// Releases all slaves and stops. Everything recorded is on the disk afterwards.
+    ///
+    /// # Errors
+    /// [`Unwritten`] when the disk does not take it.
+    pub fn stop(self) -> Result<(), Unwritten> {
         // The alarm thread stops first: a segment that stops with the station is no alarm.
         drop(self.alarm_thread);
         self.services.alarms().end();
@@ -180,8 +199,23 @@ impl Station {
         drop(self.watch);
         stop_all(self.segments);
         self.services.recorder().event_now(None, EventKind::Station, "the station stops");
-        // The recorder's health reports a failure, and no thread is left to read it.
-        let _written = self.services.recorder().finish();
+        self.services.recorder().finish()
+    }
+
+    /// Records each change of the file as an event and as a row of the audit trail, by the user `file`.
+    fn record_file_changes(&self, changes: &[FileChange]) {
+        let recorder = self.services.recorder();
+        let actor = Actor { user: User { name: Arc::from("file"), role: Role::Engineer }, peer: None };
+        for FileChange { key, before, after } in changes.iter().take(MAX_CHANGES) {
+            let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "not in the file".to_owned());
+            self.record_event(&format!("the file changes {key}: {} -> {}", shown(before), shown(after)));
+            let (target, before, after) = (Some(key.clone()), before.clone(), after.clone());
+            let _queued =
+                recorder.audit(AuditEntry { target, before, after, ..actor.audit_entry(AuditAction::FileChanged) });
+        }
+        if let Some(more) = changes.len().checked_sub(MAX_CHANGES).filter(|more| *more > 0) {
+            self.record_event(&format!("the file changes {more} more keys"));
+        }
     }
 
     fn record_event(&self, text: &str) {

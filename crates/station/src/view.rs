@@ -24,6 +24,17 @@ pub struct Station {
     pub now_ms: i64,
     /// The recorder.
     pub recorder: RecorderView,
+    /// The parts that cannot run, for example a gateway whose address another program has; the station tries again.
+    pub stopped_parts: Vec<StoppedPart>,
+}
+
+/// A part of the station that cannot run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct StoppedPart {
+    /// Its name: that of a gateway.
+    pub name: String,
+    /// Why it does not run, in a sentence.
+    pub problem: String,
 }
 
 /// The recorder.

@@ -61,7 +61,7 @@ fn a_station_keeps_its_alarms_over_a_changed_file_and_a_restart() {
         .unwrap();
     until(&services, "low", AlarmState::Unacknowledged);
     assert_eq!(alarm(&services, "too high").unwrap().acknowledged_by.as_deref(), Some("Ada"));
-    station.stop();
+    station.stop().unwrap();
     drop(services);
     // The file no longer has the alarm `low`.
     let station = Station::start(config(folder.path(), "")).unwrap();
@@ -73,7 +73,7 @@ fn a_station_keeps_its_alarms_over_a_changed_file_and_a_restart() {
         services.recorder().open_reader().unwrap().alarms().unwrap().iter().all(|(name, _)| name != "low")
             || services.recorder().flush()
     );
-    station.stop();
+    station.stop().unwrap();
     let changes = history(&services);
     let changes: Vec<_> = changes.iter().map(|(alarm, what)| (alarm.as_str(), what.as_str())).collect();
     let expected = [("too high", "raised"), ("too high", "acknowledged"), ("low", "raised"), ("low", "removed")];
@@ -89,6 +89,6 @@ fn the_station_notices_when_the_alarms_are_not_evaluated() {
     until(&services, "too high", AlarmState::Unacknowledged);
     assert_eq!(services.alarms().overview().problem, None);
     assert!(services.alarms().evaluated_ago().unwrap() < support::TIMEOUT);
-    station.stop();
+    station.stop().unwrap();
     assert_eq!(services.alarms().evaluated_ago(), None, "no thread evaluates any more");
 }

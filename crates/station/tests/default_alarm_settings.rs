@@ -178,5 +178,8 @@ fn a_refused_change_leaves_file_and_alarms_as_they_were() {
         assert!(answer["detail"].as_str().unwrap().contains(sentence), "{changes}: {answer}");
         assert_eq!((fixture.text(), fixture.alarms()), (before.clone(), alarms.clone()));
     }
-    assert_eq!(fixture.get("/api/audit"), json!([]));
+    assert!(fixture.services.recorder().flush());
+    let rows = fixture.get("/api/audit");
+    let actions: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["action"].clone()).collect();
+    assert_eq!(actions, [json!("refused")], "only the refusal for a missing role: {rows}");
 }

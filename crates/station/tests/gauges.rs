@@ -83,7 +83,7 @@ fn a_gauge_that_was_replaced_by_another_device_is_reported() {
     let chamber = fixture.exchanging("chamber");
     let pa = chamber.readings[0].pa.unwrap();
     assert!((pa / 0.2 - 1.0).abs() < 0.01, "{pa}");
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn the_file_says_which_of_two_devices_with_one_ident_number_is_connected() {
     let principle = |name: &str| fixture.exchanging(name).readings[0].principle;
     assert_eq!(principle("one"), Some(Principle::Pirani));
     principle("two");
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 /// A Pirani that was taken for a diaphragm would be shown below 1 mbar where it is below 5e-5 mbar.
@@ -103,7 +103,7 @@ fn a_device_with_the_ident_number_of_the_configured_one_is_reported_as_another()
     let wrong = fixture.until_problem("wrong", "it is a psg552, the station's file says pcg550");
     assert_eq!(wrong.state, BusStationState::Missing);
     assert!(wrong.readings.is_empty());
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn reading_parameters_leaves_no_gap_in_the_samples() {
     (0..5).for_each(|_| assert!(fixture.services.control().requests().blocks("chamber").unwrap().len() > 5));
     let during = fixture.samples("fore") - before;
     assert!(during > 30, "sampled {during} times");
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn the_progress_of_reading_parameters_is_published() {
     assert!(progress.gauge == "chamber" && progress.done < progress.total && progress.total > 50, "{progress:?}");
     assert!(!blocks.join().unwrap().is_empty());
     assert_eq!(fixture.services.snapshots().read_progress(), []);
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 fn engineer(fixture: &Fixture) -> Actor {
@@ -173,7 +173,7 @@ fn executing_commands_leaves_no_gap_in_the_samples() {
     let during = fixture.samples("fore") - before;
     assert!(during > 10, "sampled {during} times");
     assert_eq!(fixture.services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn a_gauge_that_answers_no_class_2_master_is_reported_and_does_not_slow_the_othe
     fixture.exchanging("fore");
     fixture.hall.apply(Fault::NoMs2(5, false));
     assert_eq!(written(&fixture, &actor, 2.0).after.as_deref(), Some("2 mbar"));
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }
 
 #[test]
@@ -201,5 +201,5 @@ fn a_controller_without_dp_v1_is_operated_in_the_parameter_channel_of_its_cyclic
     let command = fixture.services.control().arm(&actor, "old", &request).unwrap();
     fixture.services.control().execute(&actor, &command.id).unwrap();
     assert_eq!(fixture.services.snapshots().gauge("old").unwrap().state, BusStationState::DataExchange);
-    fixture.station.stop();
+    fixture.station.stop().unwrap();
 }

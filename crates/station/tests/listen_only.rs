@@ -90,7 +90,7 @@ fn a_listen_only_segment_records_the_gauges_of_another_master_and_sends_nothing(
             .unwrap();
     assert!(trace.entries.len() > 20, "{}", trace.entries.len());
 
-    station.stop();
+    station.stop().unwrap();
     assert_eq!(bus.sent_by_listener.load(Ordering::Relaxed), 0, "no octet was sent");
     let samples = services.recorder().open_reader().unwrap().samples("furnace", Micros(0), Micros(i64::MAX)).unwrap();
     assert!(samples.iter().any(|sample| sample.quality == Quality::Valid));
@@ -125,7 +125,7 @@ fn a_pressure_in_an_assumed_unit_is_shown_and_recorded_as_assumed_until_the_unit
     bus.restart.store(true, Ordering::Relaxed);
     until("the pressure", || reading(&services).filter(|reading| reading.quality == Quality::Valid));
     until("the alarm", || alarm().value);
-    station.stop();
+    station.stop().unwrap();
     let samples = samples();
     let qualities: Vec<_> = samples.iter().map(|sample| sample.quality).collect();
     assert_eq!(qualities.first(), Some(&Quality::Assumed), "{qualities:?}");
@@ -151,7 +151,7 @@ fn nothing_of_an_assumed_configuration_is_recorded() {
     bus.restart.store(true, Ordering::Relaxed);
     let problem = until("the problem", || services.snapshots().gauge("furnace")?.problem);
     assert_eq!(problem, format!("it is a bcg450, the station's file says {AMBIGUOUS}"));
-    station.stop();
+    station.stop().unwrap();
     let reader = services.recorder().open_reader().unwrap();
     assert_eq!(reader.samples("furnace", Micros(0), Micros(i64::MAX)).unwrap(), []);
 }
@@ -172,7 +172,7 @@ fn capture_event(incident: Incident, has_alarm: bool) -> String {
         events.into_iter().map(|event| event.text).find(|text| text.starts_with("segment plc: capture "))
     });
     assert_eq!(services.snapshots().buses().captures("plc").unwrap().list().unwrap().len(), 1);
-    station.stop();
+    station.stop().unwrap();
     assert_eq!(bus.sent_by_listener.load(Ordering::Relaxed), 0, "no octet was sent");
     event
 }
@@ -217,7 +217,7 @@ fn a_capture_that_cannot_be_written_is_an_event_and_the_segment_goes_on() {
     });
     let telegrams = services.snapshots().buses().report("plc").unwrap().telegrams;
     until("more telegrams", || services.snapshots().buses().report("plc").filter(|it| it.telegrams > telegrams));
-    station.stop();
+    station.stop().unwrap();
 }
 
 /// Trends and reports treat a gauge of another master like any other.
@@ -257,7 +257,7 @@ fn a_gauge_of_another_master_has_trends_and_reports() {
     };
     let page = page(&Report::make(&reader, request).unwrap());
     assert!(page.contains("furnace") && page.contains("1.3\u{a0}×\u{a0}10⁻⁴"), "1e-4 Torr in mbar: {page}");
-    station.stop();
+    station.stop().unwrap();
 }
 
 /// The line of the station's own master is observed too.
@@ -285,7 +285,7 @@ fn a_segment_with_a_master_has_the_same_statistics() {
         (Some(Origin::Heard), &["bcg450".to_owned()][..])
     );
     assert!(!report.parameters.is_empty(), "the station reads the unit over MS2");
-    station.stop();
+    station.stop().unwrap();
 }
 
 /// The line of a segment in memory, as `profivac demo` shows it, too.

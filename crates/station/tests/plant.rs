@@ -95,7 +95,7 @@ fn gauges_are_found_sampled_and_recorded() {
     let addresses: Vec<_> = map.iter().map(|station| (station.address, station.state)).collect();
     assert_eq!(addresses[0], (1, BusStationState::OwnMaster));
     assert_eq!(addresses.iter().map(|(address, _)| *address).collect::<Vec<_>>(), [1, 5, 6, 7, 8]);
-    station.stop();
+    station.stop().unwrap();
     let samples = services.recorder().open_reader().unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
     assert_eq!(samples.first().unwrap().quality, Quality::Valid);
     assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
@@ -114,7 +114,7 @@ fn the_first_request_after_the_start_finds_every_gauge() {
     station.reconfigure(fixture.config(&segments[..1])).unwrap();
     station.reconfigure(fixture.config(segments)).unwrap();
     assert_eq!(names(), ["chamber", "fore"], "a segment that is new in the file");
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn parameters_are_read_during_data_exchange() {
     let read = all.iter().filter(|parameter| parameter.value.is_some()).count();
     assert!(read > 50, "{read} of {}", all.len());
     assert_eq!(services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -143,14 +143,14 @@ fn a_missing_gauge_and_another_device_are_reported_in_a_sentence() {
     exchanging(&services, "chamber");
     let other = gauge(&services, "other", |gauge| gauge.problem.is_some());
     assert_eq!((other.state, other.problem.as_deref()), (BusStationState::Missing, Some("no slave answers")));
-    station.stop();
+    station.stop().unwrap();
     // The services hold the database.
     drop(services);
     let wrong = Station::start(fixture.config(&[("hall", &["chamber psg550 5"])])).unwrap();
     let services = wrong.services();
     let chamber = gauge(&services, "chamber", |gauge| gauge.problem.is_some());
     assert_eq!(chamber.problem.as_deref(), Some("it is a bcg450, the station's file says psg550"));
-    wrong.stop();
+    wrong.stop().unwrap();
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn a_lost_segment_does_not_affect_another() {
     exchanging(&services, "second");
     assert_eq!(services.snapshots().gauge("chamber").unwrap().state, BusStationState::DataExchange);
     assert_eq!(segment(&services, "annex").problem, None);
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn a_changed_file_does_not_disturb_unchanged_gauges() {
     station.reconfigure(fixture.config(&[("annex", &["second bcg450 5"])])).unwrap();
     until("the removal of the hall", || (services.snapshots().segments().len() == 1).then_some(()));
     exchanging(&services, "second");
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn many_threads_read_the_snapshots() {
     watchers.into_iter().for_each(|watcher| {
         watcher.join().unwrap();
     });
-    station.stop();
+    station.stop().unwrap();
 }
 
 #[test]
@@ -241,5 +241,5 @@ fn a_command_armed_for_one_gauge_is_not_sent_to_another_of_the_same_name() {
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
     let [hall, annex] = ["hall", "annex"].map(|name| format!("segment {name} at sim:{}", fixture.path(name).display()));
     assert_eq!(refused, format!("chamber was on {hall} when it was armed and is on {annex} now"));
-    station.stop();
+    station.stop().unwrap();
 }

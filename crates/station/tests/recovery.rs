@@ -51,7 +51,7 @@ fn a_segment_recovers_from_each_fault_and_the_others_are_not_affected() {
         segment.apply(Fault::Mend);
         until(&services, "the line is whole again", |services| all_exchange(services, 9));
     }
-    station.stop();
+    station.stop().unwrap();
     let reader = services.recorder().open_reader().unwrap();
     for number in 0..3 {
         let samples = reader.samples(&format!("g{number}.5"), Micros(0), Micros(i64::MAX)).unwrap();

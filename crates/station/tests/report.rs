@@ -58,7 +58,7 @@ fn made(decades: f64, write: impl FnOnce(&Recorder)) -> Made {
     let path = folder.path().join("hall.db");
     let recorder = Recorder::start(&path, settings(decades)).unwrap();
     write(&recorder);
-    assert!(recorder.finish());
+    recorder.finish().unwrap();
     Made { path, _folder: folder }
 }
 

@@ -232,4 +232,32 @@ mod tests {
         assert_eq!(fast.master_slot_tbit(Baud::B500000, 60), Some(60 + 3500 + 11));
         assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 423 + 11));
     }
+
+    /// The largest T_SL: profibus-wire 1.12.
+    const MAX_SLOT_TBIT: u64 = 16_383;
+
+    #[test]
+    fn the_table_of_the_page_about_plcs_has_the_slot_time_of_each_port_at_each_rate() {
+        let page = include_str!("../../../../docs/plc.md");
+        let usb = |ms| Delivery::Usb { hold: Duration::from_millis(ms), is_known: true };
+        let ports = [Delivery::Fifo { trigger: None }, usb(1), usb(2), usb(16)];
+        let row = |baud: Baud| {
+            let cells = ports.map(|port| {
+                let tbit = port.master_slot_tbit(baud, baud.max_tsdr_tbit().into()).unwrap();
+                let ms = tbit as f64 * 1e3 / f64::from(baud.bits_per_second());
+                if tbit > MAX_SLOT_TBIT { "not possible".to_owned() } else { format!("{tbit} ({ms:.1} ms)") }
+            });
+            format!("| {} | {} |", baud.bits_per_second(), cells.join(" | "))
+        };
+        let (possible, impossible): (Vec<_>, Vec<_>) =
+            Baud::ALL.map(row).into_iter().partition(|row| row.contains("ms"));
+        let begin = page.find("| bit/s | UART with a FIFO |").unwrap();
+        let rows: Vec<_> = page[begin..].lines().skip(2).take_while(|line| line.starts_with('|')).collect();
+        assert_eq!(rows, possible);
+        assert_eq!(impossible.len(), 2, "6 and 12 Mbit/s: {impossible:?}");
+        assert_eq!(
+            Delivery::Usb { hold: Duration::from_millis(16), is_known: false }.slot_delay(Baud::B9600),
+            usb(16).slot_delay(Baud::B9600)
+        );
+    }
 }

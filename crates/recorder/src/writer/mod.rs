@@ -18,7 +18,7 @@ use profivac_model::{AuditEntry, Event};
 pub use recorder::{Recorder, WriteReceipt};
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The deadband, the full-rate window and the retention of the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +56,26 @@ pub struct Health {
     /// Events and other rows that were dropped for the same reasons.
     pub lost_events: u64,
 }
+
+/// What a recorder could not write at its end.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the database could not be written at the end: {error}; {samples} samples and {rows} other rows are lost")]
+pub struct Unwritten {
+    /// Why.
+    pub error: String,
+    /// Samples since the last transaction, and those that were dropped before.
+    pub samples: u64,
+    /// Events, changes of alarms and rows of the audit trail, likewise.
+    pub rows: u64,
+}
+
 /// A message to the thread.
 enum Message {
     Sample(Arc<str>, Sample),
     /// The sender, if any, waits until the event is on the disk.
     Event(Event, Option<Sender<()>>),
+    /// An event that is written at once or not at all, and not begun after this time. The sender waits for the outcome.
+    EventOrNothing(Event, Instant, Sender<Result<(), AuditError>>),
     /// A row of the audit trail that is written at once or not at all. The sender waits for its number.
     AuditBeforeSending(Box<AuditEntry>, Sender<Result<i64, AuditError>>),
     /// A row of the audit trail that is kept until it is on the disk. The sender may wait for that.
@@ -70,8 +85,8 @@ enum Message {
     /// The archive has the batches of this epoch up to this number.
     OutboxAcknowledged(i64, i64),
     Flush(Sender<()>),
-    /// A flush that includes the samples held by the deadbands.
-    Finish(Sender<()>),
+    /// A flush that includes the samples held by the deadbands, tried once. The answer says what is not on the disk.
+    Finish(Sender<Result<(), Unwritten>>),
 }
 
 const fn count(lost: &mut u64) {

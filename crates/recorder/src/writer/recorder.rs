@@ -1,7 +1,7 @@
 //! The recorder as all other threads use it: a bounded queue, and the state of the thread behind it.
 
 use super::thread::Writer;
-use super::{Health, Message, Settings, count};
+use super::{Health, Message, Settings, Unwritten, count};
 use crate::alarms::AlarmBatch;
 use crate::clock::{Clock, SystemClock};
 use crate::database::Database;
@@ -85,6 +85,19 @@ impl Recorder {
         sent && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
+    /// Records an event at once or not at all: after an error nothing of it is stored later. An error while the disk does not answer is
+    /// [`AuditError::Timeout`]; only then the event may be stored.
+    ///
+    /// # Errors
+    /// [`AuditError`] says why the event is not on the disk.
+    pub fn record_event_or_nothing(&self, event: Event) -> Result<(), AuditError> {
+        let (done, wait) = channel();
+        if !self.send(Message::EventOrNothing(event, Instant::now() + WRITE_TIMEOUT, done)) {
+            return Err(AuditError::QueueFull);
+        }
+        wait.recv_timeout(WRITE_TIMEOUT).unwrap_or(Err(AuditError::Timeout))
+    }
+
     /// Writes a row of the audit trail before its command is sent. Returns its number when it is on the disk. A row that is not
     /// written at once is not written later.
     ///
@@ -135,11 +148,19 @@ impl Recorder {
         self.send(Message::Flush(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
     }
 
-    /// Flushes, including the samples held by the deadbands: for the end of a station whose threads still share the recorder.
-    #[must_use]
-    pub fn finish(&self) -> bool {
+    /// Flushes, including the samples held by the deadbands: for the end of a station whose threads still share the recorder. Tries once.
+    ///
+    /// # Errors
+    /// [`Unwritten`] says why not, and how much is lost.
+    pub fn finish(&self) -> Result<(), Unwritten> {
         let (done, wait) = channel();
-        self.send(Message::Finish(done)) && wait.recv_timeout(WRITE_TIMEOUT).is_ok()
+        let answer = self.send(Message::Finish(done)).then(|| wait.recv_timeout(WRITE_TIMEOUT).ok()).flatten();
+        answer.unwrap_or_else(|| {
+            let Health { error, lost_samples, lost_events, .. } = self.health();
+            let error =
+                error.unwrap_or_else(|| "the disk does not answer; what was recorded last may be lost too".to_owned());
+            Err(Unwritten { error, samples: lost_samples, rows: lost_events })
+        })
     }
 
     /// The state of the recorder, also when its thread has ended or is blocked on disk I/O.

@@ -1,6 +1,6 @@
 //! The thread: filters, waiting rows, transactions.
 
-use super::{Health, Message, Settings, count};
+use super::{Health, Message, Settings, Unwritten, count};
 use crate::alarms::AlarmBatch;
 use crate::clock::{Clock, ClockMonitor};
 use crate::database::Database;
@@ -145,11 +145,12 @@ impl Writer {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             if self.is_urgent || !self.receipts.is_empty() || Instant::now() >= self.write_at {
-                self.write();
+                // The health says why it failed; the next interval tries again.
+                self.write().ok();
             }
         }
         self.flush_deadbands();
-        self.write();
+        self.write().ok();
     }
 
     fn handle(&mut self, message: Message) {
@@ -173,10 +174,43 @@ impl Writer {
             Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
             Message::OutboxAcknowledged(epoch, number) => self.acknowledged = Some((epoch, number)),
             Message::Flush(done) => self.receipts.push(done),
+            Message::EventOrNothing(event, until, done) => {
+                let written = self.event_or_nothing(event, until);
+                // The requester may have timed out.
+                done.send(written).ok();
+            }
             Message::Finish(done) => {
                 self.flush_deadbands();
-                self.receipts.push(done);
+                let written = self.write().map_err(|error| self.unwritten(&error));
+                done.send(written).ok();
             }
+        }
+    }
+
+    /// Writes an event with the rows that wait, unless `until` has passed. A transaction that fails leaves the event out.
+    fn event_or_nothing(&mut self, event: Event, until: Instant) -> Result<(), AuditError> {
+        if Instant::now() >= until {
+            return Err(AuditError::Timeout);
+        }
+        let index = self.events.len();
+        if index >= MAX_UNWRITTEN_EVENTS {
+            return Err(AuditError::QueueFull);
+        }
+        self.event(event, None);
+        self.write().map_err(|error| {
+            self.events.remove(index);
+            error.into()
+        })
+    }
+
+    /// What is lost if the recorder ends now.
+    fn unwritten(&self, error: &DatabaseError) -> Unwritten {
+        let health = self.locked();
+        let rows = self.events.len().saturating_add(self.audit.len()).saturating_add(self.alarms.len());
+        Unwritten {
+            error: error.to_string(),
+            samples: health.lost_samples.saturating_add(self.samples.len() as u64),
+            rows: health.lost_events.saturating_add(rows as u64),
         }
     }
 
@@ -271,7 +305,7 @@ impl Writer {
     }
 
     /// Writes everything in memory. Rows that cannot be written are tried again in the next interval.
-    fn write(&mut self) {
+    fn write(&mut self) -> Result<(), DatabaseError> {
         self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
         self.check_clock();
@@ -279,7 +313,7 @@ impl Writer {
         let written = self.check_database().and_then(|()| self.write_audit()).and_then(|()| self.acknowledge());
         let written =
             written.and_then(|()| self.database.write(&self.samples, &self.spans, &self.events, &self.alarms));
-        if let Some(crowded) = self.note_result(written) {
+        let written = self.note_result(written).map(|crowded| {
             let mut health = self.locked();
             health.lost_samples = health.lost_samples.saturating_add(crowded);
             drop(health);
@@ -292,8 +326,9 @@ impl Writer {
                 done.send(()).ok();
             });
             self.prune();
-        }
+        });
         *self.answered.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        written
     }
 
     /// Deletes the batches that the archive has.
@@ -355,24 +390,18 @@ impl Writer {
         }
         let extended = self.database.extend_period(now.wall);
         let more = extended.and_then(|()| self.database.prune(&self.settings.retention));
-        let more = self.note_result(more) == Some(true);
+        let more = self.note_result(more).is_ok_and(|more| more);
         self.prune_at = now.monotonic + if more { WRITE_INTERVAL } else { PRUNE_INTERVAL };
     }
 
     /// Stores the result of a transaction in the health.
-    fn note_result<T>(&self, result: Result<T, DatabaseError>) -> Option<T> {
+    fn note_result<T>(&self, result: Result<T, DatabaseError>) -> Result<T, DatabaseError> {
         let mut health = self.locked();
-        match result {
-            Ok(value) => {
-                health.last_write = Some(self.monitor.last().wall);
-                health.error = None;
-                Some(value)
-            }
-            Err(error) => {
-                health.error = Some(error.to_string());
-                None
-            }
+        health.error = result.as_ref().err().map(ToString::to_string);
+        if result.is_ok() {
+            health.last_write = Some(self.monitor.last().wall);
         }
+        result
     }
 
     fn locked(&self) -> MutexGuard<'_, Health> {
@@ -387,6 +416,57 @@ mod tests {
     use crate::deadband::Deadband;
     use crate::quality::Quality;
     use crate::reader::Reader;
+
+    /// A writer of a new database in `folder`.
+    fn writer(folder: &tempfile::TempDir) -> Writer {
+        let database = Database::open(&folder.path().join("plant.db"), Micros::now()).unwrap();
+        Writer::new(database, Settings::default(), Arc::default(), Arc::new(SystemClock))
+    }
+
+    fn note(text: &str) -> Event {
+        Event { at: Micros::now(), gauge: None, kind: EventKind::Note, text: text.to_owned() }
+    }
+
+    #[test]
+    fn a_note_that_a_full_disk_refuses_is_not_stored_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer = writer(&folder);
+        writer.write().unwrap();
+        writer.database.limit_pages(1);
+        let soon = Instant::now() + Duration::from_secs(60);
+        // More than the free room of the last page.
+        let refused = writer.event_or_nothing(note(&"x".repeat(20_000)), soon);
+        assert!(matches!(refused, Err(AuditError::Database(_))), "{refused:?}");
+        writer.database.limit_pages(1_000_000);
+        let late = writer.event_or_nothing(note("late"), Instant::now());
+        assert!(matches!(late, Err(AuditError::Timeout)), "its requester has gone");
+        writer.event_or_nothing(note("again"), soon).unwrap();
+        let events = Reader::open(&folder.path().join("plant.db")).unwrap();
+        let events = events.events(Micros(0), Micros(i64::MAX), 100).unwrap();
+        let notes: Vec<_> = events.iter().filter(|event| event.kind == EventKind::Note).map(|it| &*it.text).collect();
+        assert_eq!(notes, ["again"]);
+    }
+
+    #[test]
+    fn an_end_that_cannot_write_says_at_once_what_is_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer = writer(&folder);
+        writer.write().unwrap();
+        writer.database.limit_pages(1);
+        let series: Arc<str> = Arc::from("chamber");
+        let now = Micros::now().0;
+        (0..3).for_each(|at| writer.sample(&series, Sample::new(Micros(now + at), Some(1.0), Quality::Valid)));
+        writer.event(note(&"x".repeat(20_000)), None);
+        let (done, wait) = std::sync::mpsc::channel();
+        writer.handle(Message::Finish(done));
+        let lost = wait.try_recv().unwrap().unwrap_err();
+        assert!(lost.samples >= 2 && lost.rows == 1, "{lost:?}");
+        let sentence = lost.to_string();
+        assert!(
+            sentence.contains("database or disk is full") && sentence.contains("other rows are lost"),
+            "{sentence}"
+        );
+    }
 
     #[test]
     fn a_full_disk_is_reported_and_samples_in_memory_are_written_when_there_is_room() {
@@ -407,13 +487,13 @@ mod tests {
         let now = Micros::now().0;
         let sample = |number: i64| Sample::new(Micros(now + number), Some(1.0), Quality::Valid);
         (0..6_000).for_each(|number| writer.sample(&series, sample(number)));
-        writer.write();
+        writer.write().ok();
         let full = health.lock().unwrap().clone();
         assert!(full.error.unwrap().ends_with("database or disk is full"));
         let kept = 6_000 - full.lost_samples;
         assert!(full.lost_samples > 0 && kept > 4_900, "{kept} kept");
         writer.database.limit_pages(1_000_000);
-        writer.write();
+        writer.write().ok();
         assert_eq!(health.lock().unwrap().error, None);
         let samples = Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
         assert_eq!(samples.len() as u64, kept);

@@ -91,7 +91,7 @@ pub async fn change_default(
     Path(name): Path<String>,
     Body(ChangeDefaultSettings { seen, new, reason }): Body<ChangeDefaultSettings>,
 ) -> Result<Json<DefaultAlarmSettings>, Problem> {
-    actor.user.require(Role::Engineer, "changing the settings of a default alarm")?;
+    services.control().refusals().require(&actor, Role::Engineer, "changing the settings of a default alarm")?;
     let edit = AlarmEdit { seen, new, reason: checked_reason(&reason)? };
     run_blocking(move || services.alarm_editor().change_default(&name, &edit, &actor)).await
 }
@@ -137,7 +137,7 @@ pub async fn change(
     Path(name): Path<String>,
     Body(ChangeSettings { seen, new, reason }): Body<ChangeSettings>,
 ) -> Result<Json<AlarmView>, Problem> {
-    actor.user.require(Role::Engineer, "changing the settings of an alarm")?;
+    services.control().refusals().require(&actor, Role::Engineer, "changing the settings of an alarm")?;
     let edit = AlarmEdit { seen, new, reason: checked_reason(&reason)? };
     run_blocking(move || services.alarm_editor().change(&name, &edit, &actor)).await
 }

@@ -241,7 +241,7 @@ pub async fn acknowledge(
     Path(name): Path<String>,
     Body(Acknowledge { occurrence }): Body<Acknowledge>,
 ) -> Result<Json<AlarmView>, Problem> {
-    actor.user.require(Role::Operator, "acknowledging an alarm")?;
+    services.control().refusals().require(&actor, Role::Operator, "acknowledging an alarm")?;
     run_blocking(move || services.alarms().acknowledge(&name, occurrence, &actor)).await
 }
 
@@ -263,7 +263,7 @@ pub async fn acknowledge_all(
     actor: Actor,
     Body(AcknowledgeAll { alarms }): Body<AcknowledgeAll>,
 ) -> Result<Json<AcknowledgeAllResult>, Problem> {
-    actor.user.require(Role::Operator, "acknowledging alarms")?;
+    services.control().refusals().require(&actor, Role::Operator, "acknowledging alarms")?;
     check_number_of_alarms(alarms.len())?;
     let seen = alarms.into_iter().map(|AcknowledgeOne { name, occurrence }| (name, occurrence)).collect();
     let ChangedAlarms { changed, refused } =
@@ -289,7 +289,7 @@ pub async fn shelve(
     actor: Actor,
     Body(Shelve { alarms, reason, minutes }): Body<Shelve>,
 ) -> Result<Json<ChangedAlarms>, Problem> {
-    actor.user.require(Role::Operator, "shelving an alarm")?;
+    services.control().refusals().require(&actor, Role::Operator, "shelving an alarm")?;
     check_number_of_alarms(alarms.len())?;
     let reason = checked_reason(&reason)?;
     let minutes = checked_range("minutes", minutes, MAX_SHELVED_MINUTES)?;
@@ -315,7 +315,7 @@ pub async fn unshelve(
     actor: Actor,
     Body(Unshelve { alarms }): Body<Unshelve>,
 ) -> Result<Json<ChangedAlarms>, Problem> {
-    actor.user.require(Role::Operator, "unshelving an alarm")?;
+    services.control().refusals().require(&actor, Role::Operator, "unshelving an alarm")?;
     check_number_of_alarms(alarms.len())?;
     change_all(move || services.alarms().unshelve_all(alarms, &actor)).await.map(Json)
 }
@@ -361,7 +361,7 @@ pub async fn out_of_service(
     Path(name): Path<String>,
     Body(request): Body<TakeOutOfService>,
 ) -> Result<Json<AlarmView>, Problem> {
-    actor.user.require(Role::Engineer, "taking an alarm out of service")?;
+    services.control().refusals().require(&actor, Role::Engineer, "taking an alarm out of service")?;
     let reason = checked_reason(&request.reason)?;
     let minutes = request.minutes.map(|minutes| checked_range("minutes", minutes, MAX_MINUTES)).transpose()?;
     let time = minutes.map(|minutes| Duration::from_secs(u64::from(minutes).saturating_mul(60)));
@@ -388,7 +388,7 @@ pub async fn return_to_service(
     actor: Actor,
     Path(name): Path<String>,
 ) -> Result<Json<AlarmView>, Problem> {
-    actor.user.require(Role::Engineer, "returning an alarm to service")?;
+    services.control().refusals().require(&actor, Role::Engineer, "returning an alarm to service")?;
     run_blocking(move || services.alarms().return_to_service(&name, &actor)).await
 }
 

@@ -156,7 +156,7 @@ pub async fn backup(
     State(backups): State<Backups>,
     actor: Actor,
 ) -> Result<Json<BackupView>, Problem> {
-    actor.user.require(Role::Engineer, "copying the database")?;
+    services.control().refusals().require(&actor, Role::Engineer, "copying the database")?;
     let permit = backups.begin()?;
     let copied = tokio::task::spawn_blocking(move || audited_copy(&services, &actor, permit));
     let copy = copied.await.map_err(|error| task_failed(&error))??;
@@ -209,12 +209,13 @@ fn copy(services: &Services, permit: OwnedSemaphorePermit) -> Result<Copy, Probl
     )
 )]
 pub async fn download(
+    State(services): State<Arc<Services>>,
     State(readers): State<DatabaseReaders>,
     State(backups): State<Backups>,
     actor: Actor,
     Path(id): Path<String>,
 ) -> Result<impl IntoResponse, Problem> {
-    actor.user.require(Role::Engineer, "copying the database")?;
+    services.control().refusals().require(&actor, Role::Engineer, "copying the database")?;
     let copy =
         backups.find(&id).ok_or_else(|| Problem::not_found("there is no such copy, or no longer; make another one"))?;
     let name = Timestamp::from_microsecond(copy.made.0)

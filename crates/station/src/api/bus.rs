@@ -103,7 +103,7 @@ pub async fn trigger(
     actor: Actor,
     Path(name): Path<String>,
 ) -> Result<StatusCode, Problem> {
-    actor.user.require(Role::Operator, "making captures")?;
+    services.control().refusals().require(&actor, Role::Operator, "making captures")?;
     let reason = format!("asked for by {}", actor.user.name);
     if services.snapshots().buses().request_capture(&name, &reason) {
         Ok(StatusCode::NO_CONTENT)

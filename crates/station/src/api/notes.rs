@@ -4,6 +4,7 @@ use crate::services::Services;
 use axum::Json;
 use axum::extract::State;
 use profivac_model::{Event, EventKind, Micros};
+use profivac_recorder::AuditError;
 use profivac_web_server::auth::{Actor, Role};
 use profivac_web_server::body::Body;
 use profivac_web_server::problem::{Problem, task_failed};
@@ -42,7 +43,7 @@ pub struct NewNote {
         (status = 400, body = Problem, description = "The body is malformed, or something in it is out of range"),
         (status = 403, body = Problem, description = "The role operator is needed"),
         (status = 404, body = Problem, description = "There is no gauge of this name"),
-        (status = 503, body = Problem, description = "The database cannot be written: whether it has the note is unknown")
+        (status = 503, body = Problem, description = "The database cannot be written: the note is not stored, unless the answer says that the disk did not answer in time")
     )
 )]
 pub async fn make(
@@ -50,7 +51,7 @@ pub async fn make(
     actor: Actor,
     Body(note): Body<NewNote>,
 ) -> Result<Json<Event>, Problem> {
-    actor.user.require(Role::Operator, "making a note")?;
+    services.control().refusals().require(&actor, Role::Operator, "making a note")?;
     let text = checked_text(&note.text)?;
     let at = checked_time(note.at_ms, Micros::now())?;
     if let Some(gauge) = note.gauge.as_deref()
@@ -65,10 +66,16 @@ pub async fn make(
         text: format!("{} noted: {text}", actor.user.name),
     };
     let noted = event.clone();
-    let is_stored = tokio::task::spawn_blocking(move || services.recorder().record_event_and_wait(event))
+    let stored = tokio::task::spawn_blocking(move || services.recorder().record_event_or_nothing(event))
         .await
         .map_err(|error| task_failed(&error))?;
-    if is_stored { Ok(Json(noted)) } else { Err(Problem::unavailable("the database did not store the note in time")) }
+    match stored {
+        Ok(()) => Ok(Json(noted)),
+        Err(AuditError::Timeout) => Err(Problem::unavailable(
+            "the disk did not answer in time; look whether the events have the note before you make it again",
+        )),
+        Err(error) => Err(Problem::unavailable(format!("the note is not stored, and will not be: {error}"))),
+    }
 }
 
 /// The text without blanks around it.

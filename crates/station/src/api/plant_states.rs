@@ -119,16 +119,16 @@ pub async fn end(
     Path(name): Path<String>,
     Body(End { reason }): Body<End>,
 ) -> Result<Json<PlantStateView>, Problem> {
-    actor.user.require(Role::Operator, "ending a plant state")?;
+    services.control().refusals().require(&actor, Role::Operator, "ending a plant state")?;
     let reason = reason.map(|reason| checked_reason(&reason)).transpose()?.unwrap_or_default();
     run_blocking(move || services.alarms().end_plant_state(&name, &actor, &reason)).await
 }
 
 /// Requires the role that the station's file has for the plant state.
 fn require(services: &Services, actor: &Actor, name: &str, what: &str) -> Result<(), Problem> {
-    actor.user.require(Role::Operator, &format!("{what} a plant state"))?;
+    services.control().refusals().require(actor, Role::Operator, &format!("{what} a plant state"))?;
     let role = services.alarms().role_of_plant_state(name).map_err(PlantStateServiceError::from)?;
-    Ok(actor.user.require(role, &format!("{what} the plant state {name}"))?)
+    Ok(services.control().refusals().require(actor, role, &format!("{what} the plant state {name}"))?)
 }
 
 fn time(minutes: u32) -> Duration {

@@ -3,12 +3,14 @@
 //! | Module | Holds |
 //! |---|---|
 //! | `alarm_settings`, `default_settings` | settings of alarms in the text of the file, and their change |
+//! | [`changes`] | what differs between two texts of the file |
 //! | `default_alarms` | what holds for the default alarms without settings |
 //! | `emails`, `webhooks` | who is told of alarms |
 //! | [`gateways`] | the gateways to control systems |
 //! | `source` | path and text of the file |
 
 mod alarm_settings;
+pub mod changes;
 pub mod default_alarms;
 mod default_settings;
 mod emails;

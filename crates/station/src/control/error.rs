@@ -201,7 +201,7 @@ pub enum OutcomeUnknown {
 }
 
 impl ControlError {
-    /// Whether the audit trail has a row about it already: unmet conditions, and everything that failed after arming.
+    /// Whether the audit trail has a row about it already: a missing role, unmet conditions, and everything that failed after arming.
     #[must_use]
     pub const fn is_in_audit_trail(&self) -> bool {
         match self {
@@ -214,10 +214,10 @@ impl ControlError {
                 | OperationError::BeyondRange { .. }
                 | OperationError::Unavailable(_) => false,
             },
+            Self::Forbidden(_) => true,
             Self::UnknownGauge(_)
             | Self::Device(_)
             | Self::Request(_)
-            | Self::Forbidden(_)
             | Self::Blocked { .. }
             | Self::Authority(_)
             | Self::Command(_)

@@ -13,6 +13,7 @@
 //! | [`authority`] | which user has control |
 //! | [`error`] | why a command is not armed or not executed |
 //! | `audit_entries` | the rows of the audit trail |
+//! | [`refusals`] | the check of roles, and the rows about what it refuses |
 //! | [`requests`] | the request queues of the segments |
 //! | [`service`] | all of it, shared by the threads of the station |
 
@@ -22,6 +23,7 @@ pub mod authority;
 pub mod error;
 pub mod operation;
 pub mod permissions;
+pub mod refusals;
 pub mod requests;
 pub mod service;
 

@@ -5,6 +5,7 @@ use super::audit_entries;
 use super::authority::{AuthorityError, ControlAuthority};
 use super::error::{ControlError, OperationError, SegmentRequestError};
 use super::operation::{Operation, OperationRequest, Readback};
+use super::refusals::Refusals;
 use super::requests::SegmentRequests;
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
@@ -58,6 +59,7 @@ pub struct ControlService {
     recorder: Arc<RecorderHandle>,
     snapshots: Arc<SnapshotStore>,
     requests: SegmentRequests,
+    refusals: Refusals,
     /// One request of a gateway at a time.
     turn: Mutex<()>,
 }
@@ -67,7 +69,15 @@ impl ControlService {
     #[must_use]
     pub fn new(recorder: Arc<RecorderHandle>, snapshots: Arc<SnapshotStore>) -> Self {
         let requests = SegmentRequests::new(Arc::clone(&snapshots));
-        Self { state: Mutex::default(), started: Micros::now(), recorder, snapshots, requests, turn: Mutex::default() }
+        let refusals = Refusals::new(Arc::clone(&recorder));
+        let (state, turn, started) = (Mutex::default(), Mutex::default(), Micros::now());
+        Self { state, started, recorder, snapshots, requests, refusals, turn }
+    }
+
+    /// The check of roles, which records what it refuses.
+    #[must_use]
+    pub const fn refusals(&self) -> &Refusals {
+        &self.refusals
     }
 
     /// The request queues of the segments.
@@ -100,7 +110,7 @@ impl ControlService {
     /// [`ControlError`] for a viewer, and for a user who cannot have or give control now.
     pub fn change_authority(&self, actor: &Actor, action: AuthorityAction, now: Instant) -> Result<(), ControlError> {
         let user = &actor.user;
-        user.require(Role::Operator, "control")?;
+        self.refusals.require(actor, Role::Operator, "control")?;
         let mut state = self.state_at(now);
         let authority = &mut state.authority;
         let change = match action {
@@ -133,7 +143,7 @@ impl ControlService {
         let user = &actor.user;
         let gauge = self.snapshots.gauge(gauge).ok_or_else(|| ControlError::UnknownGauge(gauge.to_owned()))?;
         let operation = Operation::resolve(entry(&gauge.device)?.model, request)?;
-        user.require(operation.role(), &operation.target())?;
+        self.refusals.require(actor, operation.role(), &operation.target())?;
         if let Some(reason) = operation.blocked_reason() {
             return Err(ControlError::Blocked { target: operation.target(), reason });
         }
@@ -222,7 +232,7 @@ impl ControlService {
         request: &OperationRequest,
     ) -> Result<Executed, ControlError> {
         let user = &actor.user;
-        user.require(Role::Operator, "control")?;
+        self.refusals.require(actor, Role::Operator, "control")?;
         let has_control = match self.holder() {
             Some(holder) if holder.name != user.name => {
                 return Err(AuthorityError::HeldByOther(holder.name.to_string()).into());
@@ -269,7 +279,7 @@ impl ControlService {
         let mut state = self.state_at(now);
         // An expired command is reported before a missing authority.
         let command = state.armed_commands.get(id, &actor.user)?;
-        actor.user.require(command.operation.role(), &command.operation.target())?;
+        self.refusals.require(actor, command.operation.role(), &command.operation.target())?;
         state.authority.use_authority(&actor.user, now)?;
         Ok(state.armed_commands.take_to_execute(id, &actor.user)?)
     }

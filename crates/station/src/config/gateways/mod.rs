@@ -8,6 +8,7 @@ pub mod opcua;
 pub mod prometheus;
 pub mod write;
 
+use std::net::SocketAddr;
 use write::Write;
 
 /// The settings of a gateway.
@@ -59,6 +60,18 @@ impl GatewaySettings {
             Self::Epics(settings) => settings.is_open_to_network().then(|| settings.addresses()),
             Self::Modbus(settings) => (!settings.listen.ip().is_loopback()).then(|| settings.listen.to_string()),
             Self::Archive(_) | Self::Mqtt(_) | Self::Opcua(_) | Self::Prometheus(_) => None,
+        }
+    }
+
+    /// The addresses on which it listens. The ports of EPICS are shared with other servers, so only its addresses count, with port 0.
+    #[must_use]
+    pub fn listens_on(&self) -> Vec<SocketAddr> {
+        match self {
+            Self::Epics(it) => it.interfaces.iter().map(|interface| (interface.address, 0).into()).collect(),
+            Self::Modbus(it) => vec![it.listen],
+            Self::Opcua(it) => vec![it.listen],
+            Self::Prometheus(it) => vec![it.listen],
+            Self::Archive(_) | Self::Mqtt(_) => Vec::new(),
         }
     }
 

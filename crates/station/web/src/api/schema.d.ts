@@ -2903,6 +2903,8 @@ export interface components {
              * @description When it was started, in milliseconds since 1970.
              */
             started_ms: number;
+            /** @description The parts that cannot run, for example a gateway whose address another program has; the station tries again. */
+            stopped_parts: components["schemas"]["StoppedPart"][];
             /** @description The version of the program. */
             version: string;
         };
@@ -2961,6 +2963,13 @@ export interface components {
          * @enum {string}
          */
         StationState: "master" | "exchanging" | "missing" | "not-configured" | "no-master" | "not-addressed";
+        /** @description A part of the station that cannot run. */
+        StoppedPart: {
+            /** @description Its name: that of a gateway. */
+            name: string;
+            /** @description Why it does not run, in a sentence. */
+            problem: string;
+        };
         /** @description A sentence about something that happens in the plant. */
         StorySentence: {
             /**
@@ -6677,7 +6686,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database cannot be written: whether it has the note is unknown */
+            /** @description The database cannot be written: the note is not stored, unless the answer says that the disk did not answer in time */
             503: {
                 headers: {
                     [name: string]: unknown;

@@ -17,6 +17,7 @@ import { AlarmBadge } from './alarm-marks.tsx'
 import { ControlStatus } from './control.tsx'
 import { Choice, sameText } from './fields.tsx'
 import { PlantStateMark } from './plant-state-mark.tsx'
+import { StoppedMark } from './stopped-mark.tsx'
 
 interface Props {
   /** The path of the page that is shown. */
@@ -36,6 +37,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
         {!isLoggedOut && <Connection live={live} />}
         {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} current={live.connected} />}
         {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
+        {!isLoggedOut && snapshot && <StoppedMark snapshot={snapshot} />}
       </div>
       <MenuButton isOpen={isOpen} setOpen={setOpen} />
       {snapshot && !isLoggedOut && (

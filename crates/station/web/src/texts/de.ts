@@ -1012,6 +1012,7 @@ export const de: Texts = {
       'taken-out-of-service': 'außer Betrieb',
       'returned-to-service': 'wieder in Betrieb',
       'alarm-settings': 'Einstellungen',
+      'file-changed': 'Datei geändert',
       'plant-state-declared': 'Anlagenzustand gesetzt',
       'plant-state-extended': 'Anlagenzustand verlängert',
       'plant-state-ended': 'Anlagenzustand beendet',
@@ -1056,6 +1057,7 @@ export const de: Texts = {
     running: 'läuft',
     starting: 'läuft an',
     failed: (problem) => `läuft nicht, versucht es wieder: ${problem}`,
+    stopped: (names) => `${names} läuft nicht`,
   },
 
   archive: {

@@ -1029,6 +1029,7 @@ export const en = {
       'taken-out-of-service': 'out of service',
       'returned-to-service': 'back in service',
       'alarm-settings': 'settings',
+      'file-changed': 'file changed',
       'plant-state-declared': 'plant state declared',
       'plant-state-extended': 'plant state extended',
       'plant-state-ended': 'plant state ended',
@@ -1073,6 +1074,7 @@ export const en = {
     running: 'running',
     starting: 'starting',
     failed: (problem: string) => `does not run, tries again: ${problem}`,
+    stopped: (names: string) => `${names} does not run`,
   },
 
   archive: {

@@ -6,6 +6,8 @@ use crate::auth::{Role, User};
 use crate::visible_text::{TextProblem, check_name};
 use serde_json::Value;
 use std::sync::Arc;
+use unicode_security::confusable_detection::skeleton;
+use unicode_security::{RestrictionLevel, RestrictionLevelDetection};
 
 /// What the names of these users begin with. No user of the file is called so: names there have no colon.
 pub const NAME_PREFIX: &str = "openid:";
@@ -40,6 +42,12 @@ pub enum IdentityProblem {
         /// The reason.
         problem: TextProblem,
     },
+    /// The name looks like another one.
+    #[error(
+        "the name in the claim {0} has letters of several alphabets, or letters that look like Latin ones, and could be taken for the name \
+         of another user: choose another claim with user-claim in [openid], or change the name at the provider"
+    )]
+    Imitation(String),
     /// The provider has not checked the e-mail address that is the name.
     #[error("the claim email has an address that the provider has not verified (email_verified)")]
     Unverified,
@@ -92,10 +100,22 @@ fn name(claims: &Claims, path: &str) -> Result<String, IdentityProblem> {
     let name = name.filter(|name| (1..=MAX_NAME).contains(&name.chars().count()));
     let name = name.ok_or_else(|| IdentityProblem::NoName(path.to_owned()))?;
     check_name(name).map_err(|problem| IdentityProblem::Name { claim: path.to_owned(), problem })?;
+    if imitates(name) {
+        return Err(IdentityProblem::Imitation(path.to_owned()));
+    }
     if path == "email" && claims.get("email_verified") != Some(&Value::Bool(true)) {
         return Err(IdentityProblem::Unverified);
     }
     Ok(format!("{NAME_PREFIX}{name}"))
+}
+
+/// Whether a name could be taken for another one: it mixes alphabets that no language mixes (UTS 39, 5.2, highly restrictive), or people
+/// read it as a name in ASCII, which it is not (UTS 39, 4).
+fn imitates(name: &str) -> bool {
+    // An address has signs, such as @, that no identifier has.
+    let letters: String = name.chars().filter(|character| character.is_alphanumeric()).collect();
+    let is_mixed = !letters.as_str().check_restriction_level(RestrictionLevel::HighlyRestrictive);
+    is_mixed || (!name.is_ascii() && skeleton(name).all(|character| character.is_ascii()))
 }
 
 /// The claim of this name, or else at this path: `realm_access.roles`. Names of claims may contain dots.
@@ -121,6 +141,23 @@ mod tests {
     use super::super::settings::{ClientSecret, TIMEOUT};
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn a_name_that_people_read_as_another_one_is_refused() {
+        // Latin with Cyrillic, Cyrillic alone, Greek alone, letters for mathematics, wide letters.
+        for name in
+            ["\u{430}da", "\u{430}\u{441}\u{430}", "\u{3bf}\u{3bd}\u{3bf}", "\u{1d41a}da", "\u{ff41}da", "ada\u{43b}"]
+        {
+            assert!(imitates(name), "{name}");
+        }
+        for name in ["ada", "Ada.Lovelace@example.org", "müller", "Łukasz", "анна", "ελένη", "山田太郎", "straße"]
+        {
+            assert!(!imitates(name), "{name}");
+        }
+        let claims = json!({ "sub": "1", "name": "\u{430}da", "r": "vacuum" });
+        let refused = Identity::of(claims.as_object().unwrap(), &settings("name", "r"));
+        assert_eq!(refused, Err(IdentityProblem::Imitation("name".to_owned())));
+    }
 
     fn settings(user_claim: &str, roles_claim: &str) -> OpenIdSettings {
         let roles = [("vacuum-viewer", Role::Viewer), ("vacuum", Role::Operator), ("vacuum-admin", Role::Engineer)];

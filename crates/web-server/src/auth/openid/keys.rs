@@ -2,7 +2,7 @@
 //!
 //! | Algorithm | Key |
 //! |---|---|
-//! | RS256, PS256 | RSA with 2048 to 8192 bits |
+//! | RS256, RS384, RS512, PS256, PS384, PS512 | RSA with 2048 to 8192 bits |
 //! | ES256, ES384 | ECDSA on P-256, P-384 |
 //! | EdDSA | Ed25519 |
 //!
@@ -11,8 +11,9 @@
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use ring::signature::{
-    ECDSA_P256_SHA256_FIXED, ECDSA_P384_SHA384_FIXED, ED25519, RSA_PKCS1_2048_8192_SHA256, RSA_PSS_2048_8192_SHA256,
-    RsaPublicKeyComponents, UnparsedPublicKey,
+    ECDSA_P256_SHA256_FIXED, ECDSA_P384_SHA384_FIXED, ED25519, RSA_PKCS1_2048_8192_SHA256, RSA_PKCS1_2048_8192_SHA384,
+    RSA_PKCS1_2048_8192_SHA512, RSA_PSS_2048_8192_SHA256, RSA_PSS_2048_8192_SHA384, RSA_PSS_2048_8192_SHA512,
+    RsaParameters, RsaPublicKeyComponents, UnparsedPublicKey,
 };
 use serde::Deserialize;
 use serde_json::Value;
@@ -25,8 +26,16 @@ const MAX_KEYS: usize = 32;
 pub enum Algorithm {
     /// RSASSA-PKCS1-v1_5 with SHA-256.
     Rs256,
+    /// RSASSA-PKCS1-v1_5 with SHA-384.
+    Rs384,
+    /// RSASSA-PKCS1-v1_5 with SHA-512.
+    Rs512,
     /// RSASSA-PSS with SHA-256.
     Ps256,
+    /// RSASSA-PSS with SHA-384.
+    Ps384,
+    /// RSASSA-PSS with SHA-512.
+    Ps512,
     /// ECDSA on P-256 with SHA-256.
     Es256,
     /// ECDSA on P-384 with SHA-384.
@@ -41,11 +50,28 @@ impl Algorithm {
     pub fn parse(name: &str) -> Option<Self> {
         match name {
             "RS256" => Some(Self::Rs256),
+            "RS384" => Some(Self::Rs384),
+            "RS512" => Some(Self::Rs512),
             "PS256" => Some(Self::Ps256),
+            "PS384" => Some(Self::Ps384),
+            "PS512" => Some(Self::Ps512),
             "ES256" => Some(Self::Es256),
             "ES384" => Some(Self::Es384),
             "EdDSA" => Some(Self::EdDsa),
             _ => None,
+        }
+    }
+
+    /// The padding and the hash of an algorithm with an RSA key.
+    fn rsa(self) -> Option<&'static RsaParameters> {
+        match self {
+            Self::Rs256 => Some(&RSA_PKCS1_2048_8192_SHA256),
+            Self::Rs384 => Some(&RSA_PKCS1_2048_8192_SHA384),
+            Self::Rs512 => Some(&RSA_PKCS1_2048_8192_SHA512),
+            Self::Ps256 => Some(&RSA_PSS_2048_8192_SHA256),
+            Self::Ps384 => Some(&RSA_PSS_2048_8192_SHA384),
+            Self::Ps512 => Some(&RSA_PSS_2048_8192_SHA512),
+            Self::Es256 | Self::Es384 | Self::EdDsa => None,
         }
     }
 }
@@ -132,24 +158,20 @@ impl Keys {
 }
 
 impl Key {
-    const fn fits(&self, algorithm: Algorithm) -> bool {
-        matches!(
-            (algorithm, &self.public),
-            (Algorithm::Rs256 | Algorithm::Ps256, PublicKey::Rsa { .. })
-                | (Algorithm::Es256, PublicKey::P256(_))
-                | (Algorithm::Es384, PublicKey::P384(_))
-                | (Algorithm::EdDsa, PublicKey::Ed25519(_))
-        )
+    fn fits(&self, algorithm: Algorithm) -> bool {
+        match self.public {
+            PublicKey::Rsa { .. } => algorithm.rsa().is_some(),
+            PublicKey::P256(_) => algorithm == Algorithm::Es256,
+            PublicKey::P384(_) => algorithm == Algorithm::Es384,
+            PublicKey::Ed25519(_) => algorithm == Algorithm::EdDsa,
+        }
     }
 
     fn has_signed(&self, algorithm: Algorithm, message: &[u8], signature: &[u8]) -> bool {
         match (algorithm, &self.public) {
-            (Algorithm::Rs256, PublicKey::Rsa { n, e }) => {
-                RsaPublicKeyComponents { n, e }.verify(&RSA_PKCS1_2048_8192_SHA256, message, signature).is_ok()
-            }
-            (Algorithm::Ps256, PublicKey::Rsa { n, e }) => {
-                RsaPublicKeyComponents { n, e }.verify(&RSA_PSS_2048_8192_SHA256, message, signature).is_ok()
-            }
+            (rsa, PublicKey::Rsa { n, e }) => rsa.rsa().is_some_and(|parameters| {
+                RsaPublicKeyComponents { n, e }.verify(parameters, message, signature).is_ok()
+            }),
             (Algorithm::Es256, PublicKey::P256(point)) => {
                 UnparsedPublicKey::new(&ECDSA_P256_SHA256_FIXED, point).verify(message, signature).is_ok()
             }
@@ -224,6 +246,21 @@ mod tests {
         assert_eq!(verdict(Algorithm::Rs256, &message.replace("joe", "eve").replace('J', "j")), Verdict::Wrong);
         assert_eq!(verdict(Algorithm::Ps256, message), Verdict::Wrong);
         assert_eq!(verdict(Algorithm::Es256, message), Verdict::UnknownKey);
+    }
+
+    /// The file has one key and a signature of [`MESSAGE`] for each algorithm, made with OpenSSL.
+    #[test]
+    fn an_rsa_key_verifies_each_padding_and_hash_and_no_other() {
+        let file: Value = serde_json::from_str(include_str!("rsa_signatures.json")).unwrap();
+        let keys = keys(json!([file["key"]]));
+        for name in ["RS256", "RS384", "RS512", "PS256", "PS384", "PS512"] {
+            let algorithm = Algorithm::parse(name).unwrap();
+            for (other, signature) in file["signatures"].as_object().unwrap() {
+                let signature = URL_SAFE_NO_PAD.decode(signature.as_str().unwrap()).unwrap();
+                let expected = if other == name { Verdict::Right } else { Verdict::Wrong };
+                assert_eq!(keys.verify(algorithm, None, MESSAGE, &signature), expected, "{name} of {other}");
+            }
+        }
     }
 
     #[test]

@@ -28,7 +28,9 @@ pub enum TokenProblem {
     #[error("expected a signed ID token of at most {MAX_TOKEN} octets")]
     Malformed,
     /// It is not signed, signed with a shared secret, or with an algorithm that the station does not know.
-    #[error("expected an ID token signed with RS256, PS256, ES256, ES384 or EdDSA, found {0:?}")]
+    #[error(
+        "expected an ID token signed with RS256, RS384, RS512, PS256, PS384, PS512, ES256, ES384 or EdDSA, found {0:?}"
+    )]
     Algorithm(String),
     /// The provider does not publish the key.
     #[error("expected an ID token signed with a key that the provider publishes")]
@@ -47,6 +49,11 @@ pub enum TokenProblem {
         /// That of the token.
         found: String,
     },
+    /// The provider names no client.
+    #[error(
+        "the audience (aud) of the ID token is empty: expected {0:?}; add the station as an audience of its client at the provider"
+    )]
+    NoAudience(String),
     /// Another client.
     #[error("the ID token is for another client than {0:?}")]
     Audience(String),
@@ -166,6 +173,14 @@ impl Expected<'_> {
     fn check_audience(&self, claims: &Claims) -> Result<(), TokenProblem> {
         let is_own = |value: &Value| value.as_str() == Some(self.client_id);
         let azp = claims.get("azp");
+        let names_no_client = |value: &Value| match value {
+            Value::Array(all) => all.is_empty(),
+            Value::String(one) => one.is_empty(),
+            other => other.is_null(),
+        };
+        if claims.get("aud").is_some_and(names_no_client) {
+            return Err(TokenProblem::NoAudience(self.client_id.to_owned()));
+        }
         let is_for_this_client = match claims.get("aud").ok_or(TokenProblem::Missing("aud"))? {
             Value::Array(all) if all.len() > 1 => all.iter().any(is_own) && azp.is_some(),
             Value::Array(all) => all.iter().any(is_own),
