@@ -170,13 +170,14 @@ fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::BusStationState;
+    use crate::view::{BusStationState, GaugeKind};
     use std::sync::Arc;
 
     #[test]
     fn readings_age_after_publication_and_a_stalled_thread_is_reported() {
         let gauge = Gauge {
             name: "chamber".to_owned(),
+            kind: GaugeKind::Gauge,
             segment: "hall".to_owned(),
             address: 5,
             device: "bcg450".to_owned(),

@@ -41,7 +41,7 @@ pub use notify::{NotificationTarget, QuietHours};
 pub use persistence::SettingsChange;
 pub use plant_state::{PlantStateError, PlantStateRule};
 pub use registry::{AlarmChange, AlarmError, AlarmRegistry, AlarmStatus, ChangeKind};
-pub use rule::{BusQuantity, Condition, ConditionKind, Priority, Rule, Series};
+pub use rule::{BusQuantity, Condition, ConditionKind, PointTest, Priority, Rule, Series};
 pub use service::{AlarmResult, AlarmService, AlarmServiceError, PlantStateServiceError};
 pub use state::AlarmState;
 pub use suppression::{AlarmTime, Attribution, Suppression};

@@ -58,6 +58,8 @@ pub enum ConditionKind {
     Rise,
     /// Several gauges are beyond a limit at the same time.
     Several,
+    /// A point of a slave is beyond a limit, or has a text.
+    Point,
     /// A fresh gauge does not decide a limit.
     NotMeasurable,
     /// The gauge reports a fault.
@@ -76,11 +78,12 @@ pub enum ConditionKind {
 
 impl ConditionKind {
     /// All kinds.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Above,
         Self::Below,
         Self::Rise,
         Self::Several,
+        Self::Point,
         Self::NotMeasurable,
         Self::Fault,
         Self::Stale,
@@ -98,6 +101,7 @@ impl ConditionKind {
             Self::Below => "below",
             Self::Rise => "rise",
             Self::Several => "several",
+            Self::Point => "point",
             Self::NotMeasurable => "not-measurable",
             Self::Fault => "fault",
             Self::Stale => "stale",
@@ -148,6 +152,17 @@ pub enum Condition {
         /// How many must be met: 1 to all.
         count: usize,
     },
+    /// A point of a slave is beyond a limit, or has a text.
+    Point {
+        /// The slave.
+        gauge: String,
+        /// The point.
+        point: String,
+        /// What raises the alarm.
+        test: PointTest,
+        /// The unit of the point.
+        unit: Option<&'static str>,
+    },
     /// A fresh gauge does not show whether limits are exceeded: it shows no pressure, or its range ends before a limit.
     NotMeasurable {
         /// The measuring part.
@@ -196,6 +211,17 @@ pub enum Condition {
     NotRecording,
 }
 
+/// What raises the alarm of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PointTest {
+    /// The number is above this one.
+    Above(f64),
+    /// The number is below this one.
+    Below(f64),
+    /// The text is this one.
+    Is(String),
+}
+
 /// What the alarm of a station on the line counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusQuantity {
@@ -228,6 +254,7 @@ impl Condition {
             Self::Below { .. } => ConditionKind::Below,
             Self::Rise { .. } => ConditionKind::Rise,
             Self::Several { .. } => ConditionKind::Several,
+            Self::Point { .. } => ConditionKind::Point,
             Self::NotMeasurable { .. } => ConditionKind::NotMeasurable,
             Self::Fault { .. } => ConditionKind::Fault,
             Self::Stale { .. } => ConditionKind::Stale,
@@ -247,6 +274,7 @@ impl Condition {
             | Self::Rise { series, .. }
             | Self::NotMeasurable { series, .. } => Some(series),
             Self::Several { .. }
+            | Self::Point { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
@@ -279,7 +307,7 @@ impl Condition {
     #[must_use]
     pub fn gauge(&self) -> Option<&str> {
         match self {
-            Self::Fault { gauge } | Self::Stale { gauge, .. } => Some(gauge),
+            Self::Fault { gauge } | Self::Stale { gauge, .. } | Self::Point { gauge, .. } => Some(gauge),
             other => other.series().map(|series| series.gauge.as_str()),
         }
     }
@@ -312,6 +340,7 @@ impl Condition {
             Self::BusRate { .. } => Some("%"),
             // The value is the number of gauges.
             Self::Several { .. } => Some("gauges"),
+            Self::Point { unit, .. } => *unit,
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -330,7 +359,9 @@ impl Condition {
             | Self::DamagedTelegrams { limit, .. }
             | Self::BusRate { limit, .. } => Some(*limit),
             Self::Several { count, .. } => Some(*count as f64),
-            Self::NotMeasurable { .. }
+            Self::Point { test: PointTest::Above(limit) | PointTest::Below(limit), .. } => Some(*limit),
+            Self::Point { .. }
+            | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
@@ -345,6 +376,7 @@ impl Condition {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
             Self::DamagedTelegrams { limit, .. } | Self::BusRate { limit, .. } => Some(*limit / 2.0),
             Self::Several { .. }
+            | Self::Point { .. }
             | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }

@@ -16,7 +16,7 @@ use utoipa::ToSchema;
 pub struct AlarmView {
     /// The name.
     pub name: String,
-    /// The kind of its condition: `above`, `below`, `rise`, `several`, `not-measurable`, `fault`, `stale`, `segment-down`,
+    /// The kind of its condition: `above`, `below`, `rise`, `several`, `point`, `not-measurable`, `fault`, `stale`, `segment-down`,
     /// `damaged-telegrams`, `bus-rate`, `not-recording`.
     #[schema(value_type = String)]
     pub condition: ConditionKind,

@@ -4,7 +4,8 @@ use crate::alarm::view::{AlarmCount, AlarmOverview, AlarmView, DeclaredPlantStat
 use crate::plant::LivePlant;
 use crate::services::Services;
 use crate::view::{
-    BusStationState, ControlAuthorityView, Gauge, PressureLevel, ReadProgress, Reading, Segment, Station,
+    BusStationState, ControlAuthorityView, Gauge, GaugeKind, PressureLevel, ReadProgress, Reading, Segment, Station,
+    WatchedParameter,
 };
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
@@ -63,11 +64,44 @@ pub struct Snapshot {
     directory_revision: u64,
 }
 
-/// A gauge in the live stream.
+/// A point of a slave in the live stream.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct LivePoint {
+    /// Its name.
+    name: String,
+    /// Its place in the inputs.
+    place: String,
+    /// The unit of its number.
+    unit: Option<&'static str>,
+    /// The number; `null` without a value.
+    number: Option<f64>,
+    /// The value in words, with its unit.
+    text: String,
+    /// The quality: `valid`, `fault`, `stale`.
+    #[schema(value_type = String)]
+    quality: &'static str,
+}
+
+impl From<&WatchedParameter> for LivePoint {
+    fn from(point: &WatchedParameter) -> Self {
+        Self {
+            name: point.target.clone(),
+            place: point.name.clone(),
+            unit: point.unit,
+            number: point.number,
+            text: point.text.clone(),
+            quality: point.quality.word(),
+        }
+    }
+}
+
+/// A gauge, or another slave of the station's file, in the live stream.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct LiveGauge {
     /// Its name.
     name: String,
+    /// A gauge with readings, or a slave with points.
+    kind: GaugeKind,
     /// Its segment.
     segment: String,
     /// Its address.
@@ -94,6 +128,8 @@ pub struct LiveGauge {
     levels: Vec<PressureLevel>,
     /// The readings, by series.
     readings: BTreeMap<String, Reading>,
+    /// The points of a slave, in the order of the station's file.
+    points: Vec<LivePoint>,
     /// The age of the readings in milliseconds, rounded down to whole seconds; `null` if there never was one.
     age_ms: Option<u64>,
     /// The poll interval in milliseconds.
@@ -105,7 +141,10 @@ pub struct LiveGauge {
 impl From<Gauge> for LiveGauge {
     fn from(gauge: Gauge) -> Self {
         let readings = gauge.readings.into_iter().map(|reading| (reading.series.clone(), rounded(reading))).collect();
+        let is_slave = gauge.kind == GaugeKind::Slave;
         Self {
+            kind: gauge.kind,
+            points: gauge.parameters.iter().filter(|_| is_slave).map(LivePoint::from).collect(),
             name: gauge.name,
             segment: gauge.segment,
             address: gauge.address,
@@ -262,6 +301,7 @@ mod tests {
         Gauge {
             readings: vec![reading(&name, pa)],
             name,
+            kind: GaugeKind::Gauge,
             segment: segment.to_owned(),
             address: 5,
             device: "bcg450".to_owned(),

@@ -139,6 +139,7 @@ const WORDS: [(&str, &str, &[&str]); 9] = [
             "below",
             "rise",
             "several",
+            "point",
             "not-measurable",
             "fault",
             "stale",
