@@ -40,7 +40,9 @@ export type ParameterDone = Schemas['Done']
 export type Capture = Schemas['CaptureView']
 
 /** A gauge without the time of its readings, which would change the live stream at every reading, and without the parameters of gateways. */
-export type Gauge = Omit<Schemas['Gauge'], 'read_ms' | 'parameters'>
+export type Gauge = Omit<Schemas['Gauge'], 'read_ms' | 'parameters'> & { points: Point[] }
+/** A value of a slave by its GSD file. */
+export type Point = Schemas['LivePoint']
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
