@@ -131,7 +131,7 @@ fn subject(
         Some(octets) => octets,
         None => present_cfg(session, address)?,
     };
-    Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm })
+    Ok(SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated: None })
 }
 
 /// The user parameters that keep the unit of a gauge; none for an unknown slave.

@@ -3,6 +3,7 @@
 use crate::bus::{self, BusOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gsd_slaves::{GsdOptions, Wanted, rate_remark, selection};
 use crate::output::{json, notice, out};
 use crate::values::{self, Octets};
 use clap::Args;
@@ -10,10 +11,11 @@ use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::values::hex;
-use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest};
+use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest, Stated};
 use profivac_conform::expected::Reason;
 use profivac_conform::probe::Received;
 use profivac_conform::{CheckResult, Outcome, run as run_checks};
+use profivac_gsd_slave::GsdSlave;
 use profivac_host::scan::{SlaveStatus, probe_all};
 use profivac_host::session::BusSession;
 use serde::Serialize;
@@ -27,7 +29,8 @@ use std::time::Duration;
 /// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
 /// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested. A broken rule was
 /// reproduced several times. A rule that was not tested has its reason: the slave lacks the service, or breaks another rule that the test
-/// needs, or the line or the computer damaged or delayed octets in each repetition. Exit code 1 means that the slave breaks a rule, 3 that
+/// needs, or the line or the computer damaged or delayed octets in each repetition. With `--gsd` the slave gets the configuration and the
+/// parameters of its GSD file, and more rules test what the file states: docs/gsd-slaves.md lists them. Exit code 1 means that the slave breaks a rule, 3 that
 /// it does not answer any more, or that rules were not tested because of the line or the computer.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -43,6 +46,15 @@ pub struct Arguments {
     /// The user parameters that the slave accepts, in hex; default: those that keep the unit of a known gauge, otherwise none
     #[arg(long, value_name = "HEX", value_parser = values::octets)]
     prm: Option<Octets>,
+    #[command(flatten)]
+    gsd: GsdOptions,
+    /// The modules of the slave: numbers of its GSD file in slot order (3+7), or a TOML file with names and parameters; default: the
+    /// modules of its present configuration
+    #[arg(long, value_name = "MODULES", requires = "paths", conflicts_with = "cfg")]
+    modules: Option<String>,
+    /// A parameter of the slave by its name in the GSD file; the last `=` stands before the value
+    #[arg(long, value_name = "NAME=VALUE", requires = "paths", conflicts_with = "prm")]
+    set: Vec<String>,
     /// Take ownership of the slave without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
@@ -56,6 +68,7 @@ Examples:
   profivac conform --port /dev/ttyUSB0 --address 5
   profivac conform --port /tmp/line --address 5 --own --json > report.json
   profivac conform --port tcp://127.0.0.1:4000 --address 9 --cfg '11 21' --prm '00 00 00'
+  profivac conform --port /dev/ttyUSB0 --address 9 --gsd VALVES.GSD --modules 3+7 --set 'State without bus=closed'
 
 Sections are those of the protocol reference that docs/conformance.md follows.";
 
@@ -138,15 +151,53 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure>
     if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
         return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
     }
-    let user_prm = match &arguments.prm {
-        Some(octets) => octets.0.clone(),
-        None => known_prm(&mut session, address, master)?,
+    let present = bus::present_cfg(&mut session, address)?;
+    let by_gsd = arguments.by_gsd(slave.ident, present.as_deref())?;
+    let user_prm = match (&arguments.prm, &by_gsd) {
+        (Some(octets), _) => octets.0.clone(),
+        (None, Some(slave)) => slave.user_prm().to_vec(),
+        (None, None) => known_prm(&mut session, address, master)?,
     };
-    let cfg = match &arguments.cfg {
-        Some(octets) => octets.0.clone(),
-        None => bus::present_cfg(&mut session, address)?.ok_or_else(|| without_configuration(address))?,
+    let cfg = match (&arguments.cfg, &by_gsd) {
+        (Some(octets), _) => octets.0.clone(),
+        (None, Some(slave)) => slave.chk_cfg().to_vec(),
+        (None, None) => present.ok_or_else(|| without_configuration(address))?,
     };
-    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm }, session.timing().slot_time))
+    if let Some(remark) = by_gsd.as_ref().and_then(|slave| rate_remark(slave, session.baud())) {
+        notice(&format_args!("slave at address {address}: {remark}"));
+    }
+    let stated = by_gsd.as_ref().map(stated);
+    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated }, session.timing().slot_time))
+}
+
+impl Arguments {
+    /// The slave by its GSD file, if the command line has one.
+    fn by_gsd(&self, ident: u16, present: Option<&[u8]>) -> Result<Option<GsdSlave>, Failure> {
+        if !self.gsd.is_given() {
+            return Ok(None);
+        }
+        let catalog = self.gsd.read()?;
+        let chosen = self.modules.as_deref().map(selection).transpose()?;
+        let changes = self.set.iter().map(|text| text.parse()).collect::<Result<Vec<_>, _>>()?;
+        let get_cfg = self.cfg.as_ref().map(|octets| octets.0.as_slice()).or(present);
+        let wanted = Wanted { address: self.address, ident, get_cfg, selection: chosen.as_ref(), changes: &changes };
+        wanted.find(&catalog).map(Some)
+    }
+}
+
+/// What the GSD file of a slave states.
+pub fn stated(slave: &GsdSlave) -> Stated {
+    let general = &slave.device().general;
+    let has = |keyword: Option<bool>| keyword == Some(true);
+    Stated {
+        max_diag_len: general.max_diag_data_len.and_then(|most| u8::try_from(most).ok()),
+        sync: has(general.sync_mode_supp),
+        freeze: has(general.freeze_mode_supp),
+        fail_safe: has(general.fail_safe),
+        dpv1: slave.is_dpv1(),
+        ms1: has(general.c1_read_write_supp),
+        ms2: has(general.c2_read_write_supp),
+    }
 }
 
 fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Failure> {

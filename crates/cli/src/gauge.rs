@@ -184,7 +184,7 @@ impl From<ClientError> for Failure {
 }
 
 /// Whether standard input and standard error are terminals, so that a user can be asked.
-fn is_interactive() -> bool {
+pub fn is_interactive() -> bool {
     io::stdin().is_terminal() && io::stderr().is_terminal()
 }
 

@@ -2,6 +2,8 @@
 
 mod file;
 
+pub use file::visible;
+
 use crate::failure::Failure;
 use crate::output::out;
 use crate::whole_file::{self, not_written};

@@ -22,6 +22,7 @@ mod field_test;
 mod gateways;
 mod gauge;
 mod gsd;
+mod gsd_slaves;
 mod hub;
 mod identify;
 mod init;

@@ -1,25 +1,33 @@
 //! `profivac scan`: finds the stations of a bus.
 
-use crate::bus::BusOptions;
+use crate::bus::{BusOptions, present_cfg};
 use crate::failure::Failure;
+use crate::gsd::visible;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{json, notice, notices, out};
 use clap::Args;
 use profivac_client::identify::device_names;
+use profivac_client::values::hex;
+use profivac_gsd_slave::{Catalog, Entry, GsdSlave};
 use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
 use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Find the stations of a bus: a map of the addresses, and the identity and state of each slave.
 ///
 /// The command asks every address for its FDL status and every slave for its diagnosis; it never sends Set_Prm. On a line with
 /// another master it joins the token ring: read docs/adapters.md before you use it beside a PLC, or listen with `profivac sniff`, which
-/// sends nothing.
+/// sends nothing. With --gsd it names slaves of any vendor. Where several devices have one ident, it asks the slave for its configuration
+/// and names the devices whose modules have it.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
+    #[command(flatten)]
+    gsd: GsdOptions,
     /// Print JSON instead of map and table
     #[arg(long)]
     json: bool,
@@ -29,25 +37,30 @@ const EXAMPLES: &str = "\
 Examples:
   profivac scan --port /dev/ttyUSB0
   profivac scan --port /tmp/line --hsa 20
+  profivac scan --port /dev/ttyUSB0 --gsd gsd_files
   profivac scan --port tcp://127.0.0.1:4000 --json";
 
 /// Asks every address and prints the stations that answered. A bus without an answer is a failure.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bus = &arguments.bus;
+    let catalog = arguments.gsd.read()?;
     let mut session = bus.open()?;
     let mut seen = Vec::new();
     let others = (0..=bus.hsa()).filter(|address| *address != bus.master());
     let looked = probe_all(&mut session, others, &mut seen).map_err(Failure::from);
+    let configurations = configurations(&mut session, &catalog, &seen);
     notices(|| session.next_notice());
     let looked = looked.and_then(|()| add_station_at_own_address(bus, session, &mut seen));
+    let by_gsd = ByGsd { catalog: &catalog, configurations };
     if arguments.json {
-        let rows: Vec<_> = seen.iter().map(Row::of).collect();
+        let rows: Vec<_> = seen.iter().map(|station| by_gsd.row(station)).collect();
         out(&json(&rows));
     } else if looked.is_ok() || !seen.is_empty() {
         out(&map(&seen, bus.master(), bus.hsa()));
         if !seen.is_empty() {
-            out(&table(&seen));
+            out(&table(&seen, &by_gsd));
         }
+        seen.iter().filter_map(|station| by_gsd.remark(station)).for_each(|remark| notice(&remark));
     }
     // The stations found before the line was lost, or a signal came, have been printed.
     looked?;
@@ -55,6 +68,88 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::no_answer(format!("no station answers on {}", bus.port())));
     }
     Ok(())
+}
+
+/// The answers to Get_Cfg of the slaves whose ident belongs to several devices of the files. A slave that does not answer, or a line that
+/// is lost, leaves all of them possible.
+fn configurations(session: &mut BusSession, catalog: &Catalog, seen: &[FoundStation]) -> BTreeMap<u8, Vec<u8>> {
+    let is_unclear =
+        |station: &&FoundStation| station.slave.is_some_and(|slave| catalog.by_ident(slave.ident).len() > 1);
+    let addresses: Vec<_> = seen.iter().filter(is_unclear).map(|station| station.address).collect();
+    let ask = |address: u8| Some((address, present_cfg(session, address).ok()??));
+    addresses.into_iter().filter_map(ask).collect()
+}
+
+/// The devices of the GSD files that a slave can be.
+struct ByGsd<'a> {
+    catalog: &'a Catalog,
+    /// The configurations of slaves whose ident belongs to several devices, by address.
+    configurations: BTreeMap<u8, Vec<u8>>,
+}
+
+impl ByGsd<'_> {
+    fn entries(&self, station: &FoundStation) -> Vec<&Entry> {
+        let Some(slave) = station.slave else { return Vec::new() };
+        match self.configurations.get(&station.address) {
+            Some(octets) => self.catalog.narrowed(slave.ident, octets),
+            None => self.catalog.by_ident(slave.ident).iter().collect(),
+        }
+    }
+
+    fn row(&self, station: &FoundStation) -> Row {
+        let device = |entry: &Entry| {
+            let general = &entry.device().general;
+            GsdDevice {
+                vendor: general.vendor_name.clone(),
+                model: general.model_name.clone(),
+                file: entry.path.display().to_string(),
+            }
+        };
+        let entries = self.entries(station);
+        let is_narrowed = station.slave.is_some_and(|slave| entries.len() < self.catalog.by_ident(slave.ident).len());
+        Row {
+            gsd: entries.into_iter().map(device).collect(),
+            narrowed_by: self.configurations.get(&station.address).filter(|_| is_narrowed).map(|octets| hex(octets)),
+            ..Row::of(station)
+        }
+    }
+
+    /// Vendor, model and file of each device.
+    fn names(&self, station: &FoundStation) -> String {
+        let name = |entry: &Entry| {
+            let file = entry.path.file_name().unwrap_or_default().display();
+            visible(&format!("{} ({file})", entry.name()))
+        };
+        self.entries(station).into_iter().map(name).collect::<Vec<_>>().join(" or ")
+    }
+
+    /// What is known of a slave whose ident belongs to several devices.
+    fn remark(&self, station: &FoundStation) -> Option<String> {
+        let slave = station.slave?;
+        let (all, left) = (self.catalog.by_ident(slave.ident).len(), self.entries(station).len());
+        if all < 2 {
+            return None;
+        }
+        let result = match self.configurations.get(&station.address) {
+            None => "the slave does not answer Get_Cfg, so all of them are possible".to_owned(),
+            Some(octets) if left < all => {
+                let devices = if left == 1 { "one device" } else { "the named devices" };
+                format!("only {devices} can have its configuration {}", hex(octets))
+            }
+            Some(octets) if left == all && self.fits(slave.ident, octets) => {
+                format!("all of them can have its configuration {}; compare the label of the slave", hex(octets))
+            }
+            Some(octets) => format!("none of them can have its configuration {}; look for another file", hex(octets)),
+        };
+        Some(format!(
+            "address {}: {all} devices of the GSD files have the ident 0x{:04X}; {result}",
+            station.address, slave.ident
+        ))
+    }
+
+    fn fits(&self, ident: u16, octets: &[u8]) -> bool {
+        self.catalog.by_ident(ident).iter().any(|entry| GsdSlave::by_chk_cfg(&entry.file, octets).is_ok())
+    }
 }
 
 /// Adds the station that has the address of this master too, with a notice.
@@ -85,6 +180,20 @@ pub struct Row {
     state: Option<String>,
     /// The master that owns the slave.
     owner: Option<u8>,
+    /// The devices of the GSD files that the slave can be.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    gsd: Vec<GsdDevice>,
+    /// The configuration, in hex, by which other devices with this ident were left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    narrowed_by: Option<String>,
+}
+
+/// A device of a GSD file in the JSON output.
+#[derive(Debug, Serialize)]
+struct GsdDevice {
+    vendor: Option<String>,
+    model: Option<String>,
+    file: String,
 }
 
 impl Row {
@@ -97,6 +206,8 @@ impl Row {
             devices: seen.slave.map(|slave| device_names(slave.ident)).unwrap_or_default(),
             state: seen.slave.map(|slave| slave.state_text()),
             owner: seen.slave.and_then(|slave| slave.owner),
+            gsd: Vec::new(),
+            narrowed_by: None,
         }
     }
 }
@@ -128,12 +239,13 @@ fn map(seen: &[FoundStation], own: u8, hsa: u8) -> String {
 }
 
 /// A line for each station. The names of the devices are last, because several may share an ident number.
-fn table(seen: &[FoundStation]) -> String {
+fn table(seen: &[FoundStation], by_gsd: &ByGsd<'_>) -> String {
     let header = format!("{:>4}  {:<8}{:<8}{:<10}{:<36}{}\n", "ADDR", "KIND", "IDENT", "OWNER", "STATE", "DEVICE");
-    seen.iter().fold(header, |text, station| text + &line(station)).trim_end().to_owned()
+    seen.iter().fold(header, |text, station| text + &line(station, &by_gsd.names(station))).trim_end().to_owned()
 }
 
-fn line(seen: &FoundStation) -> String {
+/// `by_gsd` are the devices of GSD files; they name a slave that profivac does not know.
+fn line(seen: &FoundStation, by_gsd: &str) -> String {
     let FoundStation { address, station_type: station, slave } = seen;
     let Some(slave) = slave else {
         let (kind, state) = match station {
@@ -146,7 +258,11 @@ fn line(seen: &FoundStation) -> String {
     };
     let SlaveStatus { ident, owner, .. } = slave;
     let devices = device_names(slave.ident).join(" or ");
-    let devices = if devices.is_empty() { "unknown" } else { &devices };
+    let devices = match (devices.as_str(), by_gsd) {
+        ("", "") => "unknown",
+        ("", by_gsd) => by_gsd,
+        (devices, _) => devices,
+    };
     let owner = owner.map_or_else(|| "none".to_owned(), |owner| format!("master {owner}"));
     format!("{address:>4}  {:<8}0x{ident:04X}  {owner:<10}{:<36}{devices}\n", "slave", slave.state_text())
 }
@@ -176,6 +292,7 @@ mod tests {
 ADDR  KIND    IDENT   OWNER     STATE                               DEVICE
    5  slave   0x08E6  master 2  exchanges data                      bcg450
    7  slave   -       -         no valid diagnosis                  -";
-        assert_eq!(table(&[slave(5), silent]), expected);
+        let none = ByGsd { catalog: &Catalog::default(), configurations: BTreeMap::new() };
+        assert_eq!(table(&[slave(5), silent], &none), expected);
     }
 }

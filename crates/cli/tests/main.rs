@@ -26,6 +26,7 @@ mod field_test;
 mod first_steps;
 mod gauge_commands;
 mod gsd;
+mod gsd_slaves;
 mod hub;
 mod identify;
 mod lines;

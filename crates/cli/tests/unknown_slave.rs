@@ -2,20 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use crate::common::slave_line::{ADDRESS, SlaveLine};
 use crate::common::{End, run, sd2};
-use profivac_dp::link::Baud;
-use profivac_dp::slave::{CfgFault, Device, Dpv1Error, Features, Outputs, PrmFault, Relation, Slave};
-use profivac_host::port::{Port, TcpServer};
-use profivac_host::segment::Segment;
+use profivac_dp::slave::{CfgFault, Device, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::cfg;
 use serde_json::Value;
 use std::process::Output;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
-use std::time::Duration;
-
-const ADDRESS: u8 = 9;
 
 /// Two octets of inputs and two of outputs, an ident number that no gauge has, and three octets of user parameters or none.
 struct UnknownDevice {
@@ -70,48 +62,28 @@ impl Device for UnknownDevice {
     }
 }
 
-/// A slave on a TCP port. It ends when this is dropped.
-struct Line {
-    address: String,
-    end: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+fn start(prm_length: usize) -> SlaveLine {
+    SlaveLine::start(UnknownDevice { prm_length, record: [0x12, 0x34] })
 }
 
-impl Line {
-    fn start(prm_length: usize) -> Self {
-        let server = TcpServer::listen("127.0.0.1:0").unwrap();
-        let address = server.name().to_owned();
-        let end = Arc::new(AtomicBool::new(false));
-        let ends = Arc::clone(&end);
-        let thread = thread::spawn(move || {
-            let slave: Slave<_> = Slave::new(UnknownDevice { prm_length, record: [0x12, 0x34] }, ADDRESS, Baud::B19200);
-            let mut segment = Segment::new(Box::new(server), Baud::B19200, false, [slave]);
-            while !ends.load(Ordering::Relaxed) {
-                segment.serve(&[], Duration::from_millis(20)).unwrap();
-            }
-        });
-        Self { address, end, thread: Some(thread) }
-    }
-
-    fn monitor(&self, options: &[&str]) -> Output {
-        let port = format!("tcp://{}", self.address);
-        run(&[&["monitor", "--port", &port, "--own", "--for", "3"], options, &["9"]].concat())
-    }
-
-    /// Diag_Master_Add.
-    fn owner(&self) -> Value {
-        let scan = run(&["scan", "--port", &format!("tcp://{}", self.address), "--hsa", "9", "--json"]);
-        let rows: Value = serde_json::from_slice(&scan.stdout).unwrap();
-        rows[0]["owner"].clone()
-    }
+fn monitor(line: &SlaveLine, options: &[&str]) -> Output {
+    let command = ["monitor", "--port", &line.port(), "--own", "--for", "3", "--outputs", "9=00 00"];
+    run(&[&command, options, &["9"]].concat())
 }
 
-impl Drop for Line {
-    fn drop(&mut self) {
-        self.end.store(true, Ordering::Relaxed);
-        let ended = self.thread.take().unwrap().join();
-        assert!(ended.is_ok() || thread::panicking());
-    }
+/// Zeros can stop a pump or close a valve.
+#[test]
+fn an_unknown_slave_with_outputs_is_not_owned_unless_they_are_given() {
+    let line = start(0);
+    let own = |options: &[&str]| {
+        run(&[&["monitor", "--port", &line.port(), "--own", "--for", "3"], options, &["9"]].concat())
+    };
+    let refused = own(&[]);
+    assert_eq!(refused.status.code(), Some(2));
+    let sentence = text(&refused.stderr);
+    assert!(sentence.contains("2 octets of outputs") && sentence.contains("--outputs \"9=00 00\""), "{sentence}");
+    assert_eq!(own(&["--outputs", "9=00"]).status.code(), Some(2));
+    assert_eq!(line.owner(), Value::Null);
 }
 
 fn text(octets: &[u8]) -> String {
@@ -120,20 +92,20 @@ fn text(octets: &[u8]) -> String {
 
 #[test]
 fn the_inputs_of_an_unknown_slave_are_octets_in_every_form() {
-    let line = Line::start(0);
-    let output = line.monitor(&["--json"]);
+    let line = start(0);
+    let output = monitor(&line, &["--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let row: Value = serde_json::from_str(text(&output.stdout).lines().next().unwrap()).unwrap();
     assert_eq!((&row["device"], &row["inputs"]), (&"0x1234".into(), &"AA 05".into()));
     assert_eq!((&row["state"], &row["pressure"]), (&"DATA".into(), &Value::Null));
     assert!(row["exchanges"].as_u64().unwrap() > 0, "{row}");
     let notice = "the slave at address 9 has the ident number 0x1234, which no known device has; its inputs are shown as octets, \
-                  with its configuration 11 21, no user parameters and outputs of zero";
+                  with its configuration 11 21, no user parameters and the outputs 00 00";
     assert!(text(&output.stderr).contains(notice), "{}", text(&output.stderr));
     let csv = ",9,0x1234,,,,0,DATA,\"\",";
     let table = "   9  0x1234       0  -                 DATA";
     for (options, shown) in [(&["--csv"][..], csv), (&[], table)] {
-        let output = text(&line.monitor(options).stdout);
+        let output = text(&monitor(&line, options).stdout);
         assert!(output.contains(shown) && output.contains("AA 05"), "{output}");
     }
     assert_eq!(line.owner(), Value::Null);
@@ -142,12 +114,12 @@ fn the_inputs_of_an_unknown_slave_are_octets_in_every_form() {
 /// The owner keeps the slave.
 #[test]
 fn an_unknown_slave_of_another_master_is_read_without_ownership() {
-    let line = Line::start(0);
+    let line = start(0);
     let mut master = End::tcp(&line.address);
     master.ask(&sd2(ADDRESS, 61, 0x6D, "80 00 00 0B 12 34 00"), "E5");
     master.ask(&sd2(ADDRESS, 62, 0x5D, "11 21"), "E5");
     drop(master);
-    let output = line.monitor(&["--json"]);
+    let output = monitor(&line, &["--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let row: Value = serde_json::from_str(text(&output.stdout).lines().next().unwrap()).unwrap();
     assert_eq!((&row["state"], &row["inputs"], &row["lost"]), (&"READ".into(), &"AA 05".into(), &0.into()));
@@ -157,11 +129,11 @@ fn an_unknown_slave_of_another_master_is_read_without_ownership() {
 
 #[test]
 fn an_unknown_slave_that_waits_for_the_configuration_of_another_master_is_refused() {
-    let line = Line::start(0);
+    let line = start(0);
     let mut master = End::tcp(&line.address);
     master.ask(&sd2(ADDRESS, 61, 0x6D, "80 00 00 0B 12 34 00"), "E5");
     drop(master);
-    let output = line.monitor(&[]);
+    let output = monitor(&line, &[]);
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(text(&output.stderr), "profivac: the slave at address 9 belongs to master 2\n");
     assert_eq!(line.owner(), 2);
@@ -169,21 +141,21 @@ fn an_unknown_slave_that_waits_for_the_configuration_of_another_master_is_refuse
 
 #[test]
 fn an_unknown_slave_gets_the_user_parameters_of_the_command_line() {
-    let line = Line::start(3);
-    let refused = line.monitor(&["--json"]);
+    let line = start(3);
+    let refused = monitor(&line, &["--json"]);
     assert_eq!(refused.status.code(), Some(1));
     let sentence = text(&refused.stderr);
     assert!(sentence.contains("no data from the slave at address 9: "), "{sentence}");
     assert!(sentence.contains("; give the user parameters of its GSD file with --prm HEX"), "{sentence}");
-    let accepted = line.monitor(&["--json", "--prm", "00 00 00"]);
+    let accepted = monitor(&line, &["--json", "--prm", "00 00 00"]);
     assert_eq!(accepted.status.code(), Some(0), "{}", text(&accepted.stderr));
     assert!(text(&accepted.stdout).contains("\"inputs\":\"AA 05\""));
 }
 
 #[test]
 fn records_of_an_unknown_slave_are_read_and_written_as_octets_after_a_confirmation() {
-    let line = Line::start(3);
-    let port = format!("tcp://{}", line.address);
+    let line = start(3);
+    let port = line.port();
     let at =
         |command: &'static str, rest: &[&str]| run(&[&[command, "--port", &port, "--address", "9"], rest].concat());
     let named = at("read", &["1/24"]);

@@ -74,6 +74,10 @@ pub enum Expected {
     Pdu(Pdu),
     /// A record length from 1 to 240.
     RecordLength,
+    /// A diagnosis of at most this many octets, as the GSD file states.
+    DiagnosisUpTo(usize),
+    /// This service, as the GSD file states.
+    Stated(Service),
 }
 
 /// The reason why no station may answer.
@@ -171,6 +175,8 @@ pub enum Reason {
     RespondsAtOnce,
     /// The inputs change, so two of them cannot be compared.
     InputsChange,
+    /// The GSD file does not state it, or the user parameters do not enable it.
+    NotStated,
 }
 
 /// A service that a slave may lack.
@@ -241,6 +247,12 @@ impl fmt::Display for Expected {
             Self::NotAnnounced => f.write_str("DL or SC: the owner has read the diagnosis"),
             Self::Pdu(pdu) => pdu.fmt(f),
             Self::RecordLength => f.write_str("a Max_Len_Data_Unit from 1 to 240"),
+            Self::DiagnosisUpTo(most) => write!(f, "a diagnosis of at most {most} octets, as the GSD file states"),
+            Self::Stated(service) => {
+                let service = service.to_string();
+                let (name, _) = service.split_once(':').unwrap_or((&service, ""));
+                write!(f, "{}, as the GSD file states", name.trim_end_matches(" with these parameters"))
+            }
         }
     }
 }
@@ -308,6 +320,7 @@ impl fmt::Display for Reason {
             Self::Adapts => f.write_str("the slave adapts itself to other configurations"),
             Self::RespondsAtOnce => f.write_str("the slave sends responses at once, so none waits for a poll"),
             Self::InputsChange => f.write_str("the inputs change from one request to the next"),
+            Self::NotStated => f.write_str("the GSD file does not state it, or the user parameters do not enable it"),
         }
     }
 }

@@ -52,7 +52,8 @@ pub fn run(
 ) -> Result<Vec<CheckResult>, PortError> {
     let mut dialogue = Dialogue::new(link, slave);
     let mut results: Vec<CheckResult> = Vec::new();
-    for check in checks::all() {
+    let of_gsd = checks::of_gsd().filter(|_| slave.stated.is_some());
+    for check in checks::all().chain(of_gsd) {
         dialogue.set_count_mode(count_mode(check, &results));
         let was_silent = results.last().is_some_and(|last| last.outcome == Outcome::NotTested(Reason::Silent));
         let outcome = match obstacle(check, &results) {

@@ -1,6 +1,7 @@
 //! The contents of Data_Exchange: pressures, states and the parameter channel.
 
 use super::cycle::{Answer, Request};
+use super::gsd::Described;
 use super::names::DeviceTables;
 use super::note::{Kind, Notes, octets};
 use profivac_client::cyclic::{
@@ -57,9 +58,9 @@ impl Cyclic {
     }
 
     /// The meaning of outputs.
-    pub(super) fn outputs(&mut self, tables: &DeviceTables, du: &[u8]) -> String {
+    pub(super) fn outputs(&mut self, tables: &DeviceTables, described: &Described, du: &[u8]) -> String {
         let Some(telegram) = self.configuration.and_then(|configuration| configuration.outputs) else {
-            return String::new();
+            return described.outputs(du);
         };
         let mut texts = Vec::new();
         for (field, octets) in fields(telegram, du) {
@@ -81,7 +82,7 @@ impl Cyclic {
     pub(super) fn inputs(
         &mut self,
         address: u8,
-        tables: &DeviceTables,
+        (tables, described): (&DeviceTables, &Described),
         request: &Request,
         answer: Answer<'_>,
         has_started: bool,
@@ -106,7 +107,7 @@ impl Cyclic {
             all.push(text);
         }
         all.retain(|text| !text.is_empty());
-        let all = all.join(", ");
+        let all = if telegram.is_some() { all.join(", ") } else { described.inputs(answer.du) };
         let beginning = if has_started { "" } else { "; its start-up was not received" };
         self.report(address, request, answer, [&states.join(", "), &all, beginning], notes);
         all

@@ -2,6 +2,7 @@
 
 use super::cycle::{Answer, Request, status_text};
 use super::frame::{Piece, PieceKind};
+use super::gsd::Files;
 use super::note::{Kind, Note, Notes, octets};
 use super::ring::Ring;
 use super::slave::{Counters, Slave};
@@ -32,6 +33,7 @@ pub struct Explainer {
     /// The last Global_Control of each master.
     global_controls: BTreeMap<u8, String>,
     summary: Summary,
+    files: Files,
 }
 
 /// The last request to a station.
@@ -115,7 +117,15 @@ impl Explainer {
             ring: Ring::default(),
             global_controls: BTreeMap::new(),
             summary: Summary::default(),
+            files: Files::default(),
         }
+    }
+
+    /// The explainer, with the GSD files of slaves.
+    #[must_use]
+    pub fn with_gsd(mut self, files: Files) -> Self {
+        self.files = files;
+        self
     }
 
     /// Totals of the traffic.
@@ -209,7 +219,7 @@ impl Explainer {
         }
         let repeated = self.last.remove(&request.slave).filter(|last| last.is_repeated_by(&request));
         let is_repetition = repeated.is_some();
-        let slave = self.slaves.entry(request.slave).or_insert_with(|| Slave::new(request.slave));
+        let slave = self.slaves.entry(request.slave).or_insert_with(|| Slave::new(request.slave, self.files.clone()));
         if let Some(last) = repeated.filter(|last| !last.is_repetition) {
             slave.repeated(&request, last.reason(), notes);
         }

@@ -16,6 +16,7 @@
 //! | cycles | [`cycle`] | requests with their answers |
 //! | names | [`names`], `refusal` (private) | parameters, values and reasons in the words of the manuals |
 //! | diagnosis | [`dpv1`] | the format of device-related blocks |
+//! | files | [`gsd`] | modules, parameters and diagnosis in the words of GSD files |
 //! | stations | [`slave`], [`ring`], `cyclic` and `acyclic` (private) | device, owner and state of each station |
 //! | sentences | [`explainer`], [`note`] | a sentence about each change |
 
@@ -26,6 +27,7 @@ pub mod divider;
 pub mod dpv1;
 pub mod explainer;
 pub mod frame;
+pub mod gsd;
 pub mod input;
 pub mod names;
 pub mod note;
@@ -38,6 +40,7 @@ pub mod text;
 use divider::Divider;
 use explainer::Explainer;
 use frame::{Chunk, Piece, TimeSource};
+use gsd::Files;
 use note::Note;
 use profivac_dp::link::Baud;
 use std::time::Duration;
@@ -77,6 +80,13 @@ impl Decoder {
     #[must_use]
     pub fn new(baud: Baud, times: TimeSource) -> Self {
         Self { divider: Divider::new(baud, times), explainer: Explainer::new(baud), pieces: Vec::new(), number: 0 }
+    }
+
+    /// The decoder, with the GSD files of slaves.
+    #[must_use]
+    pub fn with_gsd(mut self, files: Files) -> Self {
+        self.explainer = self.explainer.with_gsd(files);
+        self
     }
 
     /// The state of the line as the traffic shows it.

@@ -3,17 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::decoded::decoded;
+use crate::log::{Log, MASTER, SLAVE};
 use profivac_devices::catalog::MODELS;
 use profivac_dp::link::Baud;
 use profivac_explain::dpv1::DeviceBlocks;
 use profivac_explain::input::Capture;
 use profivac_explain::note::Kind;
-use profivac_sim::describe::Hex;
-use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 
 const BAUD: Baud = Baud::B500000;
-const MASTER: u8 = 2;
-const SLAVE: u8 = 5;
 /// An Ident_Number that no device of the catalogue has.
 const UNKNOWN: u16 = 0xAAAB;
 const BCG450: u16 = 0x08E6;
@@ -47,68 +44,6 @@ const BOTH: [&str; 4] = [
     "device-related octets 81 02 01 (as DP-V1: status message of slot 2, appears)",
     MESSAGES[3],
 ];
-
-/// A log of requests of one master, and the answers of its slaves.
-#[derive(Clone, Default)]
-struct Log {
-    text: String,
-    frame_count: bool,
-}
-
-impl Log {
-    fn telegram(&mut self, telegram: Telegram<'_>) {
-        let mut out = [0; MAX_TELEGRAM];
-        let length = telegram.emit(&mut out).unwrap();
-        self.text += &format!("{}\n", Hex(&out[..length]));
-    }
-
-    fn request(mut self, slave: u8, sap: u8, du: &[u8]) -> Self {
-        let fc = if self.frame_count { 0x7D } else { 0x5D };
-        self.frame_count = !self.frame_count;
-        let (dsap, ssap) = (Some(sap), Some(62));
-        self.telegram(Telegram::Data(DataTelegram { da: slave, sa: MASTER, dsap, ssap, fc, du }));
-        self
-    }
-
-    fn ack(mut self) -> Self {
-        self.telegram(Telegram::ShortAck);
-        self
-    }
-
-    /// RS: the slave does not serve the access point.
-    fn refuse(mut self, slave: u8) -> Self {
-        let fc = 0x03;
-        self.telegram(Telegram::Data(DataTelegram { da: MASTER, sa: slave, dsap: None, ssap: None, fc, du: &[] }));
-        self
-    }
-
-    fn diag_of(self, slave: u8, ident: u16, first: u8, blocks: &[u8]) -> Self {
-        let [high, low] = ident.to_be_bytes();
-        let du = [&[first, 0x0C, 0, MASTER, high, low], blocks].concat();
-        let mut log = self.request(slave, 60, &[]);
-        let (dsap, ssap) = (Some(62), Some(60));
-        log.telegram(Telegram::Data(DataTelegram { da: MASTER, sa: slave, dsap, ssap, fc: 0x08, du: &du }));
-        log
-    }
-
-    fn diag(self, ident: u16, blocks: &[u8]) -> Self {
-        self.diag_of(SLAVE, ident, 0x08, blocks)
-    }
-
-    fn prm_fault(self) -> Self {
-        self.diag_of(SLAVE, UNKNOWN, 0x42, &[])
-    }
-
-    /// Set_Prm with these user parameters and the octet Station_Status; no answer yet.
-    fn send_prm(self, ident: u16, status: u8, user: &[u8]) -> Self {
-        let [high, low] = ident.to_be_bytes();
-        self.request(SLAVE, 61, &[&[status, 20, 11, 11, high, low, 1], user].concat())
-    }
-
-    fn prm(self, ident: u16, user: &[u8]) -> Self {
-        self.send_prm(ident, 0x88, user).ack()
-    }
-}
 
 /// The notes about the diagnosis of a slave.
 fn notes(log: &Log, slave: u8) -> Vec<String> {
@@ -161,8 +96,8 @@ fn recordings() -> Vec<(&'static str, Log, [&'static str; 4])> {
         ("DPV1_Enable not answered", log().send_prm(UNKNOWN, 0x88, ENABLE), BOTH),
         ("Set_Prm not answered", log().send_prm(UNKNOWN, 0x88, NO_ENABLE), BOTH),
         ("Set_Prm not taken", log().send_prm(UNKNOWN, 0x88, NO_ENABLE).refuse(SLAVE), BOTH),
-        ("DPV1_Enable with Prm_Fault", prm(ENABLE).prm_fault(), BOTH),
-        ("Set_Prm with Prm_Fault", prm(NO_ENABLE).prm_fault(), BOTH),
+        ("DPV1_Enable with Prm_Fault", prm(ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]), BOTH),
+        ("Set_Prm with Prm_Fault", prm(NO_ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]), BOTH),
         ("MS1 refused to a slave in DP-V0 mode", prm(NO_ENABLE).request(SLAVE, 51, READ).refuse(SLAVE), {
             VENDOR_OR_MODULE_STATUS
         }),
@@ -178,12 +113,14 @@ fn recordings() -> Vec<(&'static str, Log, [&'static str; 4])> {
         ("MS1 after Set_Prm without", service(prm(NO_ENABLE), 51, READ), MESSAGES),
         ("MS2 and Set_Prm without", service(log(), 48, READ).prm(UNKNOWN, NO_ENABLE), BOTH),
         ("Set_Prm without and MS2", service(prm(NO_ENABLE), 48, READ), BOTH),
-        ("a refused DPV1_Enable, then Set_Prm without", prm(ENABLE).prm_fault().prm(UNKNOWN, NO_ENABLE), {
-            VENDOR_OR_MODULE_STATUS
-        }),
+        (
+            "a refused DPV1_Enable, then Set_Prm without",
+            prm(ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]).prm(UNKNOWN, NO_ENABLE),
+            { VENDOR_OR_MODULE_STATUS },
+        ),
         (
             "DPV1_Enable, a refused Set_Prm, and one without",
-            { prm(ENABLE).prm(UNKNOWN, ENABLE).prm_fault().prm(UNKNOWN, NO_ENABLE) },
+            { prm(ENABLE).prm(UNKNOWN, ENABLE).diag_of(SLAVE, UNKNOWN, 0x42, &[]).prm(UNKNOWN, NO_ENABLE) },
             BOTH,
         ),
         // Another device at the address.

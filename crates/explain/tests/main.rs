@@ -8,4 +8,6 @@ mod golden;
 mod decoded;
 mod device_blocks;
 mod explain;
+mod gsd;
 mod layouts;
+mod log;

@@ -153,7 +153,7 @@ impl Catalog {
     #[must_use]
     pub fn narrowed(&self, ident: u16, get_cfg: &[u8]) -> Vec<&Entry> {
         let all = self.by_ident(ident);
-        let fitting: Vec<_> = all.iter().filter(|entry| GsdSlave::by_chk_cfg(&entry.file, get_cfg).is_some()).collect();
+        let fitting: Vec<_> = all.iter().filter(|entry| GsdSlave::by_chk_cfg(&entry.file, get_cfg).is_ok()).collect();
         if fitting.is_empty() { all.iter().collect() } else { fitting }
     }
 

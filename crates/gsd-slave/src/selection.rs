@@ -258,7 +258,12 @@ fn possible<'d>(modules: impl Iterator<Item = &'d Module>) -> String {
 }
 
 impl Change {
-    fn apply(&self, configuration: &mut Configuration<'_>) -> Result<(), SelectionError> {
+    /// Sets the parameter.
+    ///
+    /// # Errors
+    ///
+    /// [`SelectionError::Parameter`] says what is possible.
+    pub fn apply(&self, configuration: &mut Configuration<'_>) -> Result<(), SelectionError> {
         let parameters = configuration.parameters();
         let is_name = |name: &str| parameters.iter().any(|one| one.parameter.name == name.trim());
         let target = self.target(is_name);

@@ -1,7 +1,7 @@
 //! A slave: its file, its modules and its octets.
 
 use crate::layout::Layout;
-use crate::selection::{Selection, SelectionError};
+use crate::selection::{Change, Selection, SelectionError};
 use profivac_dp::link::Baud;
 use profivac_dp::master::{SlaveParameters, watchdog_factors};
 use profivac_gsd::{Chosen, Configuration, Device, GsdFile, PrmError, Warning};
@@ -61,6 +61,19 @@ impl GsdSlave {
     /// The slave of a file with the modules of a configuration, which must be of this file's device.
     pub(crate) fn of(file: &Arc<GsdFile>, configuration: &Configuration<'_>) -> Result<Self, SlaveError> {
         Ok(Parts::of(configuration)?.with(Arc::clone(file)))
+    }
+
+    /// The same slave with changed parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`SlaveError`] says which parameter, and what is possible.
+    pub fn changed(&self, changes: &[Change]) -> Result<Self, SlaveError> {
+        let mut configuration = self.configuration();
+        for change in changes {
+            change.apply(&mut configuration)?;
+        }
+        Self::of(&self.file, &configuration)
     }
 
     /// The file.

@@ -1,6 +1,6 @@
 //! Reads every GSD file of a folder and counts their properties: `cargo run --release --example table -- FOLDER`.
 
-use profivac_gsd::{Configuration, Fault, GsdFile, Severity, text};
+use profivac_gsd::{Configuration, Fault, Fit, GsdFile, Severity, text};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -65,6 +65,7 @@ impl Table {
         let again = GsdFile::read(canonical.as_bytes());
         self.add("canonical text is the same when read again", text(again.device()) == canonical);
         self.presets(name, file);
+        self.read_back(name, file);
         for fault in Fault::ALL {
             if let Some(problem) = file.problems().iter().find(|problem| problem.fault == *fault) {
                 let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
@@ -87,6 +88,42 @@ impl Table {
             }
             Err(error) if self.verbose => println!("{name}: {error}"),
             Err(_) => {}
+        }
+    }
+
+    /// Each module alone, and the preset modules: octets and back to modules and parameters.
+    fn read_back(&mut self, name: &str, file: &GsdFile) {
+        let device = file.device();
+        let alone = device.modules.iter().filter_map(|module| Configuration::of(device, vec![module]).ok());
+        for configuration in alone.chain(Configuration::preset(device).ok()) {
+            self.add("configurations", true);
+            let fit = match Fit::new(device, &configuration.chk_cfg()) {
+                Ok(fit) => fit,
+                Err(error) => {
+                    println!("{name}: {error}");
+                    continue;
+                }
+            };
+            self.add("configurations found again", true);
+            self.add("with another division", fit.has_other_division);
+            self.add("with several modules for a slot", fit.slots.iter().any(|slot| slot.modules.len() > 1));
+            let Ok(user) = configuration.user_prm() else { continue };
+            let reading = fit.read_prm(&user);
+            self.add(
+                "default parameters read back without a difference",
+                reading.differences.is_empty() && reading.has_right_length(),
+            );
+            let is_wrong = |one: &profivac_gsd::ReadValue<'_>| one.value != one.usual && one.covered_by.is_none();
+            self.add("default parameters with other values than the defaults", reading.values.iter().any(is_wrong));
+            if self.verbose && (!reading.differences.is_empty() || reading.values.iter().any(is_wrong)) {
+                let wrong: Vec<_> =
+                    reading.values.iter().filter(|one| is_wrong(one)).map(ToString::to_string).collect();
+                println!("{name}: {} {:?} {wrong:?}", configuration.modules().len(), reading.differences);
+            }
+            self.add(
+                "parameters that a later definition covers",
+                reading.values.iter().any(|one| one.covered_by.is_some()),
+            );
         }
     }
 

@@ -1,13 +1,17 @@
 //! Modules in their slots: the octets of Chk_Cfg, and whose identifier is meant.
 
 mod parameters;
+mod reading;
 
 pub use parameters::{Place, PlacedParameter, PrmError, Target};
+pub use reading::{Difference, ReadValue, Reading};
 
+use crate::alarm::Alarm;
 use crate::device::{Device, Module, Slot};
 use crate::parameter::{Parameter, PrmArea};
 use parameters::Changes;
 use profivac_wire::cfg::{Area, Identifiers};
+use profivac_wire::prm::Dpv1Status2;
 use std::fmt;
 
 /// The longest Chk_Cfg, profibus-wire 2.6.
@@ -75,6 +79,15 @@ pub enum Warning {
         /// The module.
         module: String,
     },
+    /// The slave is DP-V1 and requires alarms that the second user parameter does not enable.
+    Alarm {
+        /// The slot of the module that requires them; `None` for the station.
+        slot: Option<u32>,
+        /// The module, or the station.
+        what: String,
+        /// The alarms.
+        alarm: Alarm,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -84,6 +97,16 @@ impl fmt::Display for Warning {
                 f,
                 "slot {slot}: {module} has parameters for PROFIsafe, which are not in the user parameters; take them from the safety controller"
             ),
+            Self::Alarm { slot, what, alarm } => {
+                if let Some(slot) = slot {
+                    write!(f, "slot {slot}: ")?;
+                }
+                write!(
+                    f,
+                    "{what} requires {alarm}, which the second user parameter does not enable; set its bit {:02X}",
+                    alarm.enable_bit()
+                )
+            }
         }
     }
 }
@@ -205,7 +228,7 @@ impl<'a> Configuration<'a> {
     ///
     /// [`ConfigurationError`] says which module or slot, and what is possible.
     pub fn of(device: &'a Device, modules: Vec<&'a Module>) -> Result<Self, ConfigurationError> {
-        let first = device.first_slot();
+        let first = first_slot(device);
         Self::in_slots(device, (first..).zip(modules))
     }
 
@@ -297,11 +320,30 @@ impl<'a> Configuration<'a> {
         &self.plugged
     }
 
-    /// What the octets lack: the parameters of modules for PROFIsafe.
+    /// What the octets lack: the parameters of modules for PROFIsafe, and the bits of required alarms.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let safe = self.plugged.iter().filter(|plugged| plugged.module.safety != PrmArea::default());
-        safe.map(|plugged| Warning::Safety { slot: plugged.slot, module: name(plugged.module) }).collect()
+        let safe = safe.map(|plugged| Warning::Safety { slot: plugged.slot, module: name(plugged.module) });
+        safe.chain(self.missing_alarms()).collect()
+    }
+
+    /// Required alarms that the second DP-V1 status octet does not enable.
+    fn missing_alarms(&self) -> Vec<Warning> {
+        let octets = match self.user_prm() {
+            Ok(octets) if self.device.general.dpv1_slave == Some(true) => octets,
+            _ => return Vec::new(),
+        };
+        let enabled = Dpv1Status2::from_bits_retain(octets.get(1).copied().unwrap_or(0));
+        let station = (None, "the station".to_owned(), self.device.general.required_alarms());
+        let module =
+            |plugged: &Plugged<'_>| (Some(plugged.slot), name(plugged.module), plugged.module.alarms.required.clone());
+        let all = std::iter::once(station).chain(self.plugged.iter().map(module));
+        all.flat_map(|(slot, what, alarms)| {
+            let missing = alarms.into_iter().filter(|alarm| !enabled.contains(alarm.enable_bit()));
+            missing.map(move |alarm| Warning::Alarm { slot, what: what.clone(), alarm })
+        })
+        .collect()
     }
 
     /// The octets of Chk_Cfg: the identifiers of the modules, one after the other.
@@ -342,7 +384,7 @@ impl<'a> Configuration<'a> {
     }
 
     fn check_fixed(&self) -> Result<(), ConfigurationError> {
-        if self.device.general.fix_preset_modules != Some(true) || !self.device.is_modular() {
+        if !is_fixed(self.device) {
             return Ok(());
         }
         let is_free = !self.device.slots.is_empty();
@@ -350,7 +392,7 @@ impl<'a> Configuration<'a> {
             self.plugged.iter().any(|one| std::ptr::eq(one.module, fixed) && (is_free || one.slot == slot))
         };
         let fixed = self.device.modules.iter().filter(|module| module.preset);
-        let missing = (self.device.first_slot()..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
+        let missing = (first_slot(self.device)..).zip(fixed).find(|(slot, fixed)| !plugged(fixed, *slot));
         let error =
             |(slot, module)| ConfigurationError::Fixed { module: name(module), slot: (!is_free).then_some(slot) };
         missing.map_or(Ok(()), |missing| Err(error(missing)))
@@ -367,8 +409,7 @@ impl<'a> Configuration<'a> {
 
     fn check_slot_numbers(&self) -> Result<(), ConfigurationError> {
         for Plugged { slot, module } in &self.plugged {
-            let wrong = |parameter: &&Parameter| parameter.is_slot_number() && !parameter.allows(i64::from(*slot));
-            if let Some(parameter) = self.device.parameters_of(&module.prm).find(wrong) {
+            if let Some(parameter) = wrong_slot_number(self.device, *slot, module) {
                 let possible = self.device.values_of(parameter);
                 return Err(ConfigurationError::SlotNumber { slot: *slot, module: name(module), possible });
             }
@@ -405,11 +446,30 @@ fn lengths(octets: &[u8]) -> (usize, usize) {
         .fold((0, 0), |(inputs, outputs), identifier| (add(inputs, identifier.input), add(outputs, identifier.output)))
 }
 
+/// chosen: slots count from 1, or from 0 if the file defines a slot 0.
+pub(crate) fn first_slot(device: &Device) -> u32 {
+    u32::from(!device.slots.contains_key(&0))
+}
+
+/// Whether the modules with Preset are always plugged.
+pub(crate) fn is_fixed(device: &Device) -> bool {
+    device.general.fix_preset_modules == Some(true) && device.is_modular()
+}
+
+/// Whether the module can send the number of this slot, if it sends one.
+pub(crate) fn takes_slot_number(device: &Device, slot: u32, module: &Module) -> bool {
+    wrong_slot_number(device, slot, module).is_none()
+}
+
+fn wrong_slot_number<'a>(device: &'a Device, slot: u32, module: &'a Module) -> Option<&'a Parameter> {
+    device.parameters_of(&module.prm).find(|parameter| parameter.is_slot_number() && !parameter.allows(i64::from(slot)))
+}
+
 fn at_most(what: &'static str, octets: usize, most: usize) -> Result<(), ConfigurationError> {
     if octets > most { Err(ConfigurationError::TooLong { what, octets, most }) } else { Ok(()) }
 }
 
-fn name(module: &Module) -> String {
+pub(crate) fn name(module: &Module) -> String {
     format!("{} ({})", module.number, module.name)
 }
 

@@ -1,5 +1,6 @@
 //! The typed model of a GSD file.
 
+use crate::alarm::Alarms;
 use crate::diagnosis::Diagnosis;
 use crate::general::{General, Rate};
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
@@ -51,6 +52,8 @@ pub struct Module {
     /// The parameters for PROFIsafe. A safety controller computes their checksums, so they are never part of our octets;
     /// [`Configuration::warnings`](crate::Configuration::warnings) names such modules.
     pub safety: PrmArea,
+    /// Its alarms; the keywords of the station are in [`General`].
+    pub alarms: Alarms,
     /// Texts for diagnosis of this module.
     pub diagnosis: Diagnosis,
     /// Lines that the model does not interpret.
@@ -125,30 +128,20 @@ impl Device {
         self.general.max_module.map_or(244, |most| usize::try_from(most).unwrap_or(usize::MAX))
     }
 
-    /// The number of the first slot. chosen: slots count from 1, or from 0 if the file defines a slot 0.
+    /// What the file says about a baud rate in bit/s.
+    ///
+    /// ```
+    /// use profivac_gsd::GsdFile;
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP\n1.5M_supp = 1\nMaxTsdr_1.5M = 150\n45.45_supp = 0\n");
+    /// let device = file.device();
+    /// assert_eq!(device.rate(1_500_000).and_then(|rate| rate.max_tsdr), Some(150));
+    /// assert_eq!(device.rate(45_450).and_then(|rate| rate.supported), Some(false));
+    /// assert_eq!(device.rate(9_600), None);
+    /// ```
     #[must_use]
-    pub fn first_slot(&self) -> u32 {
-        u32::from(!self.slots.contains_key(&0))
-    }
-
-    /// The module that FixPresetModules keeps in a slot. None if the file defines slots: its fixed modules may be in any slot that takes
-    /// them.
-    #[must_use]
-    pub fn fixed_in(&self, slot: u32) -> Option<&Module> {
-        if !self.is_modular() || self.general.fix_preset_modules != Some(true) || !self.slots.is_empty() {
-            return None;
-        }
-        let place = usize::try_from(slot.checked_sub(self.first_slot())?).ok()?;
-        self.modules.iter().filter(|module| module.preset).nth(place)
-    }
-
-    /// Whether a slot takes a module. A slot that the file does not define takes every module, unless a module is fixed in it.
-    #[must_use]
-    pub fn takes(&self, slot: u32, module: &Module) -> bool {
-        match self.slots.get(&slot) {
-            Some(slot) => slot.allows(module.number),
-            None => self.fixed_in(slot).is_none_or(|fixed| std::ptr::eq(fixed, module)),
-        }
+    pub fn rate(&self, bits_per_second: u32) -> Option<&Rate> {
+        self.rates.iter().find(|rate| rate.bits_per_second() == Some(bits_per_second))
     }
 
     /// The parameters to which an area refers.

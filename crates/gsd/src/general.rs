@@ -1,8 +1,10 @@
 //! Keywords with one value.
 
+use crate::alarm::Alarm;
 use crate::problem::Fault;
 use crate::statement::Statement;
 use crate::words::quoted;
+use std::collections::BTreeSet;
 
 /// A value of a keyword.
 trait Value: Sized {
@@ -165,6 +167,22 @@ general! {
     max_user_prm_data_len: u32 = "Max_User_Prm_Data_Len", "greatest length of all user parameters, 0 to 237";
 }
 
+impl General {
+    /// The alarms that the master must enable.
+    #[must_use]
+    pub fn required_alarms(&self) -> BTreeSet<Alarm> {
+        let required = |alarm: &Alarm| match alarm {
+            Alarm::Diagnostic => self.diagnostic_alarm_required,
+            Alarm::Process => self.process_alarm_required,
+            Alarm::PullPlug => self.pull_plug_alarm_required,
+            Alarm::Status => self.status_alarm_required,
+            Alarm::Update => self.update_alarm_required,
+            Alarm::Manufacturer => self.manufacturer_specific_alarm_required,
+        };
+        Alarm::ALL.into_iter().filter(|alarm| required(alarm) == Some(true)).collect()
+    }
+}
+
 /// The baud rates as keywords write them, in the order of a [`Device`](crate::Device).
 pub const RATES: [&str; 11] = ["9.6", "19.2", "31.25", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
 
@@ -177,6 +195,17 @@ pub struct Rate {
     pub supported: Option<bool>,
     /// The longest time to an answer, in bit times.
     pub max_tsdr: Option<u32>,
+}
+
+impl Rate {
+    /// The rate in bit/s.
+    #[must_use]
+    pub fn bits_per_second(&self) -> Option<u32> {
+        let (number, factor) = self.name.strip_suffix('M').map_or((self.name, 1_000), |number| (number, 1_000_000));
+        let (whole, part) = number.split_once('.').unwrap_or((number, "0"));
+        let part = format!("{part:0<6}").parse::<u32>().ok()?.checked_mul(factor)?.checked_div(1_000_000)?;
+        whole.parse::<u32>().ok()?.checked_mul(factor)?.checked_add(part)
+    }
 }
 
 /// Takes a keyword of a baud rate. None if it is no such keyword; true if it had a value before.

@@ -6,11 +6,13 @@
 #[cfg(test)]
 extern crate self as profivac_gsd;
 
+mod alarm;
 mod configuration;
 mod device;
 mod diagnosis;
 mod encoding;
 mod file;
+mod fit;
 mod general;
 mod lexer;
 mod parameter;
@@ -20,13 +22,16 @@ mod statement;
 mod words;
 mod write;
 
+pub use alarm::{Alarm, Alarms};
 pub use configuration::{
-    Chosen, Configuration, ConfigurationError, Place, PlacedParameter, Plugged, PrmError, Target, Warning,
+    Chosen, Configuration, ConfigurationError, Difference, Place, PlacedParameter, Plugged, PrmError, ReadValue,
+    Reading, Target, Warning,
 };
 pub use device::{Device, Module, Other, Slot};
 pub use diagnosis::{DiagArea, Diagnosis, Finding, UnitDiag, Words};
 pub use encoding::Encoding;
 pub use file::GsdFile;
+pub use fit::{Fit, FitError, FittedSlot};
 pub use general::{General, RATES, Rate};
 pub use parameter::{DataType, Interval, Parameter, PrmArea, PrmContent, PrmItem, PrmText};
 pub use problem::{Fault, Problem, Severity, Tool};

@@ -131,9 +131,8 @@ impl Reader {
             _ if keyword.contains("ext_user_prm_data_") || keyword.ends_with("ext_module_prm_data_len") => {
                 self.prm(statement)
             }
-            _ if keyword.contains("_diag_") || keyword.starts_with("channel_diag") || keyword.ends_with("value") => {
-                self.diagnosis(statement)
-            }
+            "value" | "x_value" | "value_help" | "x_value_help" => self.diagnosis(statement),
+            _ if keyword.contains("_diag_") || keyword.starts_with("channel_diag") => self.diagnosis(statement),
             _ => self.single(statement),
         }
     }
@@ -242,6 +241,13 @@ impl Reader {
                     return Ok(());
                 }
                 _ => {}
+            }
+            if let Some((alarms, alarm)) = module.alarms.of_keyword(keyword) {
+                match statement.values.number::<u64>()? {
+                    0 => alarms.remove(&alarm),
+                    _ => alarms.insert(alarm),
+                };
+                return Ok(());
             }
         }
         let read = match keyword {

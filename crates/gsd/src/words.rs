@@ -14,6 +14,11 @@ pub(crate) fn list(things: impl Iterator<Item = String>) -> String {
     }
 }
 
+/// Octets in hexadecimal: `80 00`.
+pub(crate) fn hex(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}
+
 /// A text in quotation marks, on one line. A quotation mark within it becomes an apostrophe, because it would end the text.
 pub(crate) fn quoted(text: &str) -> String {
     let line: String = text

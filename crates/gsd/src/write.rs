@@ -165,6 +165,8 @@ impl Writer {
         if let Some(info) = &module.info {
             self.value("Info_Text", quoted(info));
         }
+        module.alarms.supported.iter().for_each(|alarm| self.value(format!("{}_supp", alarm.keyword()), 1));
+        module.alarms.required.iter().for_each(|alarm| self.value(format!("{}_required", alarm.keyword()), 1));
         self.area("", &module.prm);
         self.area("F_", &module.safety);
         self.diagnosis(&module.diagnosis);

@@ -82,3 +82,18 @@ fn an_area_without_its_end_ends_with_the_next_one_or_with_the_file() {
     assert_eq!(words(&file, &[0x02, 0x11]), ["a", "b"]);
     assert_eq!(problems(&file), [(5, Fault::MissingEnd)]);
 }
+
+#[test]
+fn values_bits_and_channels_have_the_help_of_revision_5() {
+    let file = file(
+        "Unit_Diag_Area=0-3\nValue(1)=\"hot\"\nValue_Help(1)=\"cool it\"\nUnit_Diag_Area_End\nUnit_Diag_!Bit(4)=\"no supply\"\n\
+         Unit_Diag_!Bit_Help(4)=\"look at the fuse\"\nUnitDiagType=161\nX_Unit_Diag_Area=24-31\nX_Value(2)=\"worn\"\n\
+         X_Value_Help(2)=\"replace it\"\nX_Unit_Diag_Area_End\nEndUnitDiagType\nChannel_Diag(16)=\"open\"\nChannel_Diag_Help(16)=\"close it\"",
+    );
+    assert_eq!(words(&file, &[0x02, 0x01]), ["hot (cool it)", "no supply (look at the fuse)"]);
+    assert_eq!(words(&file, &[0x05, 161, 0, 0, 2]), ["worn (replace it)"]);
+    assert_eq!(file.device().diagnosis.channel(16).and_then(|words| words.help.as_deref()), Some("close it"));
+    assert_eq!(problems(&file), [(7, Fault::InvertedBit)]);
+    let again = GsdFile::read(profivac_gsd::text(file.device()).as_bytes());
+    assert_eq!(again.device().diagnosis, file.device().diagnosis);
+}

@@ -1,7 +1,7 @@
 //! What the model holds.
 
 use crate::support::{file, problems};
-use profivac_gsd::{DataType, Fault, GsdFile, PrmContent, text};
+use profivac_gsd::{Alarm, Configuration, DataType, Fault, GsdFile, PrmContent, text};
 
 #[test]
 fn the_number_of_a_module_stands_anywhere_in_it() {
@@ -230,4 +230,41 @@ fn a_range_of_a_slot_needs_its_last_module_too() {
         "Module=\"a\" 0x10\n1\nEndModule\nModule=\"b\" 0x10\n2\nEndModule\nSlotDefinition\nSlot(1)=\"s\" 1 1-3\nEndSlotDefinition",
     );
     assert_eq!(problems(&file), [(10, Fault::UnknownModule)]);
+}
+
+/// The keywords of alarms stand in modules too, and the station keeps its own.
+#[test]
+fn alarms_of_a_module_belong_to_it_and_a_required_one_is_a_warning() {
+    let file = file(
+        "DPV1_Slave=1\nDiagnostic_Alarm_required=0\nExt_User_Prm_Data_Const(0)=0x80,0x40,0x00\nModule=\"m\" 0x10\nDiagnostic_Alarm_supp=1\n\
+         Diagnostic_Alarm_required=1\nProcess_Alarm_required=1\nUpdate_Alarm_required=0\nEndModule",
+    );
+    assert_eq!(problems(&file), []);
+    let device = file.device();
+    assert_eq!(device.general.diagnostic_alarm_required, Some(false));
+    let alarms = &device.modules[0].alarms;
+    assert_eq!(alarms.supported.iter().copied().collect::<Vec<_>>(), [Alarm::Diagnostic]);
+    assert_eq!(alarms.required.iter().copied().collect::<Vec<_>>(), [Alarm::Diagnostic, Alarm::Process]);
+    let warnings = Configuration::preset(device).expect("one module").warnings();
+    let words: Vec<_> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        words,
+        ["slot 1: 1 (m) requires diagnostic alarms, which the second user parameter does not enable; set its bit 20"]
+    );
+    let again = GsdFile::read(text(device).as_bytes());
+    assert_eq!(again.device().modules[0].alarms, *alarms);
+}
+
+#[test]
+fn a_required_alarm_of_the_station_is_a_warning_on_a_dp_v1_slave_only() {
+    let words = |lines: &str| {
+        let file = file(&format!("Pull_Plug_Alarm_required=1\nModule=\"m\" 0x10\nEndModule\n{lines}"));
+        let warnings = Configuration::preset(file.device()).expect("one module").warnings();
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let text =
+        "the station requires pull and plug alarms, which the second user parameter does not enable; set its bit 80";
+    assert_eq!(words("DPV1_Slave=1"), [text]);
+    assert_eq!(words("DPV1_Slave=1\nExt_User_Prm_Data_Const(0)=0,0x80,0"), [""; 0]);
+    assert_eq!(words(""), [""; 0]);
 }

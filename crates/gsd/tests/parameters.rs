@@ -183,8 +183,11 @@ fn user_parameters_stay_within_the_length_of_the_file_and_of_the_protocol() {
     let file = device("Max_User_Prm_Data_Len=6");
     assert_eq!(octets(&file, &[1, 1]).len(), 6);
     let error = |file: &GsdFile| Configuration::new(file.device(), &[1, 1, 1]).expect("a configuration").user_prm();
-    assert_eq!(error(&file), Err(PrmError::TooLong { octets: 9, most: 6 }));
-    assert_eq!(error(&device("Ext_User_Prm_Data_Const(228)=1")), Err(PrmError::TooLong { octets: 238, most: 237 }));
+    assert_eq!(error(&file), Err(PrmError::TooLong { octets: 9, most: 6, station: 0 }));
+    assert_eq!(
+        error(&device("Ext_User_Prm_Data_Const(228)=1")),
+        Err(PrmError::TooLong { octets: 238, most: 237, station: 229 })
+    );
     assert_eq!(error(&device("Ext_User_Prm_Data_Const(227)=1")).map(|octets| octets.len()), Ok(237));
 }
 
@@ -222,4 +225,19 @@ fn the_value_of_each_type_returns_from_its_octets() {
         (DataType::Signed32.limits(), DataType::Unsigned32.limits()),
         ((-2_147_483_648, 2_147_483_647), (0, 4_294_967_295))
     );
+}
+
+/// Advice that helps: no choice of modules shortens the parameters of the station.
+#[test]
+fn station_parameters_beyond_the_length_of_the_file_get_advice_of_their_own() {
+    let file = device("Max_User_Prm_Data_Len=2\nExt_User_Prm_Data_Const(0)=1,2,3");
+    let error = Configuration::new(file.device(), &[2]).expect("a configuration").user_prm().expect_err("too long");
+    assert_eq!(
+        error.to_string(),
+        "the parameters of the station alone have 3 octets, and at most 2 are possible, so no choice of modules helps; correct \
+         Max_User_Prm_Data_Len or the offsets in a copy of the file, or ask the vendor for another one"
+    );
+    let file = device("Max_User_Prm_Data_Len=3\nExt_User_Prm_Data_Const(0)=1,2,3");
+    let error = Configuration::new(file.device(), &[1]).expect("a configuration").user_prm().expect_err("too long");
+    assert_eq!(error.to_string(), "6 octets of user parameters; at most 3 are possible; choose fewer modules");
 }

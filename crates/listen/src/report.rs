@@ -259,7 +259,10 @@ impl StationReport {
         let ident = station.knowledge.ident();
         let devices = match (facts, ident) {
             (Some(facts), _) if facts.model != Origin::Assumed => vec![facts.slave.model.name.to_owned()],
-            (_, Some(ident)) => device_names(ident).into_iter().map(str::to_owned).collect(),
+            (_, Some(ident)) => match device_names(ident).as_slice() {
+                [] => station.described.models(),
+                known => known.iter().map(|name| (*name).to_owned()).collect(),
+            },
             (_, None) => station.knowledge.model().into_iter().map(|(model, _)| model.name.to_owned()).collect(),
         };
         let last_minute = station.counts.last_minute(now);

@@ -7,6 +7,7 @@ use crate::parameters::Parameters;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_explain::cycle::Request;
 use profivac_explain::dpv1::{DeviceBlocks, Dpv1Traffic};
+use profivac_explain::gsd::{Described, Files};
 use profivac_explain::names::DeviceTables;
 use profivac_explain::slave::diagnosis_reports;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -106,6 +107,10 @@ pub struct Station {
     pub cycle_state: CycleState,
     /// The last request to it.
     pub last: Option<LastRequest>,
+    /// The slave in the words of its GSD file.
+    pub described: Described,
+    /// The longest time from the end of a request to the answer in bit times, of exact times only.
+    pub longest_tsdr: Option<u64>,
     /// The traffic that shows whether it is a DP-V1 slave.
     pub dpv1: Dpv1Traffic,
     /// The last diagnoses with different contents, oldest first.
@@ -152,8 +157,10 @@ pub struct CycleState {
 impl Station {
     /// A station that has not sent anything.
     #[must_use]
-    pub fn new(baud: Baud) -> Self {
+    pub fn new(baud: Baud, files: Files) -> Self {
         Self {
+            described: Described::new(files),
+            longest_tsdr: None,
             counts: CountsOverTime::new(baud),
             longest_sequence: 0,
             knowledge: Knowledge::default(),
@@ -207,7 +214,8 @@ impl Station {
     /// The format of the device-related blocks in its diagnosis.
     #[must_use]
     pub fn device_blocks(&self) -> DeviceBlocks {
-        self.dpv1.device_blocks(self.knowledge.model().map(|(model, _)| model.features.dpv1))
+        let by_tables = self.knowledge.model().map(|(model, _)| model.features.dpv1);
+        self.dpv1.device_blocks(by_tables.or(self.described.dpv1_slave()))
     }
 
     /// Words the last diagnosis again: the traffic behind it has shown the format of its blocks. The diagnosis of another device keeps its
@@ -217,7 +225,7 @@ impl Station {
         if let (Some(last), Ok(diag)) = (self.diagnoses.back_mut(), SlaveDiag::parse(&self.diagnosis_octets))
             && ident == Some(diag.ident)
         {
-            last.reports = diagnosis_reports(&diag, device_blocks);
+            last.reports = diagnosis_reports(&diag, device_blocks, &self.described);
         }
     }
 

@@ -14,6 +14,7 @@ mod run;
 use crate::bus::{BusOptions, MasterOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gsd_slaves::GsdOptions;
 use crate::output::{notice, out};
 use archive::{Archive, Output};
 use clap::Args;
@@ -21,7 +22,7 @@ use clap::builder::NonEmptyStringValueParser;
 use line::Line;
 use replay::{Comparison, Replay};
 use report::{CYCLES, Options};
-use run::Run;
+use run::{GsdSource, Run};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,7 +30,8 @@ use std::sync::Arc;
 ///
 /// It listens first, and ends without sending anything if another master is on the line. Then it scans the line, tests the rules
 /// of `conform` that only read, and measures the answers of each slave. The archive has a report, a capture and timing figures,
-/// and no private data: docs/field-test.md describes it. A run that ends early, also with Ctrl-C, writes an archive that says so.
+/// and no private data: docs/field-test.md describes it. With `--gsd` and --allow-writes slaves of any vendor get the parameters of their GSD
+/// files, and more rules test what the files state. A run that ends early, also with Ctrl-C, writes an archive that says so.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -52,11 +54,13 @@ pub struct Arguments {
     /// Measured requests of each service to each slave, 1 to 100000
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = cycles)]
     cycles: usize,
+    #[command(flatten)]
+    gsd: GsdOptions,
     /// Keep the contents of records (serial numbers, texts) in the capture
     #[arg(long)]
     with_serial_numbers: bool,
     /// Repeat the run of an archive without its line, and compare the results
-    #[arg(long, value_name = "FILE.tar", conflicts_with_all = ["port", "out", "allow_writes", "with_serial_numbers"])]
+    #[arg(long, value_name = "FILE.tar", conflicts_with_all = ["port", "out", "allow_writes", "with_serial_numbers", "paths"])]
     replay: Option<PathBuf>,
 }
 
@@ -64,6 +68,7 @@ const EXAMPLES: &str = "\
 Examples:
   profivac field-test --port /dev/ttyUSB0 --baud 19200 --out line.tar
   profivac field-test --port /dev/ttyUSB0 --hsa 20 --cycles 1000 --allow-writes --out gauges.tar
+  profivac field-test --port /dev/ttyUSB0 --gsd gsd_files --allow-writes --out valves.tar
   profivac field-test --replay line.tar
 
 The rate of a line is fixed, so an archive has figures for one rate. docs/field-test.md says how to measure others.";
@@ -90,6 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn measure(arguments: &Arguments, port: &str, path: &Path) -> Result<(), Failure> {
     let bus = BusOptions::new(port, &arguments.master);
     bus.check()?;
+    let catalog = arguments.gsd.read()?;
     let output = Output::create(path)?;
     let options = Options {
         baud: bus.rate().initial().bits_per_second(),
@@ -104,6 +110,7 @@ fn measure(arguments: &Arguments, port: &str, path: &Path) -> Result<(), Failure
     }
     let signals = Signals::catch()?;
     let mut run = Run::new(&bus, Line::at_port(&bus), options, Some(&signals), Arc::default());
+    run.gsd = GsdSource::Files(catalog);
     let done = run.all_steps();
     if run.report.port.is_none() {
         // The port was never open, so nothing was measured.
@@ -139,6 +146,8 @@ fn replay_archive(path: &Path) -> Result<(), Failure> {
     let signals = Signals::catch()?;
     let line = Line::of_archive(replay, baud);
     let mut run = Run::new(&bus, line, recorded.options.clone(), Some(&signals), unknown);
+    let facts = recorded.slaves.iter().filter_map(|slave| Some((slave.address, slave.gsd.clone()?)));
+    run.gsd = GsdSource::Recorded(facts.collect());
     run.all_steps()?;
     let comparison = Comparison::of(recorded, &run.report);
     comparison.differences.iter().for_each(|difference| out(difference));

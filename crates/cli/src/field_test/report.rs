@@ -1,6 +1,7 @@
 //! The results of a field test: `report.json` and `report.txt`. docs/field-test.md documents the keys.
 
 use super::figures::{Distribution, Figures};
+use profivac_conform::dialogue::Stated;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Delivery, Notice, Port, adapter_facts};
 use serde::{Deserialize, Serialize};
@@ -217,6 +218,22 @@ pub struct Slave {
     /// Times that are longer than profivac expects of the port, each with the remedy.
     #[serde(default)]
     pub timing_notices: Vec<String>,
+    /// Its GSD file, if the command line had one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gsd: Option<GsdFacts>,
+}
+
+/// What the test takes from a GSD file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct GsdFacts {
+    /// Vendor and model.
+    pub device: String,
+    /// The modules by slot.
+    pub modules: Vec<String>,
+    /// The user parameters of Set_Prm, in hex.
+    pub user_prm: String,
+    /// What the rules of the file test.
+    pub stated: Stated,
 }
 
 impl Slave {
@@ -231,6 +248,7 @@ impl Slave {
             figures: None,
             figures_note: None,
             timing_notices: Vec::new(),
+            gsd: None,
         }
     }
 }

@@ -7,13 +7,17 @@ use super::line::Line;
 use super::read_only::ReadOnlyLink;
 use super::redact::Redaction;
 use super::replay::NOT_RECORDED;
-use super::report::{FORMAT, Options, PortFacts, Report, Slave, Step, StepName, kernel_release, public_sentence};
+use super::report::{
+    FORMAT, GsdFacts, Options, PortFacts, Report, Slave, Step, StepName, kernel_release, public_sentence,
+};
 use crate::bus::BusOptions;
 use crate::conform;
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gsd_slaves::Wanted;
 use crate::output::notice;
 use crate::scan;
+use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{Link, SlaveUnderTest, octets};
 use profivac_conform::probe::Received;
@@ -21,12 +25,14 @@ use profivac_conform::{CheckResult, PortLink, checks, run as run_checks};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Request;
 use profivac_dp::master::services;
+use profivac_gsd_slave::Catalog;
 use profivac_host::clock::tbit_of;
 use profivac_host::port::{Direction, Port};
 use profivac_host::scan::{FoundStation, probe};
 use profivac_host::session::{BusSession, Reply};
 use profivac_wire::Sap;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -58,6 +64,16 @@ pub struct Run<'a> {
     vanished: Vec<u8>,
     /// The slot time of the session that scanned; zero before.
     slot_time: Duration,
+    /// Where the parameters of slaves of any vendor come from.
+    pub gsd: GsdSource,
+}
+
+/// GSD files, or what an archive has of them.
+pub enum GsdSource {
+    /// Files of the command line.
+    Files(Catalog),
+    /// From an archive, by address.
+    Recorded(BTreeMap<u8, GsdFacts>),
 }
 
 /// The files that a run produces.
@@ -99,6 +115,7 @@ impl<'a> Run<'a> {
             ranges: Vec::new(),
             vanished: Vec::new(),
             slot_time: Duration::ZERO,
+            gsd: GsdSource::Files(Catalog::default()),
         }
     }
 
@@ -310,13 +327,46 @@ impl<'a> Run<'a> {
         if writes && cfg.is_empty() {
             return self.note_rules(address, "the slave does not answer Get_Cfg".to_owned());
         }
-        let Some(user_prm) = (if writes { self.user_prm(address)? } else { Some(Vec::new()) }) else { return Ok(()) };
-        let subject = SlaveUnderTest { address, ident, cfg, user_prm };
+        let facts = match self.gsd_facts(address, ident, &cfg) {
+            Ok(facts) => facts,
+            Err(failure) => return self.note_rules(address, failure.to_string()),
+        };
+        let user_prm = match (writes, &facts) {
+            (true, Some(facts)) => Some(octets_of(&facts.user_prm)),
+            (true, None) => self.user_prm(address)?,
+            (false, _) => Some(Vec::new()),
+        };
+        let Some(user_prm) = user_prm else { return Ok(()) };
+        let stated = facts.as_ref().map(|facts| facts.stated.clone());
+        if let Some(slave) = self.slave_mut(address) {
+            slave.gsd = facts;
+        }
+        let subject = SlaveUnderTest { address, ident, cfg, user_prm, stated };
         let (port, baud) = self.line.open()?;
         let mut link = self.bus.probe_on(port, baud, self.slot_time);
         self.refuse_other_masters(&mut link)?;
         self.test_rules(&mut link, &subject, writes)?;
         self.end_beside(link.other_master())
+    }
+
+    /// What the GSD file of a slave says; none for a known gauge, and if no file has the ident.
+    fn gsd_facts(&self, address: u8, ident: u16, cfg: &[u8]) -> Result<Option<GsdFacts>, Failure> {
+        let catalog = match &self.gsd {
+            GsdSource::Recorded(facts) => return Ok(facts.get(&address).cloned()),
+            GsdSource::Files(catalog) => catalog,
+        };
+        if catalog.by_ident(ident).is_empty() || !device_names(ident).is_empty() {
+            return Ok(None);
+        }
+        let slave = Wanted { address, ident, get_cfg: Some(cfg), selection: None, changes: &[] }.find(catalog)?;
+        let general = &slave.device().general;
+        let name = [&general.vendor_name, &general.model_name].map(|name| name.as_deref().unwrap_or("-").trim());
+        Ok(Some(GsdFacts {
+            device: name.join(" "),
+            modules: slave.layout().modules.iter().map(|module| module.label()).collect(),
+            user_prm: hex(slave.user_prm()),
+            stated: conform::stated(&slave),
+        }))
     }
 
     /// The user parameters that keep the unit of a gauge. `None` if they are unknown.
@@ -339,7 +389,9 @@ impl<'a> Run<'a> {
 
     fn test_rules(&mut self, link: &mut dyn Link, subject: &SlaveUnderTest, writes: bool) -> Result<(), Failure> {
         let mut rows = Vec::new();
-        let (mut pace, all, recording) = (Pace::begin(), checks::all().count(), self.line.recording().clone());
+        let of_gsd = subject.stated.iter().flat_map(|_| checks::of_gsd()).count();
+        let all = checks::all().count().saturating_add(of_gsd);
+        let (mut pace, recording) = (Pace::begin(), self.line.recording().clone());
         let (unknown, signals) = (Arc::clone(&self.unknown), self.signals);
         let mut before = unknown.load(Ordering::Relaxed);
         let redaction = Redaction::new(self.report.options.with_serial_numbers, None);

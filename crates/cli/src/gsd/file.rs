@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
 };
+use profivac_gsd_slave::{MAX_OCTETS, has_gsd_ending};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -47,9 +48,6 @@ pub fn run(command: &FileCommand) -> Result<(), Failure> {
     }
 }
 
-/// The largest file that is read, in octets. chosen: more than ten times the largest one that is known.
-const MAX_OCTETS: u64 = 16 << 20;
-
 fn read(path: &Path) -> Result<GsdFile, Failure> {
     let failed =
         |error: io::Error| Failure::usage(format!("{} cannot be read: {error}; check the path", path.display()));
@@ -81,12 +79,6 @@ fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
         )));
     }
     Ok(files)
-}
-
-/// Whether a name ends in `.gsd`, or in `.gs` and the letter of a language.
-fn has_gsd_ending(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    ending.is_some_and(|ending| ending.len() == 3 && ending.starts_with("gs"))
 }
 
 fn check(paths: &[PathBuf]) -> Result<(), Failure> {
@@ -132,7 +124,7 @@ fn is_right(path: &Path) -> bool {
 }
 
 /// A line without control characters, which a file can contain and a terminal would obey.
-fn visible(line: &str) -> String {
+pub fn visible(line: &str) -> String {
     let mut visible = String::with_capacity(line.len());
     for one in line.chars() {
         if one.is_control() {

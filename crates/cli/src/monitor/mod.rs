@@ -2,6 +2,7 @@
 //! does not delay the other segments.
 
 mod display;
+mod gsd;
 mod plan;
 mod row;
 mod segment;
@@ -17,6 +18,7 @@ use crate::values::{self, Octets};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use display::MonitorView;
+use gsd::GsdSlaves;
 use profivac_host::readiness::Readiness;
 use segment::SegmentMonitor;
 use std::io;
@@ -30,8 +32,12 @@ use std::time::{Duration, Instant};
 /// The command takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. An unlocked
 /// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
 /// tries to open a lost port again until that succeeds. A slave that is no known device is shown too, with its inputs as octets: it gets
-/// its own configuration, the user parameters of `--prm`, and outputs of zero. If another master exchanges data with such a
-/// slave, its inputs are read with RD_Inp, without ownership. The segments of a station's file are independent: a failure in one is
+/// its own configuration, the user parameters of `--prm` and the outputs of `--outputs`. If another master exchanges data with such a
+/// slave, its inputs are read with RD_Inp, without ownership.
+///
+/// With `--gsd` a slave of any vendor gets the modules and parameters of its GSD file, and its inputs and diagnosis are shown in the words of
+/// the file. The modules are those of `--modules`, else those of its present configuration. The command asks before it owns a slave with
+/// outputs, because zeros can stop a pump or close a valve; without a terminal it needs `--outputs`. The segments of a station's file are independent: a failure in one is
 /// reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -47,6 +53,8 @@ pub struct Arguments {
     /// The user parameters of slaves that are no known devices, in hex, from their GSD files; default: none
     #[arg(long, value_name = "HEX", value_parser = values::octets)]
     prm: Option<Octets>,
+    #[command(flatten)]
+    gsd: GsdSlaves,
     /// Print CSV
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -66,17 +74,32 @@ Examples:
   profivac monitor --port /dev/ttyUSB0 5 6 7
   profivac monitor --port /tmp/line --own --csv 5 > pressures.csv
   profivac monitor --port tcp://127.0.0.1:4000 --own --json --for 10 5
-  profivac monitor --port /dev/ttyUSB0 --own --prm '00 00 00' 9
-  profivac monitor plant.toml";
+  profivac monitor --port /dev/ttyUSB0 --own --prm '00 00 00' --outputs '9=00 00' 9
+  profivac monitor --port /dev/ttyUSB0 --gsd VALVES.GSD 9
+  profivac monitor --port /dev/ttyUSB0 --gsd gsd_files --modules 9=3+7 --set '9=State without bus=closed' 9
+  profivac monitor --port /dev/ttyUSB0 --gsd gsd_files --own --modules 9=valves.toml --outputs '9=00 00' --json 9
+  profivac monitor plant.toml
+
+`profivac gsd show FILE` lists modules and parameters. A file for --modules has a module for each slot, and parameters:
+  [modules]
+  1 = \"4DI\"
+  2 = 7
+  [parameters]
+  \"State without bus\" = \"closed\"
+  [slot.2.parameters]
+  Delay = 5
+If several parameters have one name, write SLOT:NAME, SLOT@OFFSET:NAME or SLOT@OFFSET.BIT:NAME.";
 
 /// The interval between two pictures on a screen.
 const FRAME: Duration = Duration::from_millis(200);
 
 /// Monitors every segment until the user quits or all segments have ended.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let plans = &arguments.plans()?;
+    let mut plans = arguments.plans()?;
     let is_screen = Screen::is_possible() && !arguments.csv && !arguments.json;
     announce(arguments, is_screen)?;
+    arguments.gsd.prepare(&mut plans)?;
+    let plans = &plans;
     let signals = &Signals::catch()?;
     let (stop, stopped) = UnixStream::pair()?;
     let show = &MonitorView::new(plans, is_screen, arguments);

@@ -1,9 +1,12 @@
 //! The segments and slaves to monitor, from the command line or from a station's file.
 
 use super::Arguments;
+use super::gsd::OwnedByGsd;
 use crate::bus::BusOptions;
 use crate::failure::Failure;
 use crate::values;
+use profivac_explain::gsd::Files;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A segment to monitor.
@@ -16,6 +19,12 @@ pub struct Plan {
     pub addresses: Vec<u8>,
     /// The user parameters of slaves that are no known devices.
     pub user_prm: Vec<u8>,
+    /// The outputs of slaves that are no known devices.
+    pub outputs: BTreeMap<u8, Vec<u8>>,
+    /// The slaves that the command owns by their GSD files.
+    pub by_gsd: BTreeMap<u8, OwnedByGsd>,
+    /// The GSD files, which describe slaves of other masters too.
+    pub files: Files,
 }
 
 impl Arguments {
@@ -31,7 +40,15 @@ impl Arguments {
             (Some(port), all) => {
                 let addresses = all.iter().map(|text| values::slave_address(text));
                 let addresses = addresses.collect::<Result<_, _>>()?;
-                vec![Plan { name: None, bus: BusOptions::new(port, &self.line), addresses, user_prm: self.user_prm() }]
+                vec![Plan {
+                    name: None,
+                    bus: BusOptions::new(port, &self.line),
+                    addresses,
+                    user_prm: self.user_prm(),
+                    outputs: BTreeMap::new(),
+                    by_gsd: BTreeMap::new(),
+                    files: Files::default(),
+                }]
             }
             (None, _) => {
                 return Err(Failure::usage("expected --port PORT with addresses, or a station's FILE.toml alone"));
@@ -54,6 +71,9 @@ impl Arguments {
             bus: BusOptions::of_segment(segment, &self.line),
             addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
             user_prm: self.user_prm(),
+            outputs: BTreeMap::new(),
+            by_gsd: BTreeMap::new(),
+            files: Files::default(),
         };
         let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();
         match (plans.as_slice(), config.segments.as_slice()) {

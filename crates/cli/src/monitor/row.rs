@@ -42,6 +42,19 @@ pub struct Row {
     /// The inputs of a slave that is no known device, in hex.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<String>,
+    /// The same by module, if a GSD file names them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modules: Vec<ModuleInputs>,
+}
+
+/// The inputs of a module.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ModuleInputs {
+    pub slot: u32,
+    /// Its name in the GSD file.
+    pub module: String,
+    /// In hex.
+    pub inputs: String,
 }
 
 /// The state of a slave in a row.
@@ -120,6 +133,7 @@ impl Row {
             limit_mbar: None,
             limit: None,
             inputs: None,
+            modules: Vec::new(),
         }
     }
 
@@ -141,12 +155,18 @@ impl Row {
         Self { inputs, ..self }
     }
 
+    /// The same slave with its inputs by module.
+    pub fn with_modules(self, modules: Option<Vec<ModuleInputs>>) -> Self {
+        Self { modules: modules.unwrap_or_default(), ..self }
+    }
+
     /// The slave does not exchange data for this reason, and has no value.
     pub fn set_offline(&mut self, reason: &str) {
         self.state = RowState::Offline;
         self.remarks = vec![reason.to_owned()];
         (self.pressure, self.mbar, self.limit, self.limit_mbar) = (None, None, None, None);
         (self.quality, self.inputs) = (None, None);
+        self.modules.clear();
     }
 
     /// The same slave with one of its values.
@@ -184,7 +204,11 @@ impl Row {
 
     /// Inputs, faults and warnings as one text.
     pub fn inputs_and_remarks_text(&self) -> String {
-        let inputs = self.inputs.as_ref().map(|octets| format!("inputs {octets}"));
+        let by_module = |one: &ModuleInputs| format!("slot {} {}: {}", one.slot, one.module, one.inputs);
+        let inputs = match (self.modules.is_empty(), &self.inputs) {
+            (true, inputs) => inputs.iter().map(|octets| format!("inputs {octets}")).collect(),
+            (false, _) => self.modules.iter().map(by_module).collect::<Vec<_>>(),
+        };
         inputs.into_iter().chain(self.remarks.iter().cloned()).collect::<Vec<_>>().join("; ")
     }
 

@@ -60,7 +60,7 @@ impl SegmentMonitor<'_> {
             if is_ready(self.ends) {
                 return Ok(());
             }
-            let found = MonitoredSlave::find(&mut session, *address, self.plan.bus.master(), &self.plan.user_prm);
+            let found = MonitoredSlave::find(&mut session, *address, self.plan);
             // Reported first, because a lost port is the reason for a missing answer.
             self.forward_notices(&mut session);
             let slave = match found {

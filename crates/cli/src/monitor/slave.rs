@@ -1,17 +1,25 @@
 //! The slaves that are monitored: gauges, and slaves of which only the octets are known.
 
-use super::row::{Row, RowState};
+use super::gsd::{OwnedByGsd, outputs_of_unknown};
+use super::plan::Plan;
+use super::row::{ModuleInputs, Row, RowState};
 use crate::bus;
 use crate::failure::Failure;
+use crate::gsd::visible;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
 use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_dp::master::{SlaveParameters, services};
+use profivac_explain::dpv1::DeviceBlocks;
+use profivac_explain::gsd::Described;
+use profivac_explain::slave::diagnosis_reports;
+use profivac_gsd_slave::PlacedModule;
 use profivac_host::scan::probe;
 use profivac_host::session::{BusSession, Reply, SessionError, add_or_restart};
 use profivac_wire::control::Status;
+use profivac_wire::diag::SlaveDiag;
 use std::fmt;
 
 /// A slave that is monitored.
@@ -29,6 +37,8 @@ pub struct UnknownSlave {
     /// Ident_Number.
     pub ident: u16,
     access: Access,
+    /// The slave in the words of its GSD file, if there is one.
+    described: Described,
 }
 
 /// How the inputs of an unknown slave are read.
@@ -36,7 +46,9 @@ enum Access {
     /// With RD_Inp, while another master owns the slave.
     Read { owner: u8, state: ReadState },
     /// By data exchange: this master owns the slave.
-    Exchange { cfg: Vec<u8>, user_prm: Vec<u8> },
+    Exchange { cfg: Vec<u8>, user_prm: Vec<u8>, outputs: Vec<u8> },
+    /// By data exchange, with modules and parameters of its GSD file.
+    ByGsd(Box<OwnedByGsd>),
 }
 
 /// What RD_Inp has returned so far.
@@ -47,6 +59,8 @@ struct ReadState {
     lost: u32,
     /// Why the last one returned no inputs.
     error: Option<ReadError>,
+    /// The last answer to Slave_Diag.
+    diagnosis: Vec<u8>,
 }
 
 /// Why RD_Inp returned no inputs.
@@ -63,32 +77,44 @@ enum ReadError {
 }
 
 impl MonitoredSlave {
-    /// Finds the slave at `address` on behalf of `master`. Changes nothing. `user_prm` are the user parameters of an unknown
-    /// slave.
-    pub fn find(session: &mut BusSession, address: u8, master: u8, user_prm: &[u8]) -> Result<Self, Failure> {
-        match CyclicSlave::find(session, address, master) {
+    /// Finds the slave at `address`. Changes nothing.
+    pub fn find(session: &mut BusSession, address: u8, plan: &Plan) -> Result<Self, Failure> {
+        if let Some(owned) = plan.by_gsd.get(&address) {
+            let (ident, cfg) = (owned.slave.ident(), owned.slave.chk_cfg());
+            let described = described(plan, ident, cfg);
+            return Ok(Self::Unknown(UnknownSlave {
+                address,
+                ident,
+                access: Access::ByGsd(owned.clone().into()),
+                described,
+            }));
+        }
+        match CyclicSlave::find(session, address, plan.bus.master()) {
             Ok(gauge) => Ok(Self::Gauge(gauge)),
             Err(CyclicError::Client(ClientError::UnknownDevice { ident, .. })) => {
                 let cfg = bus::present_cfg(session, address)?;
                 let cfg = cfg.ok_or_else(|| Failure::refused(without_configuration(address, ident)))?;
-                let access = Access::Exchange { cfg, user_prm: user_prm.to_vec() };
-                Ok(Self::Unknown(UnknownSlave { address, ident, access }))
+                let described = described(plan, ident, &cfg);
+                let outputs = outputs_of_unknown(plan, address, &cfg)?;
+                let access = Access::Exchange { cfg, user_prm: plan.user_prm.clone(), outputs };
+                Ok(Self::Unknown(UnknownSlave { address, ident, access, described }))
             }
             Err(error @ CyclicError::OwnedByOther { master: owner, .. }) => {
-                Self::owned(session, address, owner)?.ok_or_else(|| error.into())
+                Self::owned(session, address, owner, plan)?.ok_or_else(|| error.into())
             }
             Err(error) => Err(error.into()),
         }
     }
 
     /// An unknown slave of another master, if RD_Inp returns its inputs.
-    fn owned(session: &mut BusSession, address: u8, owner: u8) -> Result<Option<Self>, Failure> {
+    fn owned(session: &mut BusSession, address: u8, owner: u8, plan: &Plan) -> Result<Option<Self>, Failure> {
         let status = probe(session, address)?.and_then(|station| station.slave);
         let Some(status) = status.filter(|status| device_names(status.ident).is_empty()) else { return Ok(None) };
         let mut state = ReadState::default();
         state.read(session, address);
-        let access = Access::Read { owner, state };
-        let slave = UnknownSlave { address, ident: status.ident, access };
+        let cfg = bus::present_cfg(session, address)?.unwrap_or_default();
+        let described = described(plan, status.ident, &cfg);
+        let slave = UnknownSlave { address, ident: status.ident, access: Access::Read { owner, state }, described };
         Ok(slave.has_been_read().then_some(Self::Unknown(slave)))
     }
 
@@ -103,8 +129,8 @@ impl MonitoredSlave {
     /// Whether this master exchanges data with the slave and owns it.
     pub const fn is_owned(&self) -> bool {
         match self {
-            Self::Gauge(_) | Self::Unknown(UnknownSlave { access: Access::Exchange { .. }, .. }) => true,
             Self::Unknown(UnknownSlave { access: Access::Read { .. }, .. }) => false,
+            Self::Gauge(_) | Self::Unknown(_) => true,
         }
     }
 
@@ -112,12 +138,28 @@ impl MonitoredSlave {
     pub fn take(&self, session: &mut BusSession) -> Result<(), Failure> {
         let parameters = match self {
             Self::Gauge(gauge) => gauge.parameters(session.baud()),
-            Self::Unknown(UnknownSlave { address, ident, access: Access::Exchange { cfg, user_prm } }) => {
-                SlaveParameters { user_prm, ..SlaveParameters::new(*address, *ident, cfg) }
-            }
-            Self::Unknown(UnknownSlave { access: Access::Read { .. }, .. }) => return Ok(()),
+            Self::Unknown(UnknownSlave { address, ident, access, .. }) => match access {
+                Access::Exchange { cfg, user_prm, .. } => {
+                    SlaveParameters { user_prm, ..SlaveParameters::new(*address, *ident, cfg) }
+                }
+                Access::ByGsd(owned) => owned.slave.parameters(*address, session.baud()),
+                Access::Read { .. } => return Ok(()),
+            },
         };
-        add_or_restart(session.master(), &parameters).map_err(|error| Failure::usage(error.to_string()))
+        let master = session.master();
+        add_or_restart(master, &parameters).map_err(|error| Failure::usage(error.to_string()))?;
+        let room = master.outputs_mut(self.address()).unwrap_or_default();
+        room.iter_mut().zip(self.outputs()).for_each(|(room, output)| *room = *output);
+        Ok(())
+    }
+
+    /// The outputs that the command line gives; empty for a gauge, which gets zeros.
+    fn outputs(&self) -> &[u8] {
+        match self {
+            Self::Unknown(UnknownSlave { access: Access::ByGsd(owned), .. }) => &owned.outputs,
+            Self::Unknown(UnknownSlave { access: Access::Exchange { outputs, .. }, .. }) => outputs,
+            Self::Gauge(_) | Self::Unknown(_) => &[],
+        }
     }
 
     /// Reads the inputs of a slave that another master owns.
@@ -139,6 +181,9 @@ impl MonitoredSlave {
     pub const fn advice(&self) -> &'static str {
         match self {
             Self::Gauge(_) => "",
+            Self::Unknown(UnknownSlave { access: Access::ByGsd(_), .. }) => {
+                "; compare the parameters with --set, and the GSD file with the revision of the slave"
+            }
             Self::Unknown(_) => "; give the user parameters of its GSD file with --prm HEX",
         }
     }
@@ -150,23 +195,71 @@ impl UnknownSlave {
     }
 
     fn row(&self, segment: Option<&str>, session: &mut BusSession, unix_time: f64) -> Row {
-        let device = format!("0x{:04X}", self.ident);
+        let models = self.described.models().join(" or ");
+        let device = if models.is_empty() { format!("0x{:04X}", self.ident) } else { visible(&models) };
         let row = Row::empty(segment, self.address, device, unix_time);
         match &self.access {
-            Access::Read { state, .. } => Row {
-                state: if state.error.is_none() { RowState::Read } else { RowState::Offline },
-                inputs: state.error.is_none().then(|| hex(&state.inputs)),
-                remarks: state.error.iter().map(ToString::to_string).collect(),
-                exchanges: state.reads,
-                lost: state.lost,
-                ..row
-            },
-            Access::Exchange { .. } => {
+            Access::Read { state, .. } => {
+                let inputs = state.error.is_none().then_some(state.inputs.as_slice());
+                let mut remarks: Vec<_> = state.error.iter().map(ToString::to_string).collect();
+                if let Ok(diag) = SlaveDiag::parse(&state.diagnosis) {
+                    remarks.extend(self.reports(&diag));
+                }
+                Row {
+                    state: if state.error.is_none() { RowState::Read } else { RowState::Offline },
+                    remarks,
+                    exchanges: state.reads,
+                    lost: state.lost,
+                    ..row.with_inputs(inputs.map(hex))
+                }
+                .with_modules(inputs.map(|inputs| self.modules(inputs)))
+            }
+            Access::Exchange { .. } | Access::ByGsd(_) => {
                 let master = session.master();
-                row.with_master(master).with_inputs(master.inputs(self.address).map(hex))
+                let mut row = row.with_master(master);
+                if let Some(diag) = master.diagnosis(self.address) {
+                    row.remarks.extend(self.reports(&diag));
+                }
+                let inputs = master.inputs(self.address);
+                row.with_inputs(inputs.map(hex)).with_modules(inputs.map(|inputs| self.modules(inputs)))
             }
         }
     }
+
+    /// A diagnosis in the words of the GSD file; empty without one.
+    fn reports(&self, diag: &SlaveDiag<'_>) -> Vec<String> {
+        let blocks = match self.described.dpv1_slave() {
+            Some(true) => DeviceBlocks::Messages,
+            Some(false) => DeviceBlocks::Vendor,
+            None => return Vec::new(),
+        };
+        diagnosis_reports(diag, blocks, &self.described).iter().map(|report| visible(report)).collect()
+    }
+
+    /// The inputs of each module; empty if they are not known.
+    fn modules(&self, inputs: &[u8]) -> Vec<ModuleInputs> {
+        let module = |slot: u32, module: String, octets: &[u8]| ModuleInputs {
+            slot,
+            module: visible(&module),
+            inputs: hex(octets),
+        };
+        if let Access::ByGsd(owned) = &self.access {
+            let all = owned.slave.layout().inputs();
+            return all
+                .filter_map(|data| Some(module(data.module.slot, data.module.name.clone(), data.of(inputs)?)))
+                .collect();
+        }
+        let slots = self.described.slots().iter().filter(|slot| !slot.inputs.is_empty());
+        slots.filter_map(|slot| Some(module(slot.slot, slot.names(), inputs.get(slot.inputs.clone())?))).collect()
+    }
+}
+
+/// A slave in the words of the GSD files.
+fn described(plan: &Plan, ident: u16, cfg: &[u8]) -> Described {
+    let mut described = Described::new(plan.files.clone());
+    described.identify(ident);
+    described.configure(cfg);
+    described
 }
 
 impl ReadState {
@@ -186,6 +279,9 @@ impl ReadState {
             Ok(Reply::NoAnswer(_)) => Some(ReadError::NoAnswer),
             Err(error) => Some(ReadError::Session(error)),
         };
+        if let Ok(Reply::Answer { du, .. }) = session.request(&services::slave_diag(address)) {
+            self.diagnosis = du;
+        }
         let count = if error.is_none() { &mut self.reads } else { &mut self.lost };
         *count = count.saturating_add(1);
         self.error = error;
@@ -195,19 +291,34 @@ impl ReadState {
 /// What `monitor` does with an unknown slave.
 impl fmt::Display for UnknownSlave {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { address, ident, access } = self;
-        write!(f, "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has; ")?;
+        let Self { address, ident, access, described } = self;
+        let name = described.names().join(" or ");
+        let name = if name.is_empty() { "which no known device has".to_owned() } else { visible(&name) };
+        write!(f, "the slave at address {address} has the ident number 0x{ident:04X}, {name}; ")?;
         match access {
             Access::Read { owner, .. } => write!(
                 f,
                 "master {owner} owns it, and its inputs are read with RD_Inp and shown as octets, without ownership"
             ),
-            Access::Exchange { cfg, user_prm } => {
+            Access::Exchange { cfg, user_prm, outputs } => {
                 let prm = if user_prm.is_empty() { "no user parameters".to_owned() } else { hex(user_prm) };
                 write!(
                     f,
-                    "its inputs are shown as octets, with its configuration {}, {prm} and outputs of zero",
-                    hex(cfg)
+                    "its inputs are shown as octets, with its configuration {}, {prm} and {}",
+                    hex(cfg),
+                    if outputs.is_empty() { "no outputs".to_owned() } else { format!("the outputs {}", hex(outputs)) }
+                )
+            }
+            Access::ByGsd(owned) => {
+                let modules: Vec<_> = owned.slave.layout().modules.iter().map(PlacedModule::label).collect();
+                let or_none = |octets: &[u8]| if octets.is_empty() { "none".to_owned() } else { hex(octets) };
+                write!(
+                    f,
+                    "it gets {} with the configuration {}, the user parameters {} and the outputs {}",
+                    visible(&modules.join(", ")),
+                    hex(owned.slave.chk_cfg()),
+                    or_none(owned.slave.user_prm()),
+                    or_none(&owned.outputs)
                 )
             }
         }

@@ -90,7 +90,7 @@ fn conforms(adapter: Adapter, baud: Baud) -> Result<(), String> {
         let Reply::Answer { du, .. } = reply else { return Err("no configuration".to_owned()) };
         (du, slave.parameters(baud).user_prm.to_vec(), session.timing().slot_time)
     };
-    let subject = SlaveUnderTest { address: ADDRESS, ident: 0x08E6, cfg, user_prm };
+    let subject = SlaveUnderTest { address: ADDRESS, ident: 0x08E6, cfg, user_prm, stated: None };
     let slot_tbit = bus.slot_tbit.max(u32::try_from(tbit_of(baud, slot_time)).unwrap());
     let bus = BusParameters { slot_tbit, ..bus };
     let mut link = PortLink::new(Box::new(port(adapter, baud)), baud, bus);

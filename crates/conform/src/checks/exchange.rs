@@ -223,7 +223,7 @@ fn control_clear(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
 }
 
 /// Starts data exchange with a feature of Global_Control, in the group of the checks.
-fn start_with(dialogue: &mut Dialogue<'_>, feature: PrmStatus, service: Service) -> CheckOutcome {
+pub(super) fn start_with(dialogue: &mut Dialogue<'_>, feature: PrmStatus, service: Service) -> CheckOutcome {
     let prm = dialogue.prm([0, 0]);
     dialogue.start_with(&SetPrm { status: prm.status | feature, group: OWN_GROUP, ..prm }).prepared()?;
     let status = dialogue.diagnosis().prepared()?.status;

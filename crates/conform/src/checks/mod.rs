@@ -6,6 +6,7 @@ mod count;
 mod damage;
 mod diagnosis;
 mod exchange;
+mod gsd;
 mod layer2;
 mod lock;
 mod ms1;
@@ -73,6 +74,11 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
     ]
     .into_iter()
     .flatten()
+}
+
+/// What the GSD file states. These rules are tested after all others, on a slave with a file.
+pub fn of_gsd() -> impl Iterator<Item = &'static Check> {
+    gsd::CHECKS.iter()
 }
 
 /// The rule that a slave executes first requests. Without it the test counts its requests from the beginning.

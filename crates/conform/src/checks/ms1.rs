@@ -49,7 +49,7 @@ fn closed(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.expect_closed(own, Sap::Ms1, &request_octets(&READ_NOTHING), Closed::NotExchanging).tested()
 }
 
-fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+pub(super) fn poll(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     dialogue.start().prepared()?;
     match dialogue.request(Sap::Ms1, &[]) {
         Ok(answer) if answer.is_closed() => without(Service::Ms1),

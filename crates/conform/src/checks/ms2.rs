@@ -134,7 +134,7 @@ fn abort_octets() -> Vec<u8> {
     request_octets(&Request::Abort(Abort::new(AbortReason::User(0))))
 }
 
-fn manager(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
+pub(super) fn manager(dialogue: &mut Dialogue<'_>) -> CheckOutcome {
     let answer = match dialogue.request(Sap::ResourceManager, &request_octets(&initiate_request())) {
         Ok(answer) if answer.is_closed() => return without(Service::Ms2),
         Ok(answer) if answer.is_acknowledgement() => dialogue.poll(Sap::ResourceManager).tested()?,

@@ -19,6 +19,7 @@ use super::probe::Received;
 use profivac_host::port::PortError;
 use profivac_wire::Sap;
 use profivac_wire::control::{Control, FrameCount, Function};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Sends octets to the slave and receives its answers.
@@ -62,6 +63,27 @@ pub struct SlaveUnderTest {
     pub cfg: Vec<u8>,
     /// User_Prm_Data that the slave accepts.
     pub user_prm: Vec<u8>,
+    /// What its GSD file states, if there is one.
+    pub stated: Option<Stated>,
+}
+
+/// What a GSD file states about a slave.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stated {
+    /// Max_Diag_Data_Len, in octets.
+    pub max_diag_len: Option<u8>,
+    /// Sync_Mode_supp.
+    pub sync: bool,
+    /// Freeze_Mode_supp.
+    pub freeze: bool,
+    /// Fail_Safe: outputs of length 0 are understood.
+    pub fail_safe: bool,
+    /// DPV1_Slave: the user parameters begin with the DP-V1 status.
+    pub dpv1: bool,
+    /// C1_Read_Write_supp.
+    pub ms1: bool,
+    /// C2_Read_Write_supp.
+    pub ms2: bool,
 }
 
 /// A message cycle.

@@ -11,6 +11,7 @@ mod faults;
 mod faulty;
 #[path = "../../../../tests/support/golden.rs"]
 mod golden;
+mod gsd;
 mod page;
 mod slave;
 

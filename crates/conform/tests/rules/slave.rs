@@ -98,7 +98,8 @@ pub fn virtual_device(name: &str) -> (Line<VirtualDevice>, SlaveUnderTest) {
     let model = model_named(name).unwrap();
     let prm = model.user_prm.first().map_or(&[][..], |prm| prm.octets);
     let cfg = model.configurations.first().unwrap().octets;
-    let subject = SlaveUnderTest { address: ADDRESS, ident: model.ident, cfg: cfg.to_vec(), user_prm: prm.to_vec() };
+    let (cfg, user_prm) = (cfg.to_vec(), prm.to_vec());
+    let subject = SlaveUnderTest { address: ADDRESS, ident: model.ident, cfg, user_prm, stated: None };
     (Line::new(VirtualDevice::new(built, ADDRESS, BAUD, conditions)), subject)
 }
 
@@ -159,6 +160,7 @@ pub fn sample() -> (Line<SampleSlave>, SlaveUnderTest) {
 
 /// The small slave with another configuration.
 pub fn sample_with(cfg: &'static [u8]) -> (Line<SampleSlave>, SlaveUnderTest) {
-    let subject = SlaveUnderTest { address: ADDRESS, ident: IDENT, cfg: cfg.to_vec(), user_prm: USER_PRM.to_vec() };
+    let (octets, user_prm) = (cfg.to_vec(), USER_PRM.to_vec());
+    let subject = SlaveUnderTest { address: ADDRESS, ident: IDENT, cfg: octets, user_prm, stated: None };
     (Line::new(Slave::new(Sample { cfg }, ADDRESS, BAUD)), subject)
 }

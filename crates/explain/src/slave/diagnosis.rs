@@ -2,6 +2,7 @@
 
 use super::{Slave, releases};
 use crate::dpv1::DeviceBlocks;
+use crate::gsd::Described;
 use crate::note::{Kind, Notes};
 use crate::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
 use profivac_client::identify::device_names;
@@ -36,15 +37,18 @@ impl Slave {
     pub(super) fn diagnosed(&mut self, du: &[u8], baud: Baud, notes: &mut Notes<'_>) {
         let (Ok(diag), Some(parsed)) = (SlaveDiag::parse(du), SlaveStatus::parse(du)) else { return };
         self.identify(diag.ident);
-        let reports = diagnosis_reports(&diag, self.device_blocks());
+        let reports = diagnosis_reports(&diag, self.device_blocks(), &self.described);
         let now = Diagnosis { status: diag.status, owner: diag.master_add, reports: reports.clone() };
         let before = self.diagnosis.replace(now);
         let refused = self.start_up_result(&diag, notes);
         let Some(before) = before else {
             let owner =
                 parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
-            let devices = device_names(parsed.ident).join(", ");
-            let devices = if devices.is_empty() { "an unknown device" } else { &devices };
+            let devices = match (device_names(parsed.ident).join(", "), self.described.names().join(" or ")) {
+                (known, _) if !known.is_empty() => known,
+                (_, described) if !described.is_empty() => format!("{described} by the GSD file"),
+                _ => "an unknown device".to_owned(),
+            };
             let text = format!("is present: {devices} (ident {:04X}), {owner}, {}", diag.ident, parsed.state_text());
             notes.about(self.address, Kind::Presence, text);
             return self.report_diagnosis(&reports, notes);
@@ -69,7 +73,9 @@ impl Slave {
         let (prm, cfg) = (self.prm.is_new, self.cfg_is_new);
         (self.prm.is_new, self.cfg_is_new) = (false, false);
         let text = if prm && diag.status.contains(StationStatus::PRM_FAULT) {
-            format!("Set_Prm refused: {}", set_prm_reason(&self.prm.octets, self.tables.model, diag.ident))
+            let reason = set_prm_reason(&self.prm.octets, self.tables.model, diag.ident);
+            let by_file = self.described.set_prm_mismatches(&self.prm.octets);
+            format!("Set_Prm refused: {reason}{}", by_gsd_file(by_file.into_iter().map(|one| one.found)))
         } else if cfg && diag.status.contains(StationStatus::CFG_FAULT) {
             let refused = RefusedConfiguration {
                 slave: &self.name(),
@@ -77,7 +83,8 @@ impl Slave {
                 offered: self.offered_cfg.as_deref(),
                 requested: &self.requested_cfg,
             };
-            format!("Chk_Cfg refused: {}", chk_cfg_reason(&refused))
+            let by_file = self.described.misfit().map(|error| error.to_string());
+            format!("Chk_Cfg refused: {}{}", chk_cfg_reason(&refused), by_gsd_file(by_file))
         } else {
             return false;
         };
@@ -124,6 +131,12 @@ impl Slave {
     }
 }
 
+/// What the GSD file says about a refusal.
+fn by_gsd_file(reasons: impl IntoIterator<Item = String>) -> String {
+    let reasons: Vec<_> = reasons.into_iter().collect();
+    if reasons.is_empty() { String::new() } else { format!("; by the GSD file: {}", reasons.join("; ")) }
+}
+
 /// The text of the note about a change of the owner.
 fn owner_change(before: u8, now: u8) -> String {
     match (before, now) {
@@ -133,13 +146,16 @@ fn owner_change(before: u8, now: u8) -> String {
     }
 }
 
-/// What a diagnosis reports beyond the start-up: the status bits and the blocks of the extended diagnosis, each as text.
+/// What a diagnosis reports beyond the start-up: the status bits and the blocks of the extended diagnosis, each as text, in the words of the
+/// GSD file if there is one.
 #[must_use]
-pub fn diagnosis_reports(diag: &SlaveDiag<'_>, device_blocks: DeviceBlocks) -> Vec<String> {
+pub fn diagnosis_reports(diag: &SlaveDiag<'_>, device_blocks: DeviceBlocks, described: &Described) -> Vec<String> {
     let status = (diag.status - PROGRESS - ORDINARY).names().map(str::to_owned);
     let blocks = Blocks::new(diag.ext_diag).map(|block| match block {
-        Ok(Block::Device(content)) => device_blocks.text(content),
-        Ok(block) => block.to_string(),
+        Ok(block) => described.block_text(&block, device_blocks).unwrap_or_else(|| match block {
+            Block::Device(content) => device_blocks.text(content),
+            block => block.to_string(),
+        }),
         Err(_) => "a damaged block".to_owned(),
     });
     status.chain(blocks).collect()

@@ -8,6 +8,7 @@ use crate::acyclic::Records;
 use crate::cycle::{Answer, Request, status_text};
 use crate::cyclic::Cyclic;
 use crate::dpv1::{DeviceBlocks, Dpv1Traffic};
+use crate::gsd::{Described, Extent, Files};
 use crate::names::DeviceTables;
 use crate::note::{Kind, Notes, octets};
 use diagnosis::Diagnosis;
@@ -28,6 +29,8 @@ const REPORTED_SILENCE: u32 = 2;
 #[derive(Clone, Debug, Default)]
 struct Parameters {
     octets: Vec<u8>,
+    /// The last note about its user parameters by the GSD file.
+    words: String,
     watchdog_ms: Option<u32>,
     /// No diagnosis has shown the result yet.
     is_new: bool,
@@ -54,6 +57,8 @@ pub struct Slave {
     pub counters: Counters,
     /// The tables of its device, for the meaning of its octets.
     pub tables: DeviceTables,
+    /// The slave in the words of its GSD file.
+    pub described: Described,
     ident: Option<u16>,
     /// The configuration of Get_Cfg.
     offered_cfg: Option<Vec<u8>>,
@@ -76,9 +81,10 @@ pub struct Slave {
 }
 
 impl Slave {
-    pub(crate) fn new(address: u8) -> Self {
+    pub(crate) fn new(address: u8, files: Files) -> Self {
         Self {
             address,
+            described: Described::new(files),
             counters: Counters::default(),
             tables: DeviceTables::default(),
             ident: None,
@@ -107,8 +113,12 @@ impl Slave {
     #[must_use]
     pub fn name(&self) -> String {
         let is_only = self.candidates().count() == 1;
-        let model = self.tables.model.filter(|_| is_only);
-        model.map_or_else(|| "the slave".to_owned(), |model| format!("the {}", model.name))
+        let model = self.tables.model.filter(|_| is_only).map(|model| model.name.to_owned());
+        let model = model.or_else(|| match self.described.models().as_slice() {
+            [only] if self.tables.model.is_none() => Some(only.clone()),
+            _ => None,
+        });
+        model.map_or_else(|| "the slave".to_owned(), |model| format!("the {model}"))
     }
 
     /// Records a request. Returns its meaning from the tables of the device.
@@ -122,10 +132,24 @@ impl Slave {
             self.last_owner_request = Some(now);
         }
         match request.sap {
-            Sap::Default => self.cyclic.outputs(&self.tables, &request.du),
+            Sap::Default => self.cyclic.outputs(&self.tables, &self.described, &request.du),
+            Sap::SetPrm => self.parameters_meaning(&request.du),
+            Sap::ChkCfg => {
+                self.described.configure(&request.du);
+                self.described.modules_text(Extent::All)
+            }
             Sap::Ms1 | Sap::Ms2(_) => self.records.request(&self.tables, request),
             _ => String::new(),
         }
+    }
+
+    /// All user parameters of a Set_Prm by the GSD file.
+    fn parameters_meaning(&mut self, du: &[u8]) -> String {
+        let Ok(prm) = SetPrm::parse(du) else { return String::new() };
+        if self.ident.is_none() {
+            self.described.identify(prm.ident);
+        }
+        self.described.parameters_text(prm.user, Extent::All)
     }
 
     /// Adds a note about a repetition, unless the slave is silent for a longer time already.
@@ -214,12 +238,14 @@ impl Slave {
         let unit = self.tables.model.and_then(|model| model.user_prm(prm.user)).map(|known| known.unit_code());
         let unit = unit.and_then(|code| self.tables.model?.unit(code));
         self.tables.unit = unit.or(self.tables.unit);
-        self.prm = Parameters { octets: request.du.clone(), watchdog_ms, is_new: !releases(&prm) };
+        let (octets, words) = (request.du.clone(), String::new());
+        self.prm = Parameters { octets, words, watchdog_ms, is_new: !releases(&prm) };
         let watchdog = watchdog_ms.map(|ms| format!("{ms} ms")).unwrap_or_default();
         let contents = set_prm_with_watchdog(&prm, &watchdog);
         let unit = unit.map(|unit| format!(" (unit {})", unit.name)).unwrap_or_default();
         let text = format!("master {} sets its parameters:{contents}{unit}", request.master);
         notes.about(self.address, Kind::StartUp, text);
+        self.describe_parameters(notes);
     }
 
     fn configured(&mut self, request: &Request, answer: Answer<'_>, notes: &mut Notes<'_>) {
@@ -240,12 +266,37 @@ impl Slave {
         );
         let text = format!("master {} asks for the configuration {}: {lengths}", request.master, Hex(&request.du));
         notes.about(self.address, Kind::StartUp, text);
+        self.describe_modules(notes);
+    }
+
+    /// Adds notes about the modules of the configuration, and about parameters of Set_Prm that had no meaning without the modules.
+    fn describe_modules(&mut self, notes: &mut Notes<'_>) {
+        let modules = self.described.modules_text(Extent::Changes);
+        if modules.is_empty() {
+            return;
+        }
+        notes.about(self.address, Kind::StartUp, format!("its modules by the GSD file: {modules}"));
+        self.describe_parameters(notes);
+    }
+
+    /// Adds a note about the user parameters of the last Set_Prm, unless the last note says the same.
+    fn describe_parameters(&mut self, notes: &mut Notes<'_>) {
+        let Ok(prm) = SetPrm::parse(&self.prm.octets) else { return };
+        let words = self.described.parameters_text(prm.user, Extent::Changes);
+        if !words.is_empty() && words != self.prm.words {
+            notes.about(self.address, Kind::StartUp, format!("its parameters by the GSD file: {words}"));
+            self.prm.words = words;
+        }
     }
 
     fn offers(&mut self, answer: Answer<'_>, notes: &mut Notes<'_>) {
         if !answer.du.is_empty() && self.offered_cfg.as_deref() != Some(answer.du) {
             self.offered_cfg = Some(answer.du.to_vec());
             notes.about(self.address, Kind::StartUp, format!("has the configuration {}", Hex(answer.du)));
+            if self.requested_cfg.is_empty() {
+                self.described.configure(answer.du);
+                self.describe_modules(notes);
+            }
         }
     }
 
@@ -265,7 +316,8 @@ impl Slave {
 
     /// The format of the device-related blocks in its diagnosis.
     fn device_blocks(&self) -> DeviceBlocks {
-        self.dpv1.device_blocks(self.tables.model.map(|model| model.features.dpv1))
+        let by_tables = self.tables.model.map(|model| model.features.dpv1);
+        self.dpv1.device_blocks(by_tables.or(self.described.dpv1_slave()))
     }
 
     /// All devices with its Ident_Number.
@@ -275,6 +327,7 @@ impl Slave {
     }
 
     fn identify(&mut self, ident: u16) {
+        self.described.identify(ident);
         if self.ident != Some(ident) {
             self.ident = Some(ident);
             let model = model_with_ident(ident);
@@ -301,7 +354,8 @@ impl Slave {
             self.pause_tbit = 0;
         }
         let has_started = !self.prm.octets.is_empty() || !self.requested_cfg.is_empty();
-        self.cyclic.inputs(self.address, &self.tables, request, answer, has_started, notes)
+        let words = (&self.tables, &self.described);
+        self.cyclic.inputs(self.address, words, request, answer, has_started, notes)
     }
 }
 

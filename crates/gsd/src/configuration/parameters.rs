@@ -127,6 +127,8 @@ pub enum PrmError {
         octets: usize,
         /// Greatest number of octets.
         most: usize,
+        /// Number of octets of the station alone.
+        station: usize,
     },
 }
 
@@ -148,7 +150,12 @@ impl fmt::Display for PrmError {
                     "{name} cannot be changed: a definition behind line {line} of the file writes the same octets"
                 )
             }
-            Self::TooLong { octets, most } => {
+            Self::TooLong { most, station, .. } if station > most => write!(
+                f,
+                "the parameters of the station alone have {station} octets, and at most {most} are possible, so no choice of modules helps; \
+                 correct Max_User_Prm_Data_Len or the offsets in a copy of the file, or ask the vendor for another one"
+            ),
+            Self::TooLong { octets, most, .. } => {
                 write!(f, "{octets} octets of user parameters; at most {most} are possible; choose fewer modules")
             }
         }
@@ -167,11 +174,15 @@ impl<'a> Configuration<'a> {
     ///
     /// [`PrmError::TooLong`] if there are more octets than the file or the protocol allows.
     pub fn user_prm(&self) -> Result<Vec<u8>, PrmError> {
-        let octets: Vec<u8> =
-            self.areas().flat_map(|(index, place, area)| self.octets_of(index, place, area)).collect();
+        let parts: Vec<_> = self.areas().map(|(index, place, area)| self.octets_of(index, place, area)).collect();
+        let station = parts.first().map_or(0, Vec::len);
+        let octets = parts.concat();
         let most = self.device.general.max_user_prm_data_len.and_then(|most| usize::try_from(most).ok());
         let most = most.unwrap_or(MAX_USER_PRM).min(MAX_USER_PRM);
-        if octets.len() > most { Err(PrmError::TooLong { octets: octets.len(), most }) } else { Ok(octets) }
+        if octets.len() > most {
+            return Err(PrmError::TooLong { octets: octets.len(), most, station });
+        }
+        Ok(octets)
     }
 
     /// The parameters of the station and of the modules, in the order of their octets' definitions.
@@ -272,7 +283,7 @@ impl<'a> Configuration<'a> {
 }
 
 /// The slot if the parameter stands for its number. chosen: of the station it is a parameter like others, because it has no slot.
-fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
+pub(super) fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
     match place {
         Place::Slot(slot) if parameter.is_slot_number() => Some(slot),
         _ => None,
@@ -280,7 +291,7 @@ fn slot_number(place: Place, parameter: &Parameter) -> Option<u32> {
 }
 
 /// User_Prm_Data, as long as User_Prm_Data_Len says.
-fn plain(device: &Device) -> Vec<u8> {
+pub(super) fn plain(device: &Device) -> Vec<u8> {
     let mut octets = device.user_prm_data.clone().unwrap_or_default();
     if let Some(length) = device.general.user_prm_data_len.and_then(|length| usize::try_from(length).ok()) {
         octets.resize(length.min(MAX_USER_PRM), 0);

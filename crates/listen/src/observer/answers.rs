@@ -2,8 +2,10 @@
 
 use super::{Observer, is_acyclic};
 use crate::event::Change;
+use crate::station::Station;
 use profivac_dp::link::BitTime;
 use profivac_explain::cycle::{Answer, Request};
+use profivac_explain::frame::TimeSource;
 use profivac_wire::acyclic::Response;
 use profivac_wire::control::{StationType, Status};
 use profivac_wire::{DataTelegram, Sap};
@@ -64,7 +66,9 @@ impl Observer {
             self.count(slave, |counts| counts.refused = counts.refused.saturating_add(1));
         }
         self.take_answer(slave, &last.request, answer, start);
+        let tsdr = (self.times == TimeSource::Exact && self.damage_end.is_none()).then(|| start - self.asked_end);
         if let Some(station) = self.station_mut(slave) {
+            station.longest_tsdr = station.longest_tsdr.max(tsdr);
             station.last = Some(last);
         }
     }
@@ -83,6 +87,7 @@ impl Observer {
             Sap::ChkCfg if answer.is_ack() => self.configured(slave, request.master, &request.du),
             Sap::GetCfg if !answer.du.is_empty() => {
                 if let Some(station) = self.station_mut(slave) {
+                    station.described.configure(answer.du);
                     station.knowledge.configure(answer.du);
                 }
                 self.report_contradictions(slave);
@@ -90,7 +95,11 @@ impl Observer {
             sap if is_acyclic(sap) => self.record_answered(slave, request, answer.du, start),
             _ => {}
         }
-        if let Some(station) = self.station_mut(slave).filter(|station| station.device_blocks() != before) {
+        // The words of a diagnosis depend on the format of its blocks, and with a GSD file on the modules.
+        let is_configured = matches!(request.sap, Sap::ChkCfg | Sap::GetCfg);
+        let is_other =
+            |station: &&mut Station| station.device_blocks() != before || is_configured && station.described.is_known();
+        if let Some(station) = self.station_mut(slave).filter(is_other) {
             station.reword_diagnosis();
         }
     }

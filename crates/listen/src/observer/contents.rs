@@ -79,7 +79,7 @@ impl Observer {
         station.status = Some(diag.status);
         let owner = station.owner.replace(diag.master_add);
         identify(station, diag.ident);
-        let reports = diagnosis_reports(&diag, station.device_blocks());
+        let reports = diagnosis_reports(&diag, station.device_blocks(), &station.described);
         let is_report = station.diagnoses.back().map_or(!reports.is_empty(), |before| before.reports != reports);
         if station.diagnoses.back().is_none_or(|before| before.reports != reports) {
             if station.diagnoses.len() >= MAX_DIAGNOSES {
@@ -130,6 +130,7 @@ impl Observer {
 
     pub(super) fn configured(&mut self, slave: u8, master: u8, du: &[u8]) {
         let Some(station) = self.station_mut(slave) else { return };
+        station.described.configure(du);
         let is_first = station.knowledge.heard_configuration().is_empty();
         let is_new = station.knowledge.configure(du);
         station.tables.model = station.knowledge.model().map(|(model, _)| model).or(station.tables.model);
@@ -169,6 +170,7 @@ impl Observer {
 
 /// Takes Ident_Number, and the tables of the device.
 fn identify(station: &mut Station, ident: u16) {
+    station.described.identify(ident);
     if station.knowledge.ident() == Some(ident) {
         return;
     }

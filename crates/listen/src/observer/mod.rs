@@ -23,6 +23,7 @@ use crate::parameters::Passed;
 use crate::station::{Station, StationState};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_explain::frame::{Piece, PieceKind, TimeSource};
+use profivac_explain::gsd::Files;
 use profivac_explain::names::DeviceTables;
 use profivac_wire::control::Control;
 use profivac_wire::{Sap, Telegram};
@@ -58,6 +59,8 @@ pub struct Observer {
     now: BitTime,
     /// The start of the first piece.
     began: Option<BitTime>,
+    /// The GSD files of slaves.
+    files: Files,
     /// The stations by address.
     stations: Vec<Option<Box<Station>>>,
     totals: Totals,
@@ -127,6 +130,7 @@ impl Observer {
             times,
             now: BitTime(0),
             began: None,
+            files: Files::default(),
             stations: vec![None; ADDRESSES],
             totals: Totals::default(),
             events: Events::default(),
@@ -152,6 +156,13 @@ impl Observer {
             rotation: Histogram::default(),
             cycle: Histogram::default(),
         }
+    }
+
+    /// The observer, with the GSD files of slaves.
+    #[must_use]
+    pub fn with_gsd(mut self, files: Files) -> Self {
+        self.files = files;
+        self
     }
 
     /// The baud rate.
@@ -281,9 +292,9 @@ impl Observer {
     }
 
     fn station_mut(&mut self, address: u8) -> Option<&mut Station> {
-        let baud = self.baud;
+        let (baud, files) = (self.baud, &self.files);
         let entry = self.stations.get_mut(usize::from(address))?;
-        Some(entry.get_or_insert_with(|| Box::new(Station::new(baud))))
+        Some(entry.get_or_insert_with(|| Box::new(Station::new(baud, files.clone()))))
     }
 
     fn count(&mut self, address: u8, change: impl Fn(&mut Counts)) {

@@ -1,0 +1,207 @@
+//! Slaves by their GSD files: the options, and what the command must know before it owns them.
+
+use super::plan::Plan;
+use crate::bus;
+use crate::failure::Failure;
+use crate::gauge::{confirm, is_interactive};
+use crate::gsd::visible;
+use crate::gsd_slaves::{GsdOptions, Wanted, selection};
+use crate::values::{self, Octets, ValueError};
+use clap::Args;
+use profivac_client::identify::device_names;
+use profivac_client::values::hex;
+use profivac_explain::gsd::Files;
+use profivac_gsd_slave::{Catalog, Change, GsdSlave, Selection};
+use profivac_host::scan::probe;
+use profivac_host::session::BusSession;
+use profivac_wire::cfg;
+use std::collections::BTreeMap;
+
+/// The options for slaves by their GSD files.
+#[derive(Args, Debug)]
+pub struct GsdSlaves {
+    #[command(flatten)]
+    files: GsdOptions,
+    /// The modules of a slave: numbers of its GSD file in slot order (9=3+7), or a TOML file with names and parameters (9=FILE.toml);
+    /// default: the modules of its present configuration
+    #[arg(long, value_name = "ADDR=MODULES", value_parser = addressed, requires = "paths")]
+    modules: Vec<Addressed>,
+    /// A parameter of a slave by its name in the GSD file; the last `=` stands before the value
+    #[arg(long, value_name = "ADDR=NAME=VALUE", value_parser = addressed, requires = "paths")]
+    set: Vec<Addressed>,
+    /// The outputs of a slave that is no known device, in hex; the command owns no such slave with outputs unless they are given, or the
+    /// user agrees to zeros (with --gsd, on a terminal)
+    #[arg(long, value_name = "ADDR=HEX", value_parser = addressed)]
+    outputs: Vec<Addressed>,
+}
+
+/// A text for the slave at an address.
+#[derive(Clone, Debug)]
+pub struct Addressed {
+    address: u8,
+    text: String,
+}
+
+/// Parses `ADDR=TEXT`. The first `=` separates, because an address has none.
+fn addressed(text: &str) -> Result<Addressed, ValueError> {
+    let (address, text) = text.split_once('=').unwrap_or((text, ""));
+    Ok(Addressed { address: values::slave_address(address.trim())?, text: text.to_owned() })
+}
+
+/// A slave that the command owns by its GSD file.
+#[derive(Clone, Debug)]
+pub struct OwnedByGsd {
+    /// Its file, modules and parameters.
+    pub slave: GsdSlave,
+    /// The outputs that it gets.
+    pub outputs: Vec<u8>,
+}
+
+/// The options by address.
+#[derive(Default)]
+struct Choices {
+    modules: BTreeMap<u8, Selection>,
+    changes: BTreeMap<u8, Vec<Change>>,
+    outputs: BTreeMap<u8, Vec<u8>>,
+}
+
+impl Choices {
+    fn addresses(&self) -> impl Iterator<Item = u8> {
+        self.modules.keys().chain(self.changes.keys()).chain(self.outputs.keys()).copied()
+    }
+
+    fn is_about(&self, address: u8) -> bool {
+        self.addresses().any(|one| one == address)
+    }
+}
+
+impl GsdSlaves {
+    /// Reads the files and asks each slave of the plans who it is; shows the outputs of those that the command will own, and asks. Changes
+    /// nothing on the bus.
+    pub fn prepare(&self, plans: &mut [Plan]) -> Result<(), Failure> {
+        let choices = self.choices()?;
+        let missing = choices.addresses().find(|address| !plans.iter().any(|plan| plan.addresses.contains(address)));
+        if let Some(address) = missing {
+            return Err(Failure::usage(format!(
+                "--modules, --set or --outputs for address {address}, which is not monitored; add it to the addresses"
+            )));
+        }
+        for plan in plans.iter_mut() {
+            plan.outputs.clone_from(&choices.outputs);
+        }
+        if !self.files.is_given() {
+            return Ok(());
+        }
+        let catalog = self.files.read()?;
+        let files = Files::new(catalog.entries().map(|(_, entry)| entry.file.clone()));
+        for plan in plans {
+            plan.files = files.clone();
+            let mut session = plan.bus.open()?;
+            for address in &plan.addresses {
+                if let Some(slave) = find(&mut session, *address, plan.bus.master(), &catalog, &choices)? {
+                    let outputs = outputs(&slave, *address, choices.outputs.get(address))?;
+                    plan.by_gsd.insert(*address, OwnedByGsd { slave, outputs });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn choices(&self) -> Result<Choices, Failure> {
+        let mut choices = Choices::default();
+        for Addressed { address, text } in &self.modules {
+            if choices.modules.insert(*address, selection(text)?).is_some() {
+                return Err(Failure::usage(format!("--modules for address {address} is given twice")));
+            }
+        }
+        for Addressed { address, text } in &self.set {
+            choices.changes.entry(*address).or_default().push(text.parse()?);
+        }
+        for Addressed { address, text } in &self.outputs {
+            let Octets(octets) = values::octets(text).map_err(|error| Failure::usage(error.to_string()))?;
+            if choices.outputs.insert(*address, octets).is_some() {
+                return Err(Failure::usage(format!("--outputs for address {address} is given twice")));
+            }
+        }
+        Ok(choices)
+    }
+}
+
+/// The slave at an address, if the command will own it by a GSD file. A known gauge stays one, unless an option is about it.
+fn find(
+    session: &mut BusSession,
+    address: u8,
+    master: u8,
+    catalog: &Catalog,
+    choices: &Choices,
+) -> Result<Option<GsdSlave>, Failure> {
+    // The search for the slaves reports later that one does not answer.
+    let Some(status) = probe(session, address)?.and_then(|station| station.slave) else { return Ok(None) };
+    let is_gauge = !device_names(status.ident).is_empty();
+    let is_known = !is_gauge && !catalog.by_ident(status.ident).is_empty();
+    let is_owned = status.owner.is_some_and(|owner| owner != master);
+    if is_owned || !(is_known || choices.is_about(address)) {
+        return Ok(None);
+    }
+    let get_cfg = bus::present_cfg(session, address)?;
+    let changes = choices.changes.get(&address).map(Vec::as_slice).unwrap_or_default();
+    let (ident, selection) = (status.ident, choices.modules.get(&address));
+    Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog).map(Some)
+}
+
+/// The outputs of a slave: those of the command line, else zeros if the user agrees.
+fn outputs(slave: &GsdSlave, address: u8, given: Option<&Vec<u8>>) -> Result<Vec<u8>, Failure> {
+    let length = usize::from(slave.lengths().outputs);
+    if let Some(given) = given {
+        return checked(given, length, address, &listed(slave, &vec![0; length]));
+    }
+    let zeros = vec![0; length];
+    if length == 0 {
+        return Ok(zeros);
+    }
+    let risk = format!(
+        "the slave at address {address} gets these outputs{}; zeros can stop a pump or close a valve",
+        listed(slave, &zeros)
+    );
+    if !is_interactive() {
+        return Err(Failure::usage(format!(
+            "{risk}; nothing was sent; without a terminal give its outputs, for instance --outputs \"{address}={}\"",
+            hex(&zeros)
+        )));
+    }
+    confirm(&risk, false).map(|()| zeros)
+}
+
+/// The outputs of the command line, if they are as long as those of the slave.
+fn checked(given: &[u8], length: usize, address: u8, modules: &str) -> Result<Vec<u8>, Failure> {
+    if given.len() == length {
+        return Ok(given.to_vec());
+    }
+    Err(Failure::usage(format!(
+        "expected {length} octets of outputs for the slave at address {address}{modules}, got {}",
+        given.len()
+    )))
+}
+
+/// The outputs of a slave without a GSD file, which its configuration `cfg` counts. They must be given.
+pub fn outputs_of_unknown(plan: &Plan, address: u8, cfg: &[u8]) -> Result<Vec<u8>, Failure> {
+    let length = cfg::lengths(cfg).map_or(0, |lengths| usize::from(lengths.outputs));
+    match plan.outputs.get(&address) {
+        Some(given) => checked(given, length, address, ""),
+        None if length == 0 => Ok(Vec::new()),
+        None => Err(Failure::usage(format!(
+            "the slave at address {address} is no known device and has {length} octets of outputs; zeros can stop a pump or close a \
+             valve; nothing was sent; give its outputs, for instance --outputs \"{address}={}\"",
+            hex(&vec![0; length])
+        ))),
+    }
+}
+
+/// ` (slot 2 4DO: 00, slot 3 2AO: 00 00 00 00)`; empty without outputs.
+fn listed(slave: &GsdSlave, outputs: &[u8]) -> String {
+    let of = |data: profivac_gsd_slave::ModuleData<'_>| {
+        data.of(outputs).map(|octets| visible(&format!("{}: {}", data.name(), hex(octets))))
+    };
+    let all: Vec<_> = slave.layout().outputs().filter_map(of).collect();
+    if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
+}

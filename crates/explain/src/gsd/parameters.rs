@@ -1,0 +1,98 @@
+//! The user parameters of Set_Prm in the words of the files.
+
+use super::{Described, LISTED, distinct, shortened};
+use profivac_gsd::{Fit, Place, ReadValue, Reading};
+
+/// How much a text names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Parameters that differ from the file's defaults, and twenty things at most; the others are counted. For a sentence.
+    Changes,
+    /// Everything. For the meaning of a telegram.
+    All,
+}
+
+impl Extent {
+    /// The number of things that a text lists.
+    pub(super) const fn most(self) -> usize {
+        match self {
+            Self::Changes => LISTED,
+            Self::All => usize::MAX,
+        }
+    }
+}
+
+impl Described {
+    /// The user parameters in words. Empty without a file or without user parameters.
+    ///
+    /// Set_Prm comes before Chk_Cfg, so the modules may not be known: then the text has the parameters of the station, and says so.
+    #[must_use]
+    pub fn parameters_text(&self, user: &[u8], extent: Extent) -> String {
+        if user.is_empty() {
+            return String::new();
+        }
+        let texts = distinct(self.possible.iter().map(|file| {
+            let fit = Fit::new(file.device(), &self.config).ok();
+            let reading = match &fit {
+                Some(fit) => fit.read_prm(user),
+                None => file.device().read_station_prm(user),
+            };
+            words(&reading, fit.is_some(), extent)
+        }));
+        match texts.as_slice() {
+            [] => String::new(),
+            [only] => only.clone(),
+            several => {
+                let named = several.iter().zip(self.names()).map(|(text, name)| format!("as {name}: {text}"));
+                named.collect::<Vec<_>>().join(" | ")
+            }
+        }
+    }
+}
+
+/// The values with their places, what differs from constants, and a wrong length.
+fn words(reading: &Reading<'_>, has_modules: bool, extent: Extent) -> String {
+    let place = |place: Place| match place {
+        Place::Station => String::new(),
+        Place::Slot(slot) => {
+            let module = reading.modules.iter().find(|(number, _)| *number == slot);
+            module.map_or_else(|| format!("slot {slot}: "), |(_, module)| format!("slot {slot} {}: ", module.name))
+        }
+    };
+    let is_shown = |value: &&ReadValue<'_>| extent == Extent::All || !value.is_usual();
+    let shown = reading.values.iter().filter(is_shown);
+    let mut texts: Vec<_> = shown.map(|value| format!("{}{value}", place(value.place))).collect();
+    let usual = reading.values.len().saturating_sub(texts.len());
+    // Octets behind the end are one text about the length.
+    let inside = reading.differences.iter().filter(|one| one.octet < reading.expected);
+    texts.extend(inside.map(|one| format!("{}{one}", place(one.place))));
+    let mut parts: Vec<_> =
+        Some(shortened(&texts, ", ", extent.most())).into_iter().filter(|text| !text.is_empty()).collect();
+    parts.extend(match (usual, parts.is_empty()) {
+        (0, _) => None,
+        (1, true) => Some("the only parameter has its default".to_owned()),
+        (_, true) => Some(format!("all {usual} parameters have their defaults")),
+        (_, false) => Some(format!("{usual} other parameters have their defaults")),
+    });
+    if let Some(length) = length_text(reading, has_modules) {
+        parts.push(length);
+    }
+    parts.join("; ")
+}
+
+/// A length that is not as the file says.
+pub(super) fn length_text(reading: &Reading<'_>, has_modules: bool) -> Option<String> {
+    let Reading { expected, found, .. } = reading;
+    match has_modules {
+        true if expected != found => {
+            Some(format!("{found} octets of user parameters, station and modules have {expected} by the GSD file"))
+        }
+        false if found > expected => {
+            Some(format!("{} more octets, of the modules: Chk_Cfg shows them", found.saturating_sub(*expected)))
+        }
+        false if found < expected => {
+            Some(format!("{found} octets of user parameters, the station alone has {expected} by the GSD file"))
+        }
+        _ => None,
+    }
+}
