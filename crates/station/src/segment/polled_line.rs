@@ -212,27 +212,12 @@ impl PolledLine {
     /// Searches for one slave that gives no values, or reads it with RD_Inp, if its time has come.
     fn ask_slave(&self, context: &Context, session: &mut BusSession) -> Result<(), Lost> {
         let now = context.now();
-        let turn = self
-            .slaves()
-            .iter_mut()
-            .find_map(|slave| slave.takes_request_turn(now).then(|| (slave.config.clone(), slave.has_values())));
+        let turn = slave::next_request(&mut self.slaves(), now).map(|slave| (slave.config.clone(), slave.has_values()));
         let Some((config, is_known)) = turn else { return Ok(()) };
-        let (recorder, address) = (&context.services.recorder, config.address);
-        let found = if config.is_owned {
-            slave::search(session, &config, context.config.master)?.map(|()| None)
-        } else {
-            slave::read_inputs(session, &config, is_known)?.map(Some)
-        };
+        let answer = slave::ask(session, &config, context.config.master, is_known)?;
         let line = LineMoment { now: context.now(), bus_time: session.now(), baud: session.baud() };
-        let mut slaves = self.slaves();
-        let Some(slave) = slaves.iter_mut().find(|slave| slave.config.address == address) else { return Ok(()) };
-        match found.transpose() {
-            None => slave.search_finished(recorder, session.master(), line, Ok(())),
-            Some(Ok(inputs)) => slave.inputs_read(recorder, Ok(inputs), line.now),
-            Some(Err(problem)) if config.is_owned => {
-                slave.search_finished(recorder, session.master(), line, Err(problem));
-            }
-            Some(Err(problem)) => slave.inputs_read(recorder, Err(problem), line.now),
+        if let Some(slave) = self.slaves().iter_mut().find(|slave| slave.config.address == config.address) {
+            slave.take_answer(&context.services.recorder, session.master(), line, answer);
         }
         Ok(())
     }

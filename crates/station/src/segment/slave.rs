@@ -11,6 +11,7 @@ use crate::view::{self, BusStationState, GaugeKind, WatchedParameter};
 use profivac_dp::link::BitTime;
 use profivac_dp::master::services;
 use profivac_host::clock::duration_of;
+use profivac_host::port::PortError;
 use profivac_host::scan;
 use profivac_host::session::{BusMaster, BusSession, Reply, SessionError, add_or_restart};
 use profivac_listen::gauge::Knowledge;
@@ -87,15 +88,15 @@ impl SegmentSlave {
         if self.config.is_owned { !self.is_added } else { !self.is_heard && !self.has_values() }
     }
 
-    /// Whether the station is to search it, or to read it with RD_Inp, now. If so, sets the time of the next turn.
-    pub fn takes_request_turn(&mut self, now: Moment) -> bool {
+    /// When the station is to search it, or to read it with RD_Inp; `None` for one that needs no request.
+    fn request_due(&self) -> Option<Instant> {
         let is_asked = if self.config.is_owned { !self.is_added } else { !self.is_heard };
-        let is_due = is_asked && self.due() <= now.at;
-        if is_due {
-            self.search_at = now.at + SEARCH_INTERVAL;
-            self.sample_at = now.at + self.config.poll;
-        }
-        is_due
+        is_asked.then(|| self.due())
+    }
+
+    fn request_begins(&mut self, now: Moment) {
+        self.search_at = now.at + SEARCH_INTERVAL;
+        self.sample_at = now.at + self.config.poll;
     }
 
     /// Whether it gives values now.
@@ -177,40 +178,41 @@ impl SegmentSlave {
         }
     }
 
-    /// Takes the result of [`search`]: adds the slave to the master with its outputs, or notes the problem.
-    pub fn search_finished(
+    /// Takes the answer to a request: adds a slave of the station to the master with its outputs, takes the inputs of another one, or notes
+    /// the problem.
+    pub fn take_answer(
         &mut self,
         recorder: &RecorderHandle,
         master: &mut BusMaster,
         line: LineMoment,
-        found: Result<(), String>,
+        answer: Result<Answer, String>,
     ) {
-        let added = found.and_then(|()| {
-            let parameters = self.config.gsd.parameters(self.config.address, line.baud);
-            add_or_restart(master, &parameters).map_err(|error| error.to_string())?;
-            let outputs = master.outputs_mut(self.config.address).unwrap_or_default();
-            if outputs.len() != self.config.outputs.len() {
-                master.remove(self.config.address);
-                return Err("its outputs have another length than the station's file".to_owned());
+        let taken = answer.and_then(|answer| match answer {
+            Answer::Present => self.add(master, line),
+            Answer::Inputs(inputs) => {
+                self.take_inputs(recorder, &inputs, line.now, line.now);
+                Ok(())
             }
-            outputs.copy_from_slice(&self.config.outputs);
-            Ok(())
         });
-        match added {
-            Ok(()) => {
-                (self.is_added, self.exchange, self.sample_at) = (true, (None, line.now), line.now.at);
-                self.lose(recorder, BusStationState::Starting, None, line.now);
-            }
+        match taken {
+            Ok(()) if self.config.is_owned => self.lose(recorder, BusStationState::Starting, None, line.now),
+            Ok(()) => {}
             Err(problem) => self.lose(recorder, BusStationState::Missing, Some(problem), line.now),
         }
     }
 
-    /// Takes the result of [`read_inputs`].
-    pub fn inputs_read(&mut self, recorder: &RecorderHandle, read: Result<Vec<u8>, String>, now: Moment) {
-        match read {
-            Ok(inputs) => self.take_inputs(recorder, &inputs, now, now),
-            Err(problem) => self.lose(recorder, BusStationState::Missing, Some(problem), now),
+    /// Adds the slave to the master. Its outputs are set before the first exchange.
+    fn add(&mut self, master: &mut BusMaster, line: LineMoment) -> Result<(), String> {
+        let parameters = self.config.gsd.parameters(self.config.address, line.baud);
+        add_or_restart(master, &parameters).map_err(|error| error.to_string())?;
+        let outputs = master.outputs_mut(self.config.address).unwrap_or_default();
+        if outputs.len() != self.config.outputs.len() {
+            master.remove(self.config.address);
+            return Err("its outputs have another length than the station's file".to_owned());
         }
+        outputs.copy_from_slice(&self.config.outputs);
+        (self.is_added, self.exchange, self.sample_at) = (true, (None, line.now), line.now.at);
+        Ok(())
     }
 
     /// Ends the values because the port is lost or the segment stops.
@@ -351,15 +353,47 @@ impl SegmentSlave {
     }
 }
 
-/// Searches for a slave that the station owns: it answers, is the device of the GSD file, and belongs to no other master.
+/// The slave that is searched or read next: the one that has waited longest. On a slow line a request takes longer than `poll`, and in
+/// the order of the file the first slave would take all turns. Sets the time of its next turn.
+pub fn next_request(slaves: &mut [SegmentSlave], now: Moment) -> Option<&mut SegmentSlave> {
+    let due = slaves.iter_mut().filter_map(|slave| Some((slave.request_due()?, slave)));
+    let (_, slave) = due.filter(|(due, _)| *due <= now.at).min_by_key(|(due, _)| *due)?;
+    slave.request_begins(now);
+    Some(slave)
+}
+
+/// What a slave answered.
+pub enum Answer {
+    /// It is the device of the GSD file, and no other master owns it.
+    Present,
+    /// Its inputs.
+    Inputs(Vec<u8>),
+}
+
+/// Searches a slave that the station owns, or reads the inputs of another one with RD_Inp; unless it `is_known`, asks for its ident number
+/// first. The inner result has the problem of the slave, in a sentence.
 ///
 /// # Errors
-/// When the port is lost. The inner result has the problem of the slave, in a sentence.
-pub fn search(session: &mut BusSession, slave: &config::Slave, master: u8) -> Result<Result<(), String>, SessionError> {
+/// When the port is lost.
+pub fn ask(
+    session: &mut BusSession,
+    slave: &config::Slave,
+    master: u8,
+    is_known: bool,
+) -> Result<Result<Answer, String>, PortError> {
+    let answer = if slave.is_owned { search(session, slave, master) } else { read_inputs(session, slave, is_known) };
+    match answer {
+        Err(SessionError::Port(error)) => Err(error),
+        Err(error) => Ok(Err(error.to_string())),
+        Ok(answer) => Ok(answer),
+    }
+}
+
+fn search(session: &mut BusSession, slave: &config::Slave, master: u8) -> Result<Result<Answer, String>, SessionError> {
     let owner = present(session, slave)?;
     Ok(owner.and_then(|owner| match owner.filter(|owner| *owner != master) {
         Some(owner) => Err(format!("master {owner} owns it: with own = false the station reads it without ownership")),
-        None => Ok(()),
+        None => Ok(Answer::Present),
     }))
 }
 
@@ -373,30 +407,25 @@ fn present(session: &mut BusSession, slave: &config::Slave) -> Result<Result<Opt
     })
 }
 
-/// Reads the inputs of a slave that the station does not own, with RD_Inp. Unless it `is_known`, asks for its ident number first.
-///
-/// # Errors
-/// When the port is lost. The inner result has the problem of the slave, in a sentence.
-pub fn read_inputs(
+fn read_inputs(
     session: &mut BusSession,
     slave: &config::Slave,
     is_known: bool,
-) -> Result<Result<Vec<u8>, String>, SessionError> {
+) -> Result<Result<Answer, String>, SessionError> {
     if !is_known && let Err(problem) = present(session, slave)? {
         return Ok(Err(problem));
     }
-    let answer = match session.request(&services::rd_inp(slave.address))? {
-        Reply::Answer { status, du, .. } => (status, du),
-        Reply::NoAnswer(_) => return Ok(Err("no slave answers".to_owned())),
+    let Reply::Answer { status, du, .. } = session.request(&services::rd_inp(slave.address))? else {
+        return Ok(Err("no slave answers".to_owned()));
     };
-    Ok(match answer {
-        (Status::DataLow | Status::DataHigh, inputs) => Ok(inputs),
+    Ok(match status {
+        Status::DataLow | Status::DataHigh => Ok(Answer::Inputs(du)),
         // A slave without inputs.
-        (Status::NoReply, _) => Ok(Vec::new()),
-        (Status::ServiceNotActivated, _) => {
+        Status::NoReply => Ok(Answer::Inputs(Vec::new())),
+        Status::ServiceNotActivated => {
             Err("it is in data exchange with no master: with own = true the station exchanges data with it".to_owned())
         }
-        (status, _) => Err(format!("expected inputs as the answer to RD_Inp, got the status {status:?}")),
+        status => Err(format!("expected inputs as the answer to RD_Inp, got the status {status:?}")),
     })
 }
 

@@ -5,14 +5,16 @@ use super::plant::VirtualEdge;
 use super::test_slave::TestSlave;
 use crate::config::{self, PointType, SlavePoint};
 use crate::segment::heard_line::HeardLine;
+use crate::segment::moment::Moment;
 use crate::segment::polled_line::PolledLine;
+use crate::segment::slave::{SegmentSlave, next_request};
 use crate::view::{BusStationState, Gauge, GaugeKind, WatchedParameter};
 use profivac_gsd::GsdFile;
 use profivac_gsd_slave::{GsdSlave, ModuleChoice, Modules, Selection};
-use profivac_recorder::Quality;
+use profivac_recorder::{Micros, Quality};
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A valve: the position and a limit switch as inputs.
 const VALVE: &[u8] = b"#Profibus_DP
@@ -279,4 +281,18 @@ fn inputs_of_another_length_than_the_modules_are_no_values() {
     assert_eq!(turbo.state, BusStationState::Missing);
     let problem = turbo.problem.unwrap();
     assert!(problem.contains("3 octets") && problem.contains("compare modules"), "{problem}");
+}
+
+/// Each request takes longer than the interval: both slaves are due again whenever one ends.
+#[test]
+fn slaves_whose_requests_take_long_are_asked_in_turn() {
+    let mut now = Moment { at: Instant::now(), wall: Micros(0) };
+    let named = |name: &str| SegmentSlave::new(config::Slave { name: name.to_owned(), ..slave(false) }, now);
+    let mut slaves = [named("a"), named("b")];
+    let mut asked = String::new();
+    for _ in 0..4 {
+        now.at += Duration::from_secs(4);
+        asked += &next_request(&mut slaves, now).unwrap().config.name;
+    }
+    assert_eq!(asked, "abab");
 }
