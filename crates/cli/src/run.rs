@@ -62,8 +62,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         profivac_config::check_ports(&config)?;
         Server::check(&setup)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
+        let slaves: usize = config.segments.iter().map(|segment| segment.slaves.len()).sum();
         let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
-        out(&format!("{}: {segments}, {gauges}", arguments.file.display()));
+        let slaves = if slaves == 0 { String::new() } else { format!(", {}", counted(slaves as u64, "slave")) };
+        out(&format!("{}: {segments}, {gauges}{slaves}", arguments.file.display()));
         return Ok(());
     }
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
