@@ -378,7 +378,7 @@ texts = { 3 = "at speed" }
     }
     let snapshot = Arc::new(Modeller::default().next(inputs, Micros(2)));
     let database = Arc::new(Database::new(&config.name, &snapshot, settings).unwrap());
-    let held = held(&Default::default(), &snapshot, false, settings);
+    let held = held(&[], &snapshot, false, settings);
     let world = World { database, snapshot, held };
     assert!(close(number(&world, "VAC:TURBO:SPEED"), 1000.0));
     assert_eq!(text(&world, "VAC:TURBO:SPEED.EGU"), "Hz");
