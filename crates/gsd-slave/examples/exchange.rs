@@ -44,9 +44,9 @@ fn slave(file: &Arc<GsdFile>) -> Result<GsdSlave, String> {
     let numbers = file.device().modules.iter().map(|module| module.number);
     let one = numbers.clone().map(|number| vec![number]);
     let two = numbers.clone().zip(numbers.skip(1)).map(|(first, second)| vec![first, second]);
-    let chosen = one.chain(two).find_map(|numbers| {
-        with(Modules::InOrder(numbers.into_iter().map(ModuleChoice::Number).collect())).ok()
-    });
+    let chosen = one
+        .chain(two)
+        .find_map(|numbers| with(Modules::InOrder(numbers.into_iter().map(ModuleChoice::Number).collect())).ok());
     preset.or_else(|error| chosen.ok_or(error))
 }
 
