@@ -25,7 +25,7 @@ const SHARED: [&str; 2] = ["crates/web-server/src/tables", "crates/station/src/c
 const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
 
 /// Types of values, and what the file has for them.
-const WORDS: [(&str, &[&str]); 12] = [
+const WORDS: [(&str, &[&str]); 15] = [
     ("`true` or `false`", &["bool"]),
     ("URL", &["Uri"]),
     ("address and port", &["Listen", "SocketAddr"]),
@@ -35,9 +35,12 @@ const WORDS: [(&str, &[&str]); 12] = [
     ("file", &["PathBuf"]),
     ("gas", &["Gas"]),
     ("integer", &["BaudToml", "i64", "u16", "u32", "u64", "u8", "usize"]),
+    ("list or table of modules", &["Modules"]),
     ("number", &["f64"]),
     ("pressure", &["Pressure"]),
     ("text", &["Secret", "String"]),
+    ("text or integer", &["PrmValue"]),
+    ("text or table", &["OutputsToml"]),
 ];
 
 /// Prints the page.

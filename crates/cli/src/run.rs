@@ -70,8 +70,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Server::check(&setup).map_err(|error| server_failure(&config, error))?;
         check_addresses(&config, listen)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
+        let slaves: usize = config.segments.iter().map(|segment| segment.slaves.len()).sum();
         let (segments, gauges) = (counted(config.segments.len() as u64, "segment"), counted(gauges as u64, "gauge"));
-        out(&format!("{}: {segments}, {gauges}", arguments.file.display()));
+        let slaves = if slaves == 0 { String::new() } else { format!(", {}", counted(slaves as u64, "slave")) };
+        out(&format!("{}: {segments}, {gauges}{slaves}", arguments.file.display()));
         return Ok(());
     }
     if let Some(files) = setup.tls.clone() {

@@ -29,6 +29,7 @@ use super::error::{ConfigProblem, Located, NamedItem};
 use super::names::unique;
 use super::number_range::NumberRange;
 use super::segments::{SegmentToml, gauge_names};
+use super::slaves;
 use super::values::{delay, number, priority};
 use crate::time_span::TimeSpan;
 use profivac_client::cyclic::open_instances;
@@ -114,6 +115,7 @@ pub fn rules(
 ) -> Result<Vec<Rule>, Located> {
     unique(NamedItem::Alarm, alarms.iter().map(|alarm| &alarm.name))?;
     let mut rules = alarms.iter().map(|alarm| rule(alarm, segments)).collect::<Result<Vec<_>, _>>()?;
+    rules.extend(slaves::rules(segments.iter().flat_map(|segment| &segment.slave))?);
     let defaults = default_alarms(&rules, defaults, segments)?;
     let taken: HashSet<_> = defaults.iter().map(|rule| rule.name.as_str()).collect();
     if let Some(alarm) = alarms.iter().find(|alarm| taken.contains(alarm.name.get_ref().as_str())) {

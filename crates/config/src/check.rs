@@ -4,6 +4,8 @@ use super::error::{AddressUser, ConfigProblem, Located, NamedItem};
 use super::file::ConfigToml;
 use super::names::{self, unique};
 use super::segments::{GaugeToml, SegmentToml};
+use crate::time_span::TimeSpan;
+use profivac_host::text_file::Parsed;
 use profivac_listen::Hex;
 use profivac_virtual::device_spec::entry;
 use profivac_web_server::host_name::host;
@@ -28,8 +30,13 @@ pub fn check(file: &ConfigToml) -> Result<(), Located> {
     file.station.name.as_ref().map_or(Ok(()), |name| names::check(NamedItem::Station, name))?;
     unique(NamedItem::Segment, file.segment.iter().map(|segment| &segment.name))?;
     unique(NamedItem::Port, file.segment.iter().map(|segment| &segment.port))?;
-    unique(NamedItem::Gauge, file.segment.iter().flat_map(|segment| &segment.gauge).map(|gauge| &gauge.name))?;
+    unique(NamedItem::Gauge, file.segment.iter().flat_map(names_of))?;
     file.segment.iter().try_for_each(check_segment)
+}
+
+/// The names of gauges and other slaves: the views and the gateways have one list of both.
+fn names_of(segment: &SegmentToml) -> impl Iterator<Item = &Spanned<String>> {
+    segment.gauge.iter().map(|gauge| &gauge.name).chain(segment.slave.iter().map(|slave| &slave.name))
 }
 
 /// Host names have no port, because certificates have none.
@@ -57,29 +64,37 @@ fn check_segment(segment: &SegmentToml) -> Result<(), Located> {
     for gauge in &segment.gauge {
         check_gauge(gauge)?;
         check_declared(gauge, segment.listen_only)?;
-        let address = *gauge.address.get_ref();
+    }
+    segment.slave.iter().try_for_each(|slave| check_slave(&slave.address, slave.poll.as_ref()))?;
+    let addresses = segment.gauge.iter().map(|gauge| &gauge.address);
+    for given in addresses.chain(segment.slave.iter().map(|slave| &slave.address)) {
+        let address = *given.get_ref();
         if !used.insert(address) {
             let user = if address == master_address { AddressUser::Master } else { AddressUser::Gauge };
-            return Err(Located::new(gauge.address.span(), ConfigProblem::AddressInUse { address, user }));
+            return Err(Located::new(given.span(), ConfigProblem::AddressInUse { address, user }));
         }
     }
     Ok(())
 }
 
-fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
-    let address = *gauge.address.get_ref();
-    if address > MAX_ADDRESS {
-        return Err(Located::new(gauge.address.span(), ConfigProblem::SlaveAddress(address)));
+/// Checks address and sampling interval, which gauges and other slaves have.
+fn check_slave(address: &Spanned<u8>, poll: Option<&Spanned<Parsed<TimeSpan>>>) -> Result<(), Located> {
+    if *address.get_ref() > MAX_ADDRESS {
+        return Err(Located::new(address.span(), ConfigProblem::SlaveAddress(*address.get_ref())));
     }
-    entry(gauge.device.get_ref())
-        .map_err(|error| Located::new(gauge.device.span(), ConfigProblem::UnknownDevice(error)))?;
-    gauge.levels.keys().try_for_each(|level| names::check(NamedItem::Level, level))?;
-    match &gauge.poll {
+    match poll {
         Some(poll) if !POLL_RANGE.contains(&*poll.get_ref().0) => {
             Err(Located::new(poll.span(), ConfigProblem::PollInterval(poll.get_ref().0)))
         }
         _ => Ok(()),
     }
+}
+
+fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
+    check_slave(&gauge.address, gauge.poll.as_ref())?;
+    entry(gauge.device.get_ref())
+        .map_err(|error| Located::new(gauge.device.span(), ConfigProblem::UnknownDevice(error)))?;
+    gauge.levels.keys().try_for_each(|level| names::check(NamedItem::Level, level))
 }
 
 /// Checks `configuration` and `unit`.

@@ -9,7 +9,7 @@
 
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
-use super::segments::{SegmentToml, gauge_names};
+use super::segments::SegmentToml;
 use super::values::{delay, number, priority_or_off};
 use crate::time_span::TimeSpan;
 use profivac_client::suggestion::closest;
@@ -83,7 +83,7 @@ pub fn default_alarms(
         all.extend(down);
         let condition = Condition::DamagedTelegrams { segment: name.clone(), limit: alarms.max_damaged };
         all.extend(alarms.damage.rule(name, format!("segment {name}: damage"), condition));
-        for name in segment.gauge.iter().map(|gauge| gauge.name.get_ref()) {
+        for name in names_of(segment) {
             let condition = Condition::Fault { gauge: name.clone() };
             all.extend(alarms.fault.rule(name, format!("{name}: fault"), condition));
             let condition = Condition::Stale { gauge: name.clone(), behind_segment: behind_segment.clone() };
@@ -98,6 +98,12 @@ pub fn default_alarms(
     }
     all.extend(alarms.database.rule("", "station: not recording".to_owned(), Condition::NotRecording));
     Ok(all)
+}
+
+/// The names of gauges and other slaves: both report faults, and may give no data.
+fn names_of(segment: &SegmentToml) -> impl Iterator<Item = &String> {
+    let slaves = segment.slave.iter().map(|slave| slave.name.get_ref());
+    segment.gauge.iter().map(|gauge| gauge.name.get_ref()).chain(slaves)
 }
 
 /// The settings of all default alarms.
@@ -122,7 +128,7 @@ impl<'a> Templates<'a> {
         if let Some(limit) = others.into_iter().find_map(|other| other.limit.as_ref()) {
             return Err(Located::new(limit.span(), ConfigProblem::LimitWithoutDamage));
         }
-        let gauges = Exceptions::Gauges(gauge_names(segments).collect());
+        let gauges = Exceptions::Gauges(segments.iter().flat_map(names_of).map(String::as_str).collect());
         let segments = Exceptions::Segments(segments.iter().map(|segment| segment.name.get_ref().as_str()).collect());
         Ok(Self {
             fault: Template::new(fault, &FAULT, &gauges)?,

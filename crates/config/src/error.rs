@@ -1,6 +1,7 @@
 //! Errors in the configuration file.
 
 use super::number_range::NumberRange;
+use super::slave_problem::SlaveProblem;
 use crate::time_span::TimeSpan;
 use profivac_station::alarm::Priority;
 use profivac_station::directory::ViewState;
@@ -83,6 +84,12 @@ pub enum NamedItem {
     Port,
     /// `[[segment.gauge]]`.
     Gauge,
+    /// `[[segment.slave.point]]`.
+    Point,
+    /// `unit` of a point.
+    Unit,
+    /// The text of a code of a point.
+    CodeText,
     /// A level of a gauge.
     Level,
     /// `[[alarm]]`.
@@ -120,6 +127,9 @@ impl fmt::Display for NamedItem {
             Self::Segment => "segment",
             Self::Port => "port",
             Self::Gauge => "gauge",
+            Self::Point => "point",
+            Self::Unit => "unit",
+            Self::CodeText => "text of a code",
             Self::Level => "level",
             Self::Alarm => "alarm",
             Self::Webhook => "webhook",
@@ -143,7 +153,7 @@ impl fmt::Display for NamedItem {
 pub enum AddressUser {
     /// The master of the station.
     Master,
-    /// Another gauge of the segment.
+    /// Another gauge or slave of the segment.
     Gauge,
 }
 
@@ -151,7 +161,7 @@ impl fmt::Display for AddressUser {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::Master => "the master",
-            Self::Gauge => "another gauge",
+            Self::Gauge => "another gauge or slave",
         })
     }
 }
@@ -203,6 +213,9 @@ pub enum ConfigProblem {
         /// The value.
         found: String,
     },
+    /// A slave by its GSD file.
+    #[error(transparent)]
+    Slave(Box<SlaveProblem>),
     /// The file has no segment.
     #[error("expected at least one [[segment]]")]
     NoSegment,
@@ -745,7 +758,10 @@ fn twice_hint(item: NamedItem) -> &'static str {
         | NamedItem::Search
         | NamedItem::PlantPart
         | NamedItem::PlantState
-        | NamedItem::Description => "choose another name",
+        | NamedItem::Description
+        | NamedItem::Point
+        | NamedItem::Unit
+        | NamedItem::CodeText => "choose another name",
     }
 }
 

@@ -36,13 +36,13 @@ pub fn directory(segments: &[SegmentToml]) -> Result<Directory, Located> {
 
 fn labels(gauge: &GaugeToml) -> Result<GaugeLabels, Located> {
     if let Some(group) = &gauge.group {
-        check(NamedItem::Group, group, MAX_NAME)?;
+        names::check_length(NamedItem::Group, group, MAX_NAME)?;
     }
     if let Some(location) = &gauge.location {
-        check(NamedItem::Location, location, MAX_LOCATION)?;
+        names::check_length(NamedItem::Location, location, MAX_LOCATION)?;
     }
     names::unique(NamedItem::Tag, gauge.tags.iter())?;
-    gauge.tags.iter().try_for_each(|tag| check(NamedItem::Tag, tag, MAX_NAME))?;
+    gauge.tags.iter().try_for_each(|tag| names::check_length(NamedItem::Tag, tag, MAX_NAME))?;
     if let Some(tag) = gauge.tags.get(MAX_TAGS) {
         return Err(Located::new(tag.span(), ConfigProblem::TooManyTags { most: MAX_TAGS, found: gauge.tags.len() }));
     }
@@ -54,16 +54,6 @@ fn labels(gauge: &GaugeToml) -> Result<GaugeLabels, Located> {
         calibrated: calibrated.map(|date| date.to_string()),
         calibration_due: due(gauge, calibrated)?.map(|date| date.to_string()),
     })
-}
-
-/// Checks a text of at most `most` characters.
-pub fn check(item: NamedItem, text: &Spanned<String>, most: usize) -> Result<(), Located> {
-    names::check(item, text)?;
-    let found = text.get_ref().chars().count();
-    if found > most {
-        return Err(Located::new(text.span(), ConfigProblem::LongText { item, most, found }));
-    }
-    Ok(())
 }
 
 /// A day without a time.

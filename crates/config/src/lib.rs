@@ -42,6 +42,22 @@
 //! calibrated = 2026-05-01
 //! calibration-interval = "365 days"
 //!
+//! [[segment.slave]]                # a slave by its GSD file: docs/gsd-slaves.md
+//! name = "turbo"
+//! address = 12
+//! gsd = "turbo.gsd"                # relative to this file
+//! modules = [1, "status"]          # numbers and names of the GSD file, in slot order
+//! parameters = { "State without bus" = "keep" }
+//! own = true                       # the station takes it into data exchange, and sends these outputs
+//! outputs = "01 00"
+//!
+//! [[segment.slave.point]]
+//! name = "speed"
+//! slot = 1
+//! octet = 2
+//! type = "u16"
+//! unit = "Hz"
+//!
 //! [[segment]]
 //! name = "plc"
 //! port = "/dev/ttyUSB1"
@@ -76,6 +92,7 @@
 //! |---|---|
 //! | `file` | the whole file as TOML, and its defaults |
 //! | `segments` | `[[segment]]`, `[[segment.gauge]]` |
+//! | `slaves` | `[[segment.slave]]`, `[[segment.slave.point]]`: slaves by their GSD files |
 //! | `alarms` | `[[alarm]]` |
 //! | `default_alarms` | `[alarms]` |
 //! | `webhooks` | `[[webhook]]` |
@@ -88,7 +105,7 @@
 //! | `check` | checks of segments, gauges and host names |
 //! | `views` | `[[view]]` |
 //! | `names`, `number_range`, `values` | rules for names; ranges of numbers; delays and priorities |
-//! | `error` | errors with their positions |
+//! | `error`, `slave_problem` | errors with their positions |
 //! | `notice` | notices about a valid file, and about changes that need a restart |
 
 mod alarms;
@@ -106,6 +123,8 @@ mod plant;
 mod plant_states;
 mod retention;
 mod segments;
+mod slave_problem;
+mod slaves;
 pub mod time_span;
 mod values;
 mod views;
@@ -117,6 +136,7 @@ pub use error::{
 };
 pub use notice::{ConfigNotice, RestartNeeded, needs_restart};
 pub use number_range::NumberRange;
+pub use slave_problem::SlaveProblem;
 
 use error::Located;
 use file::ConfigToml;
@@ -170,6 +190,10 @@ pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
     let openid = file.openid(folder).map_err(located)?;
     let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
     let source = ConfigSource::new(path, text, parse_again);
+    let slaves = file.segment.iter().map(|it| slaves::slaves(&it.slave, it.listen_only, folder));
+    let slaves = slaves.collect::<Result<Vec<_>, _>>().map_err(located)?;
+    let mut config = file.into_config(path);
+    config.segments.iter_mut().zip(slaves).for_each(|(segment, slaves)| segment.slaves = slaves);
     Ok(Config {
         alarms,
         plant_states,
@@ -182,7 +206,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
         renamed_keys,
         gateways,
         source,
-        ..file.into_config(path)
+        ..config
     })
 }
 
@@ -217,7 +241,7 @@ pub fn tls_sentence(config: &Config, error: &TlsError) -> String {
 #[must_use]
 pub fn notices(config: &Config) -> Vec<ConfigNotice> {
     let renamed = config.renamed_keys.iter().cloned().map(ConfigNotice::RenamedKey);
-    let empty = config.segments.iter().filter(|segment| segment.gauges.is_empty());
+    let empty = config.segments.iter().filter(|it| it.gauges.is_empty() && it.slaves.is_empty());
     let empty = empty.map(|segment| ConfigNotice::EmptySegment { segment: segment.name.clone() });
     let gauges = config.segments.iter().flat_map(|segment| &segment.gauges);
     let integers = gauges.filter_map(|gauge| {

@@ -37,6 +37,16 @@ pub fn check(item: NamedItem, name: &Spanned<String>) -> Result<(), Located> {
     Ok(())
 }
 
+/// Checks a text of at most `most` characters.
+pub fn check_length(item: NamedItem, text: &Spanned<String>, most: usize) -> Result<(), Located> {
+    check(item, text)?;
+    let found = text.get_ref().chars().count();
+    if found > most {
+        return Err(Located::new(text.span(), ConfigProblem::LongText { item, most, found }));
+    }
+    Ok(())
+}
+
 /// The name of the file at `path` without its extension.
 pub fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| "station".to_owned(), |stem| stem.to_string_lossy().into_owned())

@@ -13,7 +13,7 @@
 
 use super::alarms;
 use super::error::{ConfigProblem, Located, NamedItem};
-use super::labels::{MAX_NAME, check};
+use super::labels::MAX_NAME;
 use super::names;
 use super::segments::SegmentToml;
 use crate::time_span::TimeSpan;
@@ -102,7 +102,7 @@ pub fn plant_states(given: &[PlantStateToml], known: &Known<'_>) -> Result<Vec<P
 }
 
 fn plant_state(given: &PlantStateToml, known: &Known<'_>) -> Result<PlantStateRule, Located> {
-    check(NamedItem::PlantState, &given.name, MAX_NAME)?;
+    names::check_length(NamedItem::PlantState, &given.name, MAX_NAME)?;
     given.description.as_ref().map_or(Ok(()), check_description)?;
     Ok(PlantStateRule {
         name: given.name.get_ref().clone(),

@@ -1,5 +1,7 @@
 //! `[[segment]]` and `[[segment.gauge]]`.
 
+use super::slaves::SlaveToml;
+use super::values::hex;
 use crate::time_span::TimeSpan;
 use profivac_client::pressure::Pressure;
 use profivac_devices::model::{Configuration, Unit};
@@ -33,6 +35,9 @@ pub struct SegmentToml {
     /// A gauge or controller of the segment.
     #[serde(default)]
     pub gauge: Vec<GaugeToml>,
+    /// Another slave of the segment, by its GSD file.
+    #[serde(default)]
+    pub slave: Vec<SlaveToml>,
 }
 
 /// `baud`.
@@ -88,7 +93,7 @@ impl SegmentToml {
         self.master.as_ref().map_or(0, |master| *master.get_ref())
     }
 
-    /// The segment of a station's file in `folder`.
+    /// The segment of a station's file in `folder`, without its slaves, whose GSD files are read before.
     pub fn into_segment(self, folder: &Path) -> Segment {
         Segment {
             master: self.master_address(),
@@ -98,6 +103,7 @@ impl SegmentToml {
             listen_only: self.listen_only,
             baud: self.baud.map_or(usual_baud(), |BaudToml(baud)| baud),
             gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
+            slaves: Vec::new(),
         }
     }
 }
@@ -108,17 +114,6 @@ fn port_in(folder: &Path, port: String) -> String {
         Some(file) => format!("sim:{}", folder.join(file).display()),
         None => port,
     }
-}
-
-/// Octets in hexadecimal, with or without spaces.
-fn hex(text: &str) -> Option<Vec<u8>> {
-    let digits: Vec<u32> =
-        text.chars().filter(|it| !it.is_whitespace()).map(|it| it.to_digit(16)).collect::<Option<_>>()?;
-    let octet = |pair: &[u32]| match pair {
-        [high, low] => u8::try_from((high << 4) | low).ok(),
-        _ => None,
-    };
-    digits.chunks(2).map(octet).collect()
 }
 
 impl GaugeToml {

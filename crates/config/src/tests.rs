@@ -229,7 +229,7 @@ fn a_segment_without_gauges_gives_a_notice() {
 #[test]
 fn two_gauges_cannot_share_an_address_or_a_name() {
     let twice = FILE.to_owned() + "[[segment.gauge]]\nname = \"second\"\naddress = 5\ndevice = \"pcg550\"\n";
-    assert_eq!(problem(&twice), "address 5 is already used by another gauge");
+    assert_eq!(problem(&twice), "address 5 is already used by another gauge or slave");
     let same_name = twice.replace("second", "chamber");
     assert_eq!(problem(&same_name), "the gauge \"chamber\" is defined twice; choose another name");
     let two_lines = FILE.replace("\"chamber\"", "\"cham\\nber\"");
@@ -613,7 +613,7 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
         ),
         (
             "kinds = ['abov']",
-            "expected a kind of alarms, one of above, below, rise, several, not-measurable, fault, stale, segment-down, ",
+            "expected a kind of alarms, one of above, below, rise, several, point, not-measurable, fault, stale, segment-down, ",
         ),
         ("kinds = ['not-recording']", "expected a kind of alarms, one of above, "),
         (

@@ -1,4 +1,4 @@
-//! Values that several tables have: delays, priorities, when a webhook is notified.
+//! Values that several tables have: delays, priorities, octets, when a webhook is notified.
 
 use super::error::{ConfigProblem, Located};
 use super::number_range::NumberRange;
@@ -81,4 +81,15 @@ fn priority_word(given: &Spanned<String>, may_be_off: bool) -> Result<Priority, 
         Located::new(given.span(), ConfigProblem::UnknownPriority { found, may_be_off })
     };
     Priority::from_word(given.get_ref()).ok_or_else(unknown)
+}
+
+/// Octets in hexadecimal, with or without spaces.
+pub fn hex(text: &str) -> Option<Vec<u8>> {
+    let digits: Vec<u32> =
+        text.chars().filter(|it| !it.is_whitespace()).map(|it| it.to_digit(16)).collect::<Option<_>>()?;
+    let octet = |pair: &[u32]| match pair {
+        [high, low] => u8::try_from((high << 4) | low).ok(),
+        _ => None,
+    };
+    digits.chunks(2).map(octet).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::alarms;
 use super::error::{ConfigProblem, Located, NamedItem};
-use super::labels::{MAX_NAME, check};
+use super::labels::MAX_NAME;
 use super::names;
 use super::segments::SegmentToml;
 use profivac_client::suggestion::closest;
@@ -39,13 +39,13 @@ pub fn views(given: &[ViewToml], segments: &[SegmentToml], directory: &Directory
 }
 
 fn view(given: &ViewToml, segments: &[SegmentToml], directory: &Directory) -> Result<SavedView, Located> {
-    check(NamedItem::View, &given.name, MAX_NAME)?;
+    names::check_length(NamedItem::View, &given.name, MAX_NAME)?;
     let labels = || directory.gauges.values();
     known(NamedItem::Group, given.group.as_ref(), labels().filter_map(|it| it.group.as_deref()))?;
     known(NamedItem::Tag, given.tag.as_ref(), labels().flat_map(|it| &it.tags).map(String::as_str))?;
     known(NamedItem::Location, given.location.as_ref(), labels().filter_map(|it| it.location.as_deref()))?;
     if let Some(search) = &given.search {
-        check(NamedItem::Search, search, MAX_NAME)?;
+        names::check_length(NamedItem::Search, search, MAX_NAME)?;
     }
     let mut seen = HashSet::new();
     for series in &given.series {

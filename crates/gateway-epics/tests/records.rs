@@ -5,15 +5,17 @@
 use crate::common::{Plant, config, parsed};
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
-use profivac_gateway_epics::database::World;
+use profivac_gateway_epics::database::{Database, World, held};
 use profivac_gateway_epics::listing;
 use profivac_gateway_epics::names::NameError;
 use profivac_gateway_epics::record::{Answer, Data, Record, RecordType};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
+use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::config::gateways::epics::Settings;
 use profivac_station::view::BusStationState;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 fn read<'a>(world: &'a World, name: &str) -> Answer<'a> {
     world.read(world.database.find(name).unwrap_or_else(|| panic!("no {name}"))).unwrap()
@@ -336,4 +338,51 @@ fn the_lists_for_archiver_and_phoebus_name_records_that_exist() {
     assert!(screen.contains("<name>A &amp; B</name>") && screen.ends_with("</display>\n"));
     let pvs: Vec<_> = screen.split("<pv_name>").skip(1).filter_map(|rest| rest.split('<').next()).collect();
     assert!(pvs.contains(&"VAC:FORE_LINE:CH4:P") && pvs.iter().all(|pv| known.contains(*pv)), "{pvs:?}");
+}
+
+/// A turbo pump by its GSD file, with a speed in Hz and a state in words.
+#[test]
+fn the_points_of_a_slave_have_records_in_their_own_unit() {
+    const GSD: &str = "#Profibus_DP\nVendor_Name = \"Invented\"\nModel_Name = \"Pump\"\nIdent_Number = 0x0FA1\nModule = \"All\" 0x12\n1\nEndModule\n";
+    const FILE: &str = r#"
+[epics]
+prefix = "VAC:"
+[[segment]]
+name = "hall"
+port = "/dev/ttyUSB0"
+[[segment.slave]]
+name = "turbo"
+address = 9
+gsd = "pump.gsd"
+[[segment.slave.point]]
+name = "speed"
+type = "u16"
+unit = "Hz"
+[[segment.slave.point]]
+name = "state"
+octet = 2
+type = "u8"
+texts = { 3 = "at speed" }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("pump.gsd"), GSD).unwrap();
+    let config = profivac_config::parse(FILE, &folder.path().join("plant.toml")).unwrap();
+    let [GatewaySettings::Epics(settings)] = &config.gateways[..] else { panic!("one gateway") };
+    let mut inputs = Inputs::planned(&config);
+    let turbo = &mut inputs.gauges[0];
+    (turbo.state, turbo.age_ms) = (BusStationState::DataExchange, Some(10));
+    let values = [(1000.0, "1000 Hz"), (3.0, "at speed")];
+    for (point, (number, text)) in Arc::make_mut(&mut turbo.parameters).iter_mut().zip(values) {
+        (point.number, point.quality, point.read_at) = (Some(number), Quality::Valid, Some(Micros(1)));
+        point.text = text.to_owned();
+    }
+    let snapshot = Arc::new(Modeller::default().next(inputs, Micros(2)));
+    let database = Arc::new(Database::new(&config.name, &snapshot, settings).unwrap());
+    let held = held(&[], &snapshot, false, settings);
+    let world = World { database, snapshot, held };
+    assert!(close(number(&world, "VAC:TURBO:SPEED"), 1000.0));
+    assert_eq!(text(&world, "VAC:TURBO:SPEED.EGU"), "Hz");
+    assert_eq!(alarm(&world, "VAC:TURBO:SPEED"), (EpicsSeverity::None, EpicsStatus::None));
+    assert_eq!(text(&world, "VAC:TURBO:STATE_STR"), "at speed");
+    assert_eq!(text(&world, "VAC:TURBO:FAULTS"), "");
 }

@@ -172,6 +172,7 @@ impl Plant {
         (reading.quality, reading.pa, reading.limit_pa) = (quality, pa, limit_pa);
         let parameters = Arc::make_mut(&mut gauge.parameters);
         if let Some(emission) = parameters.iter_mut().find(|it| it.target.ends_with("emission-status")) {
+            emission.quality = Quality::Valid;
             (emission.text, emission.number, emission.read_at) = ("on".to_owned(), Some(1.0), Some(Micros(read_at)));
         }
         let snapshot: Snapshot = self.modeller.next(inputs, Micros(read_at));

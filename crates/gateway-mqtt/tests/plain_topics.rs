@@ -98,7 +98,7 @@ fn the_state_of_a_gauge_has_pressure_unit_quality_and_the_time_of_the_reading() 
 fn a_parameter_has_its_number_in_the_unit_beside_it() {
     let mut inputs = measuring(Some(1.0), Micros(1));
     for parameter in Arc::make_mut(&mut inputs.gauges[0].parameters) {
-        (parameter.number, parameter.read_at) = (Some(5.0), Some(Micros(1)));
+        (parameter.number, parameter.quality, parameter.read_at) = (Some(5.0), Quality::Valid, Some(Micros(1)));
     }
     let messages = all(&Modeller::default().next(inputs, Micros(1)));
     let parameter = |name: &str| object(&messages, &format!("profivac/target-hall/chamber/parameter/{name}"));

@@ -32,17 +32,34 @@ pub struct Unit {
     pub name: &'static str,
 }
 
+/// Units with their codes in UNECE Recommendation 20: first those of the signals, then usual ones of points of slaves.
+const UNITS: [Unit; 19] = [
+    Unit { symbol: "Pa", code: "PAL", name: "pascal" },
+    Unit { symbol: "%", code: "P1", name: "percent or per cent" },
+    Unit { symbol: "bit/s", code: "B10", name: "bit per second" },
+    Unit { symbol: "s", code: "SEC", name: "second [unit of time]" },
+    Unit { symbol: "Hz", code: "HTZ", name: "hertz" },
+    Unit { symbol: "rpm", code: "RPM", name: "revolutions per minute" },
+    Unit { symbol: "1/min", code: "C94", name: "reciprocal minute" },
+    Unit { symbol: "A", code: "AMP", name: "ampere" },
+    Unit { symbol: "mA", code: "4K", name: "milliampere" },
+    Unit { symbol: "V", code: "VLT", name: "volt" },
+    Unit { symbol: "W", code: "WTT", name: "watt" },
+    Unit { symbol: "kW", code: "KWT", name: "kilowatt" },
+    Unit { symbol: "°C", code: "CEL", name: "degree Celsius" },
+    Unit { symbol: "K", code: "KEL", name: "kelvin" },
+    Unit { symbol: "l/min", code: "L2", name: "litre per minute" },
+    Unit { symbol: "mbar", code: "MBR", name: "millibar" },
+    Unit { symbol: "bar", code: "BAR", name: "bar [unit of pressure]" },
+    Unit { symbol: "h", code: "HUR", name: "hour" },
+    Unit { symbol: "mm", code: "MMT", name: "millimetre" },
+];
+
 impl Unit {
-    /// The unit with this symbol.
+    /// The unit with this symbol; `None` for one that this table does not have.
     #[must_use]
     pub fn of(symbol: &str) -> Option<Self> {
-        match symbol {
-            "Pa" => Some(Self { symbol: "Pa", code: "PAL", name: "pascal" }),
-            "%" => Some(Self { symbol: "%", code: "P1", name: "percent or per cent" }),
-            "bit/s" => Some(Self { symbol: "bit/s", code: "B10", name: "bit per second" }),
-            "s" => Some(Self { symbol: "s", code: "SEC", name: "second [unit of time]" }),
-            _ => None,
-        }
+        UNITS.into_iter().find(|unit| unit.symbol == symbol)
     }
 
     /// The number of the unit in OPC UA: the characters of its code as octets of a number (OPC 10000-8, 5.6.4.3).

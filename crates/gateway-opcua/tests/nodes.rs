@@ -1,9 +1,9 @@
 //! The identifiers of nodes, which never change: a client stores them.
 
-#![allow(clippy::unwrap_used, reason = "a test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_gateway::{Inputs, points};
-use profivac_gateway_opcua::plan::{NodeKind, nodes};
+use profivac_gateway_opcua::plan::{NodeKind, Property, nodes};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -63,4 +63,36 @@ fn no_two_nodes_have_the_same_identifier() {
     let lines = lines();
     let ids: BTreeSet<_> = lines.iter().filter_map(|line| line.split(" | ").next()).collect();
     assert_eq!(ids.len(), lines.len());
+}
+
+/// A valve by its GSD file: its points are variables in `ParameterSet`, in the unit of the station's file.
+#[test]
+fn the_points_of_a_slave_are_variables_with_their_unit() {
+    const GSD: &str = "#Profibus_DP\nVendor_Name = \"Invented\"\nModel_Name = \"Valve\"\nIdent_Number = 0x0FA7\nModule = \"All\" 0x10\n1\nEndModule\n";
+    const FILE: &str = r#"
+[[segment]]
+name = "hall"
+port = "/dev/ttyUSB0"
+[[segment.slave]]
+name = "gate"
+address = 9
+gsd = "valve.gsd"
+[[segment.slave.point]]
+name = "position"
+type = "u8"
+unit = "mm"
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("valve.gsd"), GSD).unwrap();
+    let config = profivac_config::parse(FILE, &folder.path().join("plant.toml")).unwrap();
+    let nodes = nodes(&points(&Inputs::planned(&config)));
+    let node = |id: &str| nodes.iter().find(|node| node.id == id).unwrap();
+    let NodeKind::Variable { properties, .. } = &node("gauge/gate/parameter/position/parameter-number").kind else {
+        panic!("no variable")
+    };
+    assert!(
+        properties.iter().any(|it| matches!(it, Property::EngineeringUnits(unit) if unit.symbol == "mm")),
+        "{properties:?}"
+    );
+    assert!(matches!(node("gauge/gate/parameter/position/parameter-text").kind, NodeKind::Variable { .. }));
 }

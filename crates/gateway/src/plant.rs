@@ -13,9 +13,11 @@ use profivac_station::alarm::view::AlarmView;
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
 use profivac_station::config::{self, Config, is_virtual};
 use profivac_station::directory::{Directory, GaugeLabels};
-use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings};
+use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings, planned_slave};
 use profivac_station::services::Services;
-use profivac_station::view::{self, BusStationState, Gauge, Reading, Segment, SegmentState, WatchedParameter};
+use profivac_station::view::{
+    self, BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState, WatchedParameter,
+};
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -61,7 +63,8 @@ impl Inputs {
     #[must_use]
     pub fn planned(config: &Config) -> Self {
         let gauges = config.segments.iter().flat_map(|segment| {
-            segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name, segment.listen_only))
+            let gauges = segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name, segment.listen_only));
+            gauges.chain(segment.slaves.iter().map(|slave| planned_slave(slave, &segment.name)))
         });
         Self {
             station: view::Station {
@@ -90,7 +93,7 @@ impl Inputs {
         for gauge in &self.gauges {
             (&gauge.name, &gauge.segment, &gauge.device, gauge.stale_after_ms).hash(&mut hasher);
             (gauge.readings.len(), gauge.parameters.len()).hash(&mut hasher);
-            gauge.parameters.iter().for_each(|parameter| parameter.target.hash(&mut hasher));
+            gauge.parameters.iter().for_each(|it| (&it.target, &it.name, it.unit).hash(&mut hasher));
             for reading in &gauge.readings {
                 let principle = reading.principle.map(|principle| principle as u8);
                 (&reading.series, reading.instance, principle).hash(&mut hasher);
@@ -199,8 +202,8 @@ pub struct PointOf {
     pub range_pa: Option<(f64, f64)>,
     /// The limits of the alarms on its pressure.
     pub limits: Limits,
-    /// The unit of the values that have the unit of an alarm's limit.
-    pub limit_unit: Option<&'static str>,
+    /// The unit of the values that have the unit of an alarm's limit, or of the number of a parameter.
+    pub own_unit: Option<&'static str>,
     /// The age in milliseconds from which it is stale, of a reading.
     pub stale_after_ms: Option<u64>,
     /// It is virtual.
@@ -209,8 +212,8 @@ pub struct PointOf {
 
 impl PointOf {
     fn plain(subject: Subject, segment: Option<Arc<str>>, is_simulated: bool) -> Self {
-        let (range_pa, limits, limit_unit, stale_after_ms) = (None, Limits::default(), None, None);
-        Self { subject, segment, range_pa, limits, limit_unit, stale_after_ms, is_simulated }
+        let (range_pa, limits, own_unit, stale_after_ms) = (None, Limits::default(), None, None);
+        Self { subject, segment, range_pa, limits, own_unit, stale_after_ms, is_simulated }
     }
 }
 
@@ -228,13 +231,14 @@ impl Sink for Collector {
 
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
         let Some(of) = self.present.clone() else { return };
-        let PointOf { subject, segment, range_pa, limits, limit_unit, stale_after_ms, is_simulated } = of;
-        let has_unit_of_limit = matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue);
+        let PointOf { subject, segment, range_pa, limits, own_unit, stale_after_ms, is_simulated } = of;
+        let has_own_unit =
+            matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue | Signal::ParameterNumber);
         self.points.push(Point {
             subject,
             signal,
             segment,
-            unit: signal.unit().or(limit_unit.filter(|_| has_unit_of_limit)),
+            unit: signal.unit().or(own_unit.filter(|_| has_own_unit)),
             range: range_pa.and_then(|range| range_of(signal, range)),
             limits: if signal == Signal::Pressure { limits } else { Limits::default() },
             stale_after_ms,
@@ -445,7 +449,7 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
             series: Arc::from(reading.series.as_str()),
         },
         segment: Some(Arc::from(gauge.segment.as_str())),
-        limit_unit: None,
+        own_unit: None,
         range_pa: range_pa(gauge, reading),
         limits: limits(&inputs.alarms, &reading.series),
         stale_after_ms: Some(gauge.stale_after_ms),
@@ -491,13 +495,15 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
             target: Arc::from(parameter.target.as_str()),
             name: Arc::from(parameter.name.as_str()),
         };
-        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), inputs.is_simulated(&gauge.segment))
+        let segment = Some(Arc::from(gauge.segment.as_str()));
+        PointOf { own_unit: parameter.unit, ..PointOf::plain(subject, segment, inputs.is_simulated(&gauge.segment)) }
     });
     // A gauge that is not in data exchange may have lost what was read.
     let answers = matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault);
     let read_at = parameter.read_at.filter(|_| answers);
-    let is_read = read_at.is_some();
-    let state = if is_read { State::Ok } else { State::Stale };
+    let is_fresh = gauge.kind == GaugeKind::Gauge || gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms);
+    let is_read = read_at.is_some() && is_fresh;
+    let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
     let at = read_at.or(gauge.lost_at);
     let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
@@ -559,7 +565,7 @@ fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
     sink.subject(|| {
         let segment = alarm.segment.as_deref().map(Arc::from);
         let subject = Subject::Alarm(Arc::from(alarm.name.as_str()));
-        PointOf { limit_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
+        PointOf { own_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
     });
     let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
     let mut put = |signal, value| sink.point(signal, value, State::Ok, at);

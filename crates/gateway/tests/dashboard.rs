@@ -117,7 +117,7 @@ fn inputs() -> Inputs {
         let reading = &mut gauge.readings[0];
         (reading.quality, reading.pa, reading.corrected_pa) = (Quality::Valid, Some(0.5), Some(0.6));
         if let Some(parameter) = Arc::make_mut(&mut gauge.parameters).first_mut() {
-            (parameter.number, parameter.read_at) = (Some(4.0), Some(Micros(1)));
+            (parameter.number, parameter.quality, parameter.read_at) = (Some(4.0), Quality::Valid, Some(Micros(1)));
             "four".clone_into(&mut parameter.text);
         }
     }
@@ -259,6 +259,8 @@ fn every_value_of_a_gauge_is_a_point() {
         // The segment is part of a point. Levels, intervals and DP-V1 are settings; ages follow from the time of the reading.
         let Gauge {
             name,
+            // A slave has the same points, with parameters instead of readings.
+            kind: _,
             segment,
             address,
             device,
@@ -306,7 +308,7 @@ fn every_value_of_a_gauge_is_a_point() {
             (Signal::LastReading, Value::Time(read_at.unwrap())),
         ];
         expect(&snapshot, &series, expected);
-        for WatchedParameter { target, name: _, unit, number, text: words, read_at } in
+        for WatchedParameter { target, name: _, unit, number, text: words, quality, read_at } in
             parameters.iter().take(1).cloned()
         {
             let signal = match unit {
@@ -314,7 +316,7 @@ fn every_value_of_a_gauge_is_a_point() {
                 Some("%") => Signal::ParameterPercentage,
                 _ => Signal::ParameterNumber,
             };
-            assert!(read_at.is_some());
+            assert!(read_at.is_some() && quality == Quality::Valid);
             expect(&snapshot, &target, vec![(signal, float(number)), (Signal::ParameterText, text(words))]);
         }
         on_the_line(&snapshot, &name, inputs.buses[&segment].stations[0].clone());

@@ -11,4 +11,5 @@ mod command;
 mod dashboard;
 mod listen_only;
 mod model;
+mod slaves;
 mod station;

@@ -178,6 +178,7 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let gauge = &mut inputs.gauges[0];
     let index = of_degas(gauge);
     let degas = &mut Arc::make_mut(&mut gauge.parameters)[index];
+    degas.quality = Quality::Valid;
     (degas.number, degas.text, degas.read_at) = (Some(3.0), "on".to_owned(), Some(Micros(77)));
     let snapshot = Modeller::default().next(inputs.clone(), Micros(100));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];

@@ -31,6 +31,8 @@ words! {
         Rise = "rise",
         /// Several gauges are beyond a limit at the same time.
         Several = "several",
+        /// A point of a slave is beyond a limit, or has a text.
+        Point = "point",
         /// A fresh gauge does not decide a limit.
         NotMeasurable = "not-measurable",
         /// The gauge reports a fault.

@@ -125,16 +125,30 @@ pub struct BusStation {
     pub description: String,
 }
 
-/// A gauge.
+words! {
+    /// What the station knows of a slave in its file.
+    #[derive(Default)]
+    pub enum GaugeKind {
+        /// A gauge or controller of its tables, with pressures.
+        #[default]
+        Gauge = "gauge",
+        /// Another slave by its GSD file, with points instead of pressures.
+        Slave = "slave",
+    }
+}
+
+/// A gauge, or another slave of the station's file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Gauge {
     /// Its name.
     pub name: String,
+    /// A gauge with readings, or a slave with points.
+    pub kind: GaugeKind,
     /// Its segment.
     pub segment: String,
     /// Its address.
     pub address: u8,
-    /// The device: `bcg450`.
+    /// The device: `bcg450`; of a slave vendor and model of its GSD file.
     pub device: String,
     /// Whether the device has DP-V1: its parameters travel over MS2, those of other devices in the parameter channel.
     pub has_dpv1: bool,
@@ -150,13 +164,13 @@ pub struct Gauge {
     pub exceptions: Vec<String>,
     /// The warnings that it reports, without those that the qualities of its readings explain.
     pub warnings: Vec<String>,
-    /// The gas for which the readings are corrected.
+    /// The gas for which the readings are corrected; empty for a slave.
     pub gas: String,
     /// Pressures that trends mark with a line.
     pub levels: Vec<PressureLevel>,
     /// The readings, one for each measuring part in the cyclic data.
     pub readings: Vec<Reading>,
-    /// The parameters that gateways show beside the pressures; empty while no gateway runs.
+    /// The parameters that gateways show beside the pressures, empty while no gateway runs; of a slave its points.
     #[schema(value_type = Vec<WatchedParameter>)]
     #[serde(serialize_with = "sequence")]
     pub parameters: Arc<[WatchedParameter]>,
@@ -176,19 +190,24 @@ pub struct Gauge {
     pub stale_after_ms: u64,
 }
 
-/// A parameter that the station reads from time to time: emission, degas, trip points, relays.
+/// A parameter that the station reads from time to time: emission, degas, trip points, relays. A point of a slave is one too.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct WatchedParameter {
-    /// The name by which it is read and written: `trip-point.1/high-trip-point`.
+    /// The name by which it is read and written: `trip-point.1/high-trip-point`; of a point its name.
     pub target: String,
-    /// The manual's name.
+    /// The manual's name; of a point its place in the inputs.
     pub name: String,
-    /// The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit.
+    /// The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit; of a point the
+    /// unit in the station's file.
     pub unit: Option<&'static str>,
     /// The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
     pub number: Option<f64>,
-    /// The value in the words of the manual.
+    /// The value in the words of the manual, or of the station's file for a point.
     pub text: String,
+    /// The quality: `valid`; `stale` without a value; `fault` for a point whose number is bad.
+    #[schema(value_type = profivac_model::quality::schema::Quality)]
+    #[serde(serialize_with = "words::serialize")]
+    pub quality: Quality,
     /// When it was read, in milliseconds since 1970.
     #[schema(value_type = Option<i64>)]
     #[serde(rename = "read_ms")]

@@ -12,7 +12,7 @@ use profivac_station::control::requests::SegmentRequest;
 use profivac_station::directory::{Directory, GaugeLabels};
 use profivac_station::services::Services;
 use profivac_station::snapshot::SegmentSnapshot;
-use profivac_station::view::{Block, BusStationState, Gauge, Reading, Segment, SegmentState};
+use profivac_station::view::{Block, BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
@@ -102,6 +102,7 @@ fn snapshot() -> SegmentSnapshot {
     };
     let gauge = Gauge {
         name: "chamber".to_owned(),
+        kind: GaugeKind::Gauge,
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),

@@ -87,7 +87,7 @@ impl Plant {
     pub fn reads_parameters(&mut self, gauge: &str, number: f64) {
         let gauge = self.inputs.gauges.iter_mut().find(|it| it.name == gauge).unwrap();
         for parameter in Arc::make_mut(&mut gauge.parameters) {
-            (parameter.number, parameter.read_at) = (Some(number), Some(Micros(1)));
+            (parameter.number, parameter.quality, parameter.read_at) = (Some(number), Quality::Valid, Some(Micros(1)));
         }
     }
 

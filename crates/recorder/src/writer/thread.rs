@@ -424,7 +424,7 @@ mod tests {
     }
 
     fn note(text: &str) -> Event {
-        Event { at: Micros::now(), gauge: None, kind: EventKind::Note, text: text.to_owned() }
+        Event { at: Micros::now(), gauge: None, kind: EventKind::Note.into(), text: text.to_owned() }
     }
 
     #[test]

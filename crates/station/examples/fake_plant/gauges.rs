@@ -6,7 +6,7 @@ use profivac_devices::model::{Model, PartSpec};
 use profivac_recorder::Quality;
 use profivac_station::directory::{Directory, GaugeLabels, SavedView};
 use profivac_station::segment::corrected;
-use profivac_station::view::{BusStationState, Gauge, PressureLevel, Reading};
+use profivac_station::view::{BusStationState, Gauge, GaugeKind, PressureLevel, Reading};
 use profivac_vacuum::Gas;
 use profivac_virtual::device_spec::entry;
 use std::f64::consts::TAU;
@@ -296,6 +296,7 @@ impl Fake {
         };
         Gauge {
             name: self.name.to_owned(),
+            kind: GaugeKind::Gauge,
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),

@@ -4,7 +4,7 @@
 //! not. A limit condition is known only if the bounds decide it. An unknown condition neither raises nor clears an alarm;
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
-use super::rule::{BusQuantity, Condition, Rule, Series};
+use super::rule::{BusQuantity, Condition, PointTest, Rule, Series};
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text, mbar};
 use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
@@ -115,6 +115,7 @@ impl Evaluator {
                     .collect();
                 several(&all, *count)
             }
+            Condition::Point { gauge, point, test, .. } => point_test(inputs, gauge, point, test),
             Condition::NotMeasurable { series, limits, has_fault_alarm } => {
                 not_measurable(inputs, series, limits, *has_fault_alarm)
             }
@@ -342,6 +343,20 @@ fn fault(inputs: &Inputs, name: &str) -> Evaluation {
     });
     let faults = gauge.map(|gauge| fault_text(&gauge.exceptions, &gauge.readings)).unwrap_or_default();
     Evaluation::without_value(holds, format!("{name} reports {faults}"))
+}
+
+/// Tests a point of a slave; unknown without a good value.
+fn point_test(inputs: &Inputs, gauge: &str, name: &str, test: &PointTest) -> Evaluation {
+    let points = inputs.fresh_gauge(gauge).map(|gauge| gauge.parameters.iter());
+    let Some(point) = points.into_iter().flatten().find(|it| it.target == name && it.quality == Quality::Valid) else {
+        return Evaluation::default();
+    };
+    let holds = match test {
+        PointTest::Above(limit) => point.number.map(|number| number > *limit),
+        PointTest::Below(limit) => point.number.map(|number| number < *limit),
+        PointTest::Is(text) => Some(point.text == *text),
+    };
+    Evaluation { holds, value: point.number, text: format!("{gauge}: {name} is {}", point.text) }
 }
 
 fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluation {

@@ -44,7 +44,7 @@ pub use profivac_model::{
     AlarmChangeKind, AlarmState, AlarmStatus, Attribution, ConditionKind, Declaration, Priority, Suppression,
 };
 pub use registry::{AlarmChange, AlarmError, AlarmRegistry};
-pub use rule::{BusQuantity, Condition, Rule, Series};
+pub use rule::{BusQuantity, Condition, PointTest, Rule, Series};
 pub use service::{AlarmResult, AlarmService, AlarmServiceError, PlantStateServiceError};
 pub use suppression::AlarmTime;
 pub use thread::AlarmThread;

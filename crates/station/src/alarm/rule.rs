@@ -51,6 +51,17 @@ pub enum Condition {
         /// How many must be met: 1 to all.
         count: usize,
     },
+    /// A point of a slave is beyond a limit, or has a text.
+    Point {
+        /// The slave.
+        gauge: String,
+        /// The point.
+        point: String,
+        /// What raises the alarm.
+        test: PointTest,
+        /// The unit of the point.
+        unit: Option<&'static str>,
+    },
     /// A fresh gauge does not show whether limits are exceeded: it shows no pressure, or its range ends before a limit.
     NotMeasurable {
         /// The measuring part.
@@ -99,6 +110,17 @@ pub enum Condition {
     NotRecording,
 }
 
+/// What raises the alarm of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PointTest {
+    /// The number is above this one.
+    Above(f64),
+    /// The number is below this one.
+    Below(f64),
+    /// The text is this one.
+    Is(String),
+}
+
 /// What the alarm of a station on the line counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusQuantity {
@@ -131,6 +153,7 @@ impl Condition {
             Self::Below { .. } => ConditionKind::Below,
             Self::Rise { .. } => ConditionKind::Rise,
             Self::Several { .. } => ConditionKind::Several,
+            Self::Point { .. } => ConditionKind::Point,
             Self::NotMeasurable { .. } => ConditionKind::NotMeasurable,
             Self::Fault { .. } => ConditionKind::Fault,
             Self::Stale { .. } => ConditionKind::Stale,
@@ -150,6 +173,7 @@ impl Condition {
             | Self::Rise { series, .. }
             | Self::NotMeasurable { series, .. } => Some(series),
             Self::Several { .. }
+            | Self::Point { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
@@ -182,7 +206,7 @@ impl Condition {
     #[must_use]
     pub fn gauge(&self) -> Option<&str> {
         match self {
-            Self::Fault { gauge } | Self::Stale { gauge, .. } => Some(gauge),
+            Self::Fault { gauge } | Self::Stale { gauge, .. } | Self::Point { gauge, .. } => Some(gauge),
             other => other.series().map(|series| series.gauge.as_str()),
         }
     }
@@ -215,6 +239,7 @@ impl Condition {
             Self::BusRate { .. } => Some("%"),
             // The value is the number of gauges.
             Self::Several { .. } => Some("gauges"),
+            Self::Point { unit, .. } => *unit,
             Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
@@ -233,7 +258,9 @@ impl Condition {
             | Self::DamagedTelegrams { limit, .. }
             | Self::BusRate { limit, .. } => Some(*limit),
             Self::Several { count, .. } => Some(*count as f64),
-            Self::NotMeasurable { .. }
+            Self::Point { test: PointTest::Above(limit) | PointTest::Below(limit), .. } => Some(*limit),
+            Self::Point { .. }
+            | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
@@ -248,6 +275,7 @@ impl Condition {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
             Self::DamagedTelegrams { limit, .. } | Self::BusRate { limit, .. } => Some(*limit / 2.0),
             Self::Several { .. }
+            | Self::Point { .. }
             | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }

@@ -3,7 +3,7 @@
 use crate::alarm::view::AlarmOverview;
 use crate::plant::LivePlant;
 use crate::services::Services;
-use crate::view::{ControlAuthorityView, Gauge, ReadProgress, Reading, Segment, Station};
+use crate::view::{ControlAuthorityView, Gauge, GaugeKind, ReadProgress, Reading, Segment, Station, WatchedParameter};
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
 use axum::response::Response;
@@ -45,7 +45,8 @@ pub struct Snapshot {
     station: Station,
     /// Its segments, by name.
     segments: BTreeMap<String, Segment>,
-    /// Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms` and `parameters`.
+    /// Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms`, and with
+    /// `parameters` of slaves only, which are their points.
     gauges: BTreeMap<String, Gauge>,
     /// The names of the gauges in the order of the station's file.
     gauge_order: Vec<String>,
@@ -96,7 +97,13 @@ fn for_live(gauge: Gauge) -> Gauge {
     }
     // A gauge that is read regularly has the same age in whole seconds all the time.
     let age_ms = gauge.age_ms.map(|age| age / 1000 * 1000);
-    Gauge { readings, age_ms, read_at: None, parameters: Arc::default(), ..gauge }
+    let points = match gauge.kind {
+        GaugeKind::Gauge => Arc::default(),
+        GaugeKind::Slave => {
+            gauge.parameters.iter().map(|point| WatchedParameter { read_at: None, ..point.clone() }).collect()
+        }
+    };
+    Gauge { readings, age_ms, read_at: None, parameters: points, ..gauge }
 }
 
 /// The pressure with [`DIGITS`] digits.
@@ -179,6 +186,7 @@ mod tests {
         Gauge {
             readings: vec![reading(&name, pa)],
             name,
+            kind: GaugeKind::Gauge,
             segment: segment.to_owned(),
             address: 5,
             device: "bcg450".to_owned(),

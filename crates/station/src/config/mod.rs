@@ -7,6 +7,7 @@
 //! | `default_alarms` | what holds for the default alarms without settings |
 //! | `emails`, `webhooks` | who is told of alarms |
 //! | [`gateways`] | the gateways to control systems |
+//! | `slave` | a slave by its GSD file, and its points |
 //! | `source` | path and text of the file |
 
 mod alarm_settings;
@@ -15,6 +16,7 @@ pub mod default_alarms;
 mod default_settings;
 mod emails;
 pub mod gateways;
+mod slave;
 mod source;
 mod webhooks;
 
@@ -22,6 +24,7 @@ pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity, Mailbox};
+pub use slave::{PointType, PointValue, Slave, SlavePoint, unit};
 pub use source::{ConfigSource, Parse};
 pub use webhooks::Webhook;
 
@@ -169,6 +172,8 @@ pub struct Segment {
     pub master: u8,
     /// Its gauges.
     pub gauges: Vec<Gauge>,
+    /// Its other slaves, by their GSD files.
+    pub slaves: Vec<Slave>,
 }
 
 /// A gauge.

@@ -90,7 +90,8 @@ impl Refusals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_recorder::audit::{AuditQuery, AuditRow};
+    use profivac_model::AuditEntry;
+    use profivac_recorder::audit::AuditQuery;
     use profivac_recorder::{Micros, Recorder, Settings};
     use profivac_web_server::auth::User;
 
@@ -110,7 +111,7 @@ mod tests {
         (0..40).for_each(|second| refuse("eve", "control", second));
         refuse("eve", "device.store", 41);
         refuse("mallory", "control", 42);
-        let rows = || -> Vec<AuditRow> {
+        let rows = || -> Vec<AuditEntry> {
             assert!(refusals.recorder.flush());
             let all = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 100 };
             refusals.recorder.open_reader().unwrap().audit(&all).unwrap()
@@ -119,7 +120,7 @@ mod tests {
         refusals.flush(begin + Duration::from_secs(59));
         assert_eq!(rows().len(), 3, "the minute is not over");
         refusals.flush(begin + PERIOD);
-        let latest = rows().remove(0).entry;
+        let latest = rows().remove(0);
         assert_eq!((rows().len(), latest.user.as_str(), latest.target.as_deref()), (4, "eve", Some("control")));
         assert!(latest.outcome.unwrap().ends_with("; 39 times since the row before"));
         refusals.flush(begin + 4 * PERIOD);

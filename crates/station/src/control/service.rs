@@ -9,7 +9,7 @@ use super::refusals::Refusals;
 use super::requests::SegmentRequests;
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
-use crate::view::{self, Gauge};
+use crate::view::{self, Gauge, GaugeKind};
 use profivac_recorder::{AuditAction, EventKind, Micros, WriteReceipt};
 use profivac_virtual::device_spec::entry;
 use profivac_web_server::auth::{Actor, Role, User};
@@ -142,6 +142,10 @@ impl ControlService {
     pub fn arm(&self, actor: &Actor, gauge: &str, request: &OperationRequest) -> Result<ArmedCommand, ControlError> {
         let user = &actor.user;
         let gauge = self.snapshots.gauge(gauge).ok_or_else(|| ControlError::UnknownGauge(gauge.to_owned()))?;
+        if gauge.kind == GaugeKind::Slave {
+            let reason = "the station sends a slave by its GSD file only the outputs of its file: change them there";
+            return Err(ControlError::Blocked { target: gauge.name, reason });
+        }
         let operation = Operation::resolve(entry(&gauge.device)?.model, request)?;
         self.refusals.require(actor, operation.role(), &operation.target())?;
         if let Some(reason) = operation.blocked_reason() {

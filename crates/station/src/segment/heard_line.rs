@@ -5,9 +5,10 @@
 
 use super::heard_gauge::{Heard, HeardGauge};
 use super::line_observer::LineObserver;
-use super::moment::Moment;
+use super::moment::{LineMoment, Moment};
 use super::readings::Assumed;
 use super::runner::{Context, Line, Lost, SERVE_INTERVAL};
+use super::slave::SegmentSlave;
 use crate::config;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, BusStationState, Segment, SegmentState};
@@ -61,6 +62,7 @@ impl RateCheck {
 /// The line of another master, with the gauges of the station's file.
 pub struct HeardLine {
     gauges: Vec<HeardGauge>,
+    slaves: Vec<SegmentSlave>,
     /// The observer while the port is not open: what it knows of the line outlasts a port that was lost.
     kept: Option<LineObserver>,
     /// The telegrams so far, and when the last one came.
@@ -86,7 +88,8 @@ impl Line for HeardLine {
     fn new(context: &Context) -> Self {
         let now = context.now();
         let gauges = context.config.gauges.iter().map(|gauge| HeardGauge::new(gauge.clone(), now)).collect();
-        Self { gauges, kept: None, telegrams: 0, telegram_at: None }
+        let slaves = context.config.slaves.iter().map(|slave| SegmentSlave::new(slave.clone(), now)).collect();
+        Self { gauges, slaves, kept: None, telegrams: 0, telegram_at: None }
     }
 
     /// Opens the port, and finds the baud rate if the file does not name it.
@@ -129,6 +132,14 @@ impl Line for HeardLine {
             let heard = heard(observer, &gauge.shown.config, *opened, bus_time);
             if heard.exchanged.is_some() || is_loss_known {
                 gauge.take_heard(&context.services.recorder, heard, now);
+            }
+        }
+        let line = LineMoment { now, bus_time, baud: observer.observer().baud() };
+        for slave in &mut self.slaves {
+            slave.sample_heard(&context.services.recorder, observer.observer(), *opened, line);
+            if is_loss_known {
+                let problem = silence_of(observer, slave.config.address);
+                slave.note_silence(&context.services.recorder, &problem, now);
             }
         }
         if context.config.detects_baud && rate.is_wrong(now.at, observer.observer().totals()) {
@@ -177,6 +188,7 @@ impl Line for HeardLine {
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
         self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
+        self.slaves.iter_mut().for_each(|slave| slave.disconnect(problem, now));
     }
 
     fn snapshot(&self, context: &Context, open: Option<&mut Listening>, now: Moment) -> SegmentSnapshot {
@@ -188,9 +200,12 @@ impl Line for HeardLine {
             (Some(_), false) => (SegmentState::Running, None),
         };
         let observer = open.map(|open| &open.observer);
-        let is_configured = |address| self.gauges.iter().any(|gauge| gauge.shown.config.address == address);
+        let configured = self.gauges.iter().map(|gauge| gauge.shown.bus_station());
+        let configured: Vec<_> = configured.chain(self.slaves.iter().map(SegmentSlave::bus_station)).collect();
+        let is_configured = |address| configured.iter().any(|station| station.address == address);
         let others = observer.into_iter().flat_map(others).filter(|other| !is_configured(other.address));
-        let mut stations: Vec<_> = self.gauges.iter().map(|gauge| gauge.shown.bus_station()).chain(others).collect();
+        let others: Vec<_> = others.collect();
+        let mut stations: Vec<_> = configured.into_iter().chain(others).collect();
         stations.sort_by_key(|station| station.address);
         let observer = observer.map(LineObserver::observer);
         let baud = observer.map_or(config.baud, profivac_listen::Observer::baud);
@@ -208,7 +223,8 @@ impl Line for HeardLine {
             damaged_telegrams: observer.map_or(0, |it| u32::try_from(it.totals().damaged).unwrap_or(u32::MAX)),
             stations,
         };
-        let gauges = self.gauges.iter().map(|gauge| gauge.view_at(&config.name, now)).collect();
+        let slaves = self.slaves.iter().map(|slave| slave.view_at(&config.name, now));
+        let gauges = self.gauges.iter().map(|gauge| gauge.view_at(&config.name, now)).chain(slaves).collect();
         SegmentSnapshot { segment, gauges }
     }
 }
@@ -239,13 +255,10 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, opened: BitTime, now: BitTi
     let unknown = station.map(|station| station.knowledge.unknown()).unwrap_or_default();
     let unknown: Vec<String> = unknown.iter().map(ToString::to_string).collect();
     let is_undecoded = exchanged_at.is_some() && reading.is_none();
-    let problem = match (other, observer.state(gauge.address)) {
-        (Some(other), _) => other,
-        (None, _) if is_undecoded => unknown.join("; "),
-        (None, None) => "no telegram of a station at its address was heard".to_owned(),
-        // Of the last seconds, or before the port was lost.
-        (None, Some(StationState::Exchanging)) => "its data exchange is not heard any more".to_owned(),
-        (None, Some(state)) => format!("the station at its address is {}", state.text()),
+    let problem = match other {
+        Some(other) => other,
+        None if is_undecoded => unknown.join("; "),
+        None => silence_of(line, gauge.address),
     };
     Heard {
         assumed: reading.as_ref().and_then(|reading| assumed(&reading.facts)),
@@ -254,6 +267,16 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, opened: BitTime, now: BitTi
         exchanged: exchanged_at.filter(|at| *at > opened).map(|at| (at, duration_of(observer.baud(), now - at))),
         unknown: if exchanged_at.is_some() { unknown } else { Vec::new() },
         problem,
+    }
+}
+
+/// Why no data exchange with the station at this address is heard.
+fn silence_of(line: &LineObserver, address: u8) -> String {
+    match line.observer().state(address) {
+        None => "no telegram of a station at its address was heard".to_owned(),
+        // Of the last seconds, or before the port was lost.
+        Some(StationState::Exchanging) => "its data exchange is not heard any more".to_owned(),
+        Some(state) => format!("the station at its address is {}", state.text()),
     }
 }
 

@@ -6,6 +6,7 @@ use super::services::SegmentServices;
 use crate::bus::CaptureRequest;
 use crate::config;
 use profivac_dp::link::{Baud, BitTime};
+use profivac_explain::gsd::Files;
 use profivac_listen::event::{Event, EventKind as BusEvent};
 use profivac_listen::flight::{Capture, CaptureFolder, FlightLimits, FlightRecorder};
 use profivac_listen::gauge::Declared;
@@ -46,10 +47,14 @@ pub struct LineObserver {
 }
 
 impl LineObserver {
-    /// An observer of the line of `segment`, which has these gauges now.
+    /// An observer of the line of `segment`, which has these gauges now. Its other slaves have the words of their GSD files.
     pub fn new(segment: &config::Segment, gauges: &[config::Gauge], baud: Baud, captures: &Path, now: Moment) -> Self {
-        let mut line = Self::of_line(&segment.name, baud, TimeSource::Platform, captures, now);
-        line.records_events = segment.listen_only;
+        let files = Files::new(segment.slaves.iter().map(|slave| Arc::clone(slave.gsd.file())));
+        let mut line = Self {
+            observer: Observer::new(baud, TimeSource::Platform).with_gsd(files),
+            records_events: segment.listen_only,
+            ..Self::of_line(&segment.name, baud, TimeSource::Platform, captures, now)
+        };
         line.declare(gauges);
         line
     }

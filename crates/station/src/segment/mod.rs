@@ -17,6 +17,7 @@
 //! | `polled_gauge` | a gauge that is polled: search, data exchange, samples |
 //! | `heard_gauge` | a gauge of another master: samples |
 //! | `shown_gauge` | what both show and record |
+//! | `slave`, `slave_words` | a slave by its GSD file: points, and its diagnosis in words |
 //! | `edge`, `moment` | the time, ports and commands from outside |
 //! | `readings` | the readings of a gauge, from the values in its inputs |
 //! | `execute` | preview and execution of an operation |
@@ -48,6 +49,8 @@ mod requests;
 mod runner;
 mod services;
 mod shown_gauge;
+mod slave;
+mod slave_words;
 #[cfg(test)]
 mod virtual_time;
 mod watched;
@@ -57,3 +60,4 @@ pub use handle::SegmentHandle;
 pub use polled_gauge::{planned_gauge, planned_parameters, planned_readings};
 pub use readings::corrected;
 pub use services::SegmentServices;
+pub use slave::planned_slave;

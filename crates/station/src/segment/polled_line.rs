@@ -8,11 +8,12 @@ use super::moment::{LineMoment, Moment};
 use super::polled_gauge::{PolledGauge, next_defects, next_parameter, next_search};
 use super::records::{defects_of, records_of};
 use super::runner::{Context, Line, Lost, PUBLISH_INTERVAL, SERVE_INTERVAL};
+use super::slave::{self, SegmentSlave};
 use super::watched;
 use crate::config;
 use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
-use crate::view::{BusStation, Segment};
+use crate::view::{BusStation, Gauge, Segment};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_dp::link::BitTime;
 use profivac_dp::master::Mode;
@@ -34,6 +35,7 @@ const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 /// The line of a master of the station, with its gauges.
 pub struct PolledLine {
     gauges: Arc<Mutex<Vec<PolledGauge>>>,
+    slaves: Arc<Mutex<Vec<SegmentSlave>>>,
     /// The records that the last session could not restore, by address.
     unrestored: BTreeMap<u8, UnrestoredRecord>,
     /// When the next parameter may be read for gateways.
@@ -51,8 +53,10 @@ impl Line for PolledLine {
     fn new(context: &Context) -> Self {
         let (now, config) = (context.now(), &context.config);
         let gauges = config.gauges.iter().map(|gauge| PolledGauge::new(gauge.clone(), now)).collect();
+        let slaves = config.slaves.iter().map(|slave| SegmentSlave::new(slave.clone(), now)).collect();
         Self {
             gauges: Arc::new(Mutex::new(gauges)),
+            slaves: Arc::new(Mutex::new(slaves)),
             unrestored: BTreeMap::new(),
             watch_at: now.at,
             recording: Recording::begin(),
@@ -87,7 +91,7 @@ impl Line for PolledLine {
 
     fn serve(&mut self, context: &mut Context, session: &mut BusSession) -> Result<(), Lost> {
         let now = context.now();
-        let due = self.gauges().iter().map(PolledGauge::due).min();
+        let due = self.gauges().iter().map(PolledGauge::due).chain(self.slaves().iter().map(SegmentSlave::due)).min();
         let wait = due.map_or(SERVE_INTERVAL, |due| due.saturating_duration_since(now.at).min(SERVE_INTERVAL));
         session.serve(&[], wait)?;
         while let Some(notice) = session.next_notice() {
@@ -95,9 +99,16 @@ impl Line for PolledLine {
         }
         self.observe_line(context);
         self.search_next(context, session)?;
+        self.ask_slave(context, session)?;
         let (bus_time, baud, recorder) = (session.now(), session.baud(), &context.services.recorder);
         let line = LineMoment { now: context.now(), bus_time, baud };
         self.gauges().iter_mut().for_each(|gauge| gauge.sample(recorder, session.master(), line));
+        let heard_at = BitTime(tbit_of(baud, self.recording.elapsed()));
+        for slave in self.slaves().iter_mut() {
+            slave.sample_owned(recorder, session.master(), line);
+            let heard = LineMoment { bus_time: heard_at, ..line };
+            slave.sample_heard(recorder, self.observer.observer(), BitTime(0), heard);
+        }
         self.name_defects(context, session);
         self.read_watched(context, session);
         Ok(())
@@ -156,16 +167,19 @@ impl Line for PolledLine {
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
         self.gauges().iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
+        self.slaves().iter_mut().for_each(|slave| slave.disconnect(problem, now));
     }
 
     fn snapshot(&self, context: &Context, session: Option<&mut BusSession>, now: Moment) -> SegmentSnapshot {
         let config = &context.config;
         let BusState { state, problem, cycle_ms, damaged_telegrams, others } =
             session.map_or(BusState::WAITING, |session| BusState::of(session, config));
-        let gauges = self.gauges();
-        let is_configured = |address| gauges.iter().any(|gauge| gauge.shown.config.address == address);
+        let (gauges, slaves) = (self.gauges(), self.slaves());
         let configured = gauges.iter().map(|gauge| gauge.shown.bus_station());
+        let configured: Vec<_> = configured.chain(slaves.iter().map(SegmentSlave::bus_station)).collect();
+        let is_configured = |address| configured.iter().any(|station| station.address == address);
         let others = others.into_iter().filter(|other: &BusStation| !is_configured(other.address));
+        let others: Vec<_> = others.collect();
         let mut stations: Vec<_> = std::iter::once(own_master(config.master)).chain(configured).chain(others).collect();
         stations.sort_by_key(|station| station.address);
         let segment = Segment {
@@ -180,8 +194,7 @@ impl Line for PolledLine {
             damaged_telegrams,
             stations,
         };
-        let gauges = gauges.iter().map(|gauge| gauge.view_at(&config.name, now)).collect();
-        SegmentSnapshot { segment, gauges }
+        SegmentSnapshot { segment, gauges: views(&gauges, &slaves, &config.name, now) }
     }
 }
 
@@ -191,20 +204,39 @@ impl PolledLine {
         self.gauges.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The other slaves. Not to be held during a request, as the gauges.
+    fn slaves(&self) -> MutexGuard<'_, Vec<SegmentSlave>> {
+        self.slaves.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Searches for one slave that gives no values, or reads it with RD_Inp, if its time has come.
+    fn ask_slave(&self, context: &Context, session: &mut BusSession) -> Result<(), Lost> {
+        let now = context.now();
+        let turn = slave::next_request(&mut self.slaves(), now).map(|slave| (slave.config.clone(), slave.has_values()));
+        let Some((config, is_known)) = turn else { return Ok(()) };
+        let answer = slave::ask(session, &config, context.config.master, is_known)?;
+        let line = LineMoment { now: context.now(), bus_time: session.now(), baud: session.baud() };
+        if let Some(slave) = self.slaves().iter_mut().find(|slave| slave.config.address == config.address) {
+            slave.take_answer(&context.services.recorder, session.master(), line, answer);
+        }
+        Ok(())
+    }
+
     /// Samples and publishes the gauges while a request takes long.
     fn background_task(&self, context: &Context) -> impl FnMut(&mut BusMaster, BitTime) + Send + use<> {
         let (gauges, services, edge) = (Arc::clone(&self.gauges), context.services.clone(), Arc::clone(&context.edge));
+        let slaves = Arc::clone(&self.slaves);
         let (is_abandoned, name) = (Arc::clone(&context.is_abandoned), context.config.name.clone());
         let (baud, mut publish_at) = (context.config.baud, edge.now().at);
         move |master, bus_time| {
-            let Ok(mut gauges) = gauges.try_lock() else { return };
+            let (Ok(mut gauges), Ok(mut slaves)) = (gauges.try_lock(), slaves.try_lock()) else { return };
             let now = edge.now();
             let line = LineMoment { now, bus_time, baud };
             gauges.iter_mut().for_each(|gauge| gauge.sample(&services.recorder, master, line));
+            slaves.iter_mut().for_each(|slave| slave.sample_owned(&services.recorder, master, line));
             if now.at >= publish_at && !is_abandoned.load(Ordering::Relaxed) {
                 publish_at = now.at + PUBLISH_INTERVAL;
-                let views = gauges.iter().map(|gauge| gauge.view_at(&name, now)).collect();
-                services.snapshots.publish_gauges(&name, views);
+                services.snapshots.publish_gauges(&name, views(&gauges, &slaves, &name, now));
             }
         }
     }
@@ -266,6 +298,12 @@ impl PolledLine {
             gauge.take_parameter(parameter, value);
         }
     }
+}
+
+/// The gauges and the other slaves as the API shows them.
+fn views(gauges: &[PolledGauge], slaves: &[SegmentSlave], segment: &str, now: Moment) -> Vec<Gauge> {
+    let slaves = slaves.iter().map(|slave| slave.view_at(segment, now));
+    gauges.iter().map(|gauge| gauge.view_at(segment, now)).chain(slaves).collect()
 }
 
 /// The slave of a gauge in data exchange.

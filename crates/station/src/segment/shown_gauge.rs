@@ -272,6 +272,7 @@ impl ShownGauge {
         let levels = self.config.levels.iter();
         view::Gauge {
             name: self.config.name.clone(),
+            kind: view::GaugeKind::Gauge,
             segment: segment.to_owned(),
             address: self.config.address,
             device: self.config.device.clone(),

@@ -14,6 +14,7 @@ use profivac_client::ms2::Ms2Line;
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::Value;
 use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role};
+use profivac_recorder::Quality;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -107,6 +108,7 @@ fn absent(parameter: &NamedParameter) -> WatchedParameter {
         },
         number: None,
         text: String::new(),
+        quality: Quality::Stale,
         read_at: None,
     }
 }
@@ -151,7 +153,13 @@ pub fn read<L: Ms2Line>(
         Value::Number(number) => Some(*number),
         Value::Text(_) | Value::Octets(_) => None,
     };
-    Some(WatchedParameter { number, text: reading.text, read_at: Some(clock().wall), ..absent(parameter) })
+    Some(WatchedParameter {
+        number,
+        text: reading.text,
+        quality: Quality::Valid,
+        read_at: Some(clock().wall),
+        ..absent(parameter)
+    })
 }
 
 #[cfg(test)]

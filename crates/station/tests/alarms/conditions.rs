@@ -3,8 +3,9 @@
 use super::{Fixture, rule, series};
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
-use profivac_station::alarm::{AlarmChangeKind, Condition, Inputs, Rule, Series};
-use profivac_station::view::{BusStationState, SegmentState};
+use profivac_station::alarm::{AlarmChangeKind, Condition, Inputs, PointTest, Rule, Series};
+use profivac_station::view::{BusStationState, SegmentState, WatchedParameter};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// At a good high vacuum 14 Piranis are below their range, and the ion gauges of a controller are off.
@@ -49,6 +50,44 @@ fn two_of_three_gauges_raise_an_alarm_and_one_does_not() {
     assert_eq!(fixture.evaluate(&three([high, low, between])), [], "the reset value counts");
     assert_eq!(fixture.evaluate(&three([high, unknown, low])), [], "the second may still be above the reset value");
     assert_eq!(fixture.evaluate(&three([high, low, low])), [AlarmChangeKind::Returned]);
+}
+
+/// A slave whose point speed has this value.
+fn speed(number: Option<f64>, text: &str, quality: Quality) -> Inputs {
+    let mut all = inputs(1.0, Quality::Valid);
+    let point = WatchedParameter {
+        target: "speed".to_owned(),
+        name: "slot 1 octet 0".to_owned(),
+        unit: Some("Hz"),
+        number,
+        text: text.to_owned(),
+        quality,
+        read_at: None,
+    };
+    all.gauges[0].parameters = Arc::from([point]);
+    all
+}
+
+#[test]
+fn the_alarm_of_a_point_is_raised_beyond_its_limit_and_a_bad_value_decides_nothing() {
+    let condition =
+        |test| Condition::Point { gauge: "chamber".to_owned(), point: "speed".to_owned(), test, unit: Some("Hz") };
+    let valid = |number: f64| speed(Some(number), &format!("{number} Hz"), Quality::Valid);
+    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Below(900.0)), 0, 0)]);
+    assert_eq!(fixture.evaluate(&valid(900.0)), []);
+    assert_eq!(fixture.evaluate(&speed(None, "bad", Quality::Fault)), []);
+    assert_eq!(fixture.evaluate(&valid(899.0)), [AlarmChangeKind::Raised]);
+    assert_eq!((fixture.status().value, fixture.status().text.as_str()), (Some(899.0), "chamber: speed is 899 Hz"));
+    assert_eq!(fixture.evaluate(&speed(None, "bad", Quality::Fault)), [], "a bad value does not end it");
+    assert_eq!(fixture.evaluate(&valid(900.0)), [AlarmChangeKind::Returned]);
+
+    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Above(900.0)), 0, 0)]);
+    assert_eq!(fixture.evaluate(&valid(900.0)), []);
+    assert_eq!(fixture.evaluate(&valid(901.0)), [AlarmChangeKind::Raised]);
+
+    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Is("off".to_owned())), 0, 0)]);
+    assert_eq!(fixture.evaluate(&speed(Some(1.0), "on", Quality::Valid)), []);
+    assert_eq!(fixture.evaluate(&speed(Some(0.0), "off", Quality::Valid)), [AlarmChangeKind::Raised]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use profivac_devices::Principle;
 use profivac_recorder::Quality;
 use profivac_station::alarm::Inputs;
 use profivac_station::snapshot::SegmentSnapshot;
-use profivac_station::view::{BusStationState, Gauge, Reading, Segment, SegmentState};
+use profivac_station::view::{BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState};
 use profivac_web_server::auth::{Actor, Role, User};
 use std::sync::Arc;
 
@@ -63,6 +63,7 @@ pub fn segment() -> Segment {
 pub fn gauge(readings: Vec<Reading>) -> Gauge {
     Gauge {
         name: "chamber".to_owned(),
+        kind: GaugeKind::Gauge,
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),

@@ -43,6 +43,7 @@ pub fn polled(gauges: &[&str]) -> config::Segment {
         listen_only: false,
         master: 1,
         gauges: gauges.iter().map(|text| gauge(text)).collect(),
+        slaves: Vec::new(),
     }
 }
 

@@ -5,3 +5,5 @@ mod fixture;
 mod heard;
 mod plant;
 mod polled;
+mod slaves;
+mod test_slave;

@@ -1,5 +1,6 @@
 //! Virtual devices, and the time and the ports through which a segment sees them.
 
+use super::test_slave::TestSlave;
 use crate::segment::edge::{Edge, SegmentCommand};
 use crate::segment::moment::Moment;
 use profivac_client::cyclic::CyclicSlave;
@@ -15,7 +16,7 @@ use profivac_virtual::device::{GasConditions, VirtualDevice};
 use profivac_virtual::device_spec::{DeviceSpec, entry};
 use profivac_virtual::memory_segment::{MemorySegment, Traffic};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
-use profivac_wire::Telegram;
+use profivac_wire::{DataTelegram, Telegram};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -38,7 +39,8 @@ const PAUSE: Duration = Duration::from_millis(3);
 
 /// A device on a polled line.
 struct Slave {
-    device: VirtualDevice,
+    station: Box<dyn Station + Send>,
+    address: u8,
     answers_ms2: bool,
 }
 
@@ -131,7 +133,7 @@ impl Plant {
     /// Whether the device at this address answers class 2 masters.
     pub fn set_ms2(&mut self, address: u8, answers: bool) {
         let Bus::Slaves(slaves) = &mut self.bus else { panic!("a foreign master") };
-        let slave = slaves.iter_mut().find(|slave| slave.device.switch_address() == address).unwrap();
+        let slave = slaves.iter_mut().find(|slave| slave.address == address).unwrap();
         slave.answers_ms2 = answers;
     }
 
@@ -148,6 +150,11 @@ impl Plant {
         (self.bus, self.telegrams) = (Bus::Foreign(segment, began), Telegrams::default());
     }
 
+    /// Other stations send these octets.
+    pub fn hear(&mut self, octets: Vec<u8>) {
+        self.arriving.push_back((self.now, octets));
+    }
+
     /// The station sends.
     fn send(&mut self, octets: &[u8]) {
         let Bus::Slaves(slaves) = &mut self.bus else { panic!("a listener sent {octets:02X?}") };
@@ -159,11 +166,11 @@ impl Plant {
         }
         for slave in slaves {
             let is_ms2 = matches!(&telegram, Telegram::Data(frame) if frame.dsap.is_some_and(|sap| sap <= LAST_MS2));
-            slave.device.poll(end);
+            slave.station.poll(end);
             if is_ms2 && !slave.answers_ms2 {
                 continue;
             }
-            if let Some(answer) = slave.device.telegram(end, &telegram) {
+            if let Some(answer) = slave.station.telegram(end, &telegram) {
                 let begin = answer.not_before.max(end);
                 let end = begin + answer.octets.len() as u64 * CHARACTER_TBIT;
                 self.arriving.push_back((duration_of(BAUD, end.0), answer.octets.to_vec()));
@@ -223,13 +230,48 @@ impl VirtualEdge {
 
     /// Slaves for the master of the station.
     pub fn with_slaves(devices: &[&str]) -> Self {
-        let slave = |text: &&str| Slave { device: device(text, BAUD), answers_ms2: true };
+        let slave = |text: &&str| {
+            let device = device(text, BAUD);
+            Slave { address: device.switch_address(), station: Box::new(device), answers_ms2: true }
+        };
         Self::new(Bus::Slaves(devices.iter().map(slave).collect()))
+    }
+
+    /// The same line with these slaves besides.
+    pub fn and(self, slaves: &[&TestSlave]) -> Self {
+        if let Bus::Slaves(all) = &mut self.plant().bus {
+            all.extend(slaves.iter().map(|slave| {
+                let station = Box::new(profivac_dp::slave::Slave::<_, 2>::new((*slave).clone(), slave.address, BAUD));
+                Slave { address: slave.address, station, answers_ms2: true }
+            }));
+        }
+        self
     }
 
     /// A foreign master with one gauge.
     pub fn with_foreign(baud: Baud) -> Self {
         Self::new(Bus::Foreign(foreign(baud), Duration::ZERO))
+    }
+
+    /// Master 7, which is not heard, sends these telegrams to the slave at `address`.
+    pub fn master_7_sends(&self, address: u8, telegrams: &[(Option<u8>, &[u8])]) {
+        let mut plant = self.plant();
+        let Bus::Slaves(slaves) = &mut plant.bus else { panic!("a foreign master") };
+        let slave = slaves.iter_mut().find(|slave| slave.address == address).unwrap();
+        // The first request has no frame count bit, the next ones alternate.
+        for (number, (dsap, du)) in (1..).zip(telegrams) {
+            let fc = if number == 1 {
+                0x6D
+            } else if number % 2 == 0 {
+                0x5D
+            } else {
+                0x7D
+            };
+            let ssap = dsap.map(|_| 62);
+            let request = DataTelegram { da: address, sa: 7, dsap: *dsap, ssap, fc, du };
+            let answer = slave.station.telegram(BitTime(number * 10_000), &Telegram::Data(request));
+            assert!(answer.is_some(), "telegram {number}");
+        }
     }
 
     pub fn plant(&self) -> MutexGuard<'_, Plant> {

@@ -1994,7 +1994,7 @@ export interface components {
              */
             sent: number;
         };
-        /** @description A gauge. */
+        /** @description A gauge, or another slave of the station's file. */
         Gauge: {
             /**
              * Format: int32
@@ -2008,21 +2008,23 @@ export interface components {
             age_ms: number | null;
             /** @description The assumptions about its configuration and unit, in sentences; its readings depend on it. Empty unless the station only listens. */
             assumptions: string[];
-            /** @description The device: `bcg450`. */
+            /** @description The device: `bcg450`; of a slave vendor and model of its GSD file. */
             device: string;
             /** @description The alarms that it reports: its defects in the words of the manual, once the station has read them. */
             exceptions: string[];
-            /** @description The gas for which the readings are corrected. */
+            /** @description The gas for which the readings are corrected; empty for a slave. */
             gas: string;
             /** @description Whether the device has DP-V1: its parameters travel over MS2, those of other devices in the parameter channel. */
             has_dpv1: boolean;
+            /** @description A gauge with readings, or a slave with points. */
+            kind: components["schemas"]["GaugeKind"];
             /** @description Pressures that trends mark with a line. */
             levels: components["schemas"]["PressureLevel"][];
             /** @description Another master owns it and the station only listens: no parameter is read and no command is sent. */
             listen_only: boolean;
             /** @description Its name. */
             name: string;
-            /** @description The parameters that gateways show beside the pressures; empty while no gateway runs. */
+            /** @description The parameters that gateways show beside the pressures, empty while no gateway runs; of a slave its points. */
             parameters: components["schemas"]["WatchedParameter"][];
             /**
              * Format: int64
@@ -2050,6 +2052,11 @@ export interface components {
             /** @description The warnings that it reports, without those that the qualities of its readings explain. */
             warnings: string[];
         };
+        /**
+         * @description What the station knows of a slave in its file.
+         * @enum {string}
+         */
+        GaugeKind: "gauge" | "slave";
         /** @description The labels of a gauge. */
         GaugeLabels: {
             /** @description The day of its last calibration, as `2026-05-01`. */
@@ -2124,6 +2131,24 @@ export interface components {
             };
             /** @description What happens, the latest sentence first. Only a demonstration tells a story. */
             story: components["schemas"]["StorySentence"][];
+        };
+        /** @description A point of a slave in the live stream. */
+        LivePoint: {
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: double
+             * @description The number; `null` without a value.
+             */
+            number: number | null;
+            /** @description Its place in the inputs. */
+            place: string;
+            /** @description The quality: `valid`, `fault`, `stale`. */
+            quality: string;
+            /** @description The value in words, with its unit. */
+            text: string;
+            /** @description The unit of its number. */
+            unit: string | null;
         };
         /** @description Name and password of a user. */
         Login: {
@@ -3094,25 +3119,30 @@ export interface components {
          * @enum {string}
          */
         ViewState: "problems" | "alarms" | "fault" | "no-data" | "calibration-overdue";
-        /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. */
+        /** @description A parameter that the station reads from time to time: emission, degas, trip points, relays. A point of a slave is one too. */
         WatchedParameter: {
-            /** @description The manual's name. */
+            /** @description The manual's name; of a point its place in the inputs. */
             name: string;
             /**
              * Format: double
              * @description The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
              */
             number: number | null;
+            /** @description The quality: `valid`; `stale` without a value; `fault` for a point whose number is bad. */
+            quality: string;
             /**
              * Format: int64
              * @description When it was read, in milliseconds since 1970.
              */
             read_ms: number | null;
-            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`. */
+            /** @description The name by which it is read and written: `trip-point.1/high-trip-point`; of a point its name. */
             target: string;
-            /** @description The value in the words of the manual. */
+            /** @description The value in the words of the manual, or of the station's file for a point. */
             text: string;
-            /** @description The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit. */
+            /**
+             * @description The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit; of a point the
+             *     unit in the station's file.
+             */
             unit: string | null;
         };
         /** @description The delivery status of a webhook. */

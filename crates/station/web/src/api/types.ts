@@ -38,8 +38,10 @@ export type LineState = Schemas['StationState']
 export type ParameterDone = Schemas['Done']
 export type Capture = Schemas['CaptureView']
 
-/** A gauge without the time of its readings, which would change the live stream at every reading, and without the parameters of gateways. */
-export type Gauge = Omit<Schemas['Gauge'], 'read_ms' | 'parameters'>
+/** A gauge without the time of its readings, which would change the live stream at every reading. Its parameters are the points of a slave. */
+export type Gauge = Omit<Schemas['Gauge'], 'read_ms'>
+/** A value of a slave by its GSD file. */
+export type Point = Omit<Schemas['WatchedParameter'], 'read_ms'>
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>

@@ -113,6 +113,9 @@ export function conditionText(alarm: Alarm, shown: Unit): string {
       return words.rise(place, at)
     case 'several':
       return severalText(alarm, shown)
+    case 'point':
+      // Its name says point, comparison and limit.
+      return alarm.name
     case 'not-measurable':
       return words.notMeasurable(place)
     case 'fault':

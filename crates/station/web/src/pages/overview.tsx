@@ -10,6 +10,7 @@ import { FailingNotifications } from '../components/failing-notifications.tsx'
 import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { AlarmLines, OtherAlarms } from '../components/other-alarms.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
+import { Points } from '../components/points.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
@@ -212,7 +213,10 @@ function Row({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
             <ReadingText pa={boundOf(reading)} quality={currentQuality(gauge, reading, live.since)} unit={unit} />
           </span>
         ))}
-        {gauge.readings.length === 0 && <span class="no-pressure stale">{t.common.noData}</span>}
+        {gauge.kind === 'slave' && <Points gauge={gauge} live={live} />}
+        {gauge.kind === 'gauge' && gauge.readings.length === 0 && (
+          <span class="no-pressure stale">{t.common.noData}</span>
+        )}
       </span>
       <GaugeStatus gauge={gauge} stale={stale} />
       <Overdue labels={labels} />
@@ -244,7 +248,8 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
           {several && <Sparkline series={reading.series} />}
         </CardReading>
       ))}
-      {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
+      {gauge.kind === 'slave' && <Points gauge={gauge} live={live} />}
+      {gauge.kind === 'gauge' && gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       <Faults gauge={gauge} />
       <CardAlarms alarms={alarms} />
       <Overdue labels={labels} />

@@ -11,6 +11,7 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { countsText, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
+import { pointText } from '../lib/points.ts'
 import { pressureRange } from '../lib/pressure-range.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
@@ -153,9 +154,17 @@ function WallTile(tile: TileProps): JSX.Element {
 
 /** The state of a gauge with several channels, in the place of a value. */
 function WholeGauge({ gauge, isStale }: { gauge: Gauge; isStale: boolean }): JSX.Element {
+  if (gauge.kind === 'slave' && gauge.state === 'data-exchange') return <SlaveValue gauge={gauge} isStale={isStale} />
   if (gauge.readings.length === 0 || isStale) return <span class="no-pressure stale">{t.common.noData}</span>
   if (gauge.state === 'fault') return <ReadingText pa={null} quality="fault" unit="Pa" />
   return <span class="no-pressure">{t.wall.whole}</span>
+}
+
+/** The first point of a slave: the station's file has the most important one first. */
+function SlaveValue({ gauge, isStale }: { gauge: Gauge; isStale: boolean }): JSX.Element {
+  const [first] = gauge.parameters
+  const text = first ? pointText(first, isStale) : null
+  return text === null ? <span class="no-pressure stale">{t.common.noData}</span> : <span>{text}</span>
 }
 
 /** How many gauges of a segment have no problem, with their lowest and highest pressure. */

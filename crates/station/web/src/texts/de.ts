@@ -788,6 +788,10 @@ export const de: Texts = {
     listenOnly: 'Nur mithören',
     listening:
       'Dieses Messgerät gehört einem anderen Master. Die Station hört an dessen Bus mit und sendet nichts; darum kann sie Parameter weder lesen noch ändern und keine Befehle senden.',
+    slave: 'Slave mit GSD-Datei',
+    slaveRead: 'Die Station liest diesen Slave nur. Sie sendet ihm weder Parameter noch Ausgänge.',
+    slaveOwned:
+      'Die Station tauscht mit diesem Slave Daten aus. Sie sendet die Parameter und Ausgänge ihrer Datei, sonst nichts.',
     readings: 'Messwerte',
     tags: 'Schlagwörter',
     calibrated: 'Kalibriert',

@@ -807,6 +807,10 @@ export const en = {
     listenOnly: 'Listen only',
     listening:
       'Another master owns this gauge. The station listens on its bus and sends nothing, so it can neither read nor change its parameters, nor send commands.',
+    slave: 'Slave by its GSD file',
+    slaveRead: 'The station only reads this slave. It sends it no parameters and no outputs.',
+    slaveOwned:
+      'The station exchanges data with this slave. It sends the parameters and outputs of its file, and nothing else.',
     readings: 'Readings',
     tags: 'Tags',
     calibrated: 'Calibrated',

@@ -25,12 +25,14 @@ export function GaugePage(): JSX.Element {
           <span aria-hidden="true">{t.common.gauge} </span>
           <Choice label={t.common.gauge} value={name ?? ''} options={names} onChange={(name) => go(gaugePath(name))} />
         </span>
-        {gauge && <Link to={trendPath(gauge)}>{t.gauge.showTrend}</Link>}
+        {gauge?.kind === 'gauge' && <Link to={trendPath(gauge)}>{t.gauge.showTrend}</Link>}
       </div>
       {gauge ? (
         <>
           <Readings gauge={gauge} />
-          {gauge.listen_only ? <Listening gauge={gauge} /> : <Operation gauge={gauge} key={gauge.name} />}
+          {gauge.kind === 'slave' && <Slave gauge={gauge} />}
+          {gauge.kind === 'gauge' && gauge.listen_only && <Listening gauge={gauge} />}
+          {gauge.kind === 'gauge' && !gauge.listen_only && <Operation gauge={gauge} key={gauge.name} />}
         </>
       ) : (
         <p class="error">{name ? t.gauge.unknown(name) : t.gauge.none}</p>
@@ -41,6 +43,16 @@ export function GaugePage(): JSX.Element {
 
 const trendPath = ({ readings }: Gauge): string =>
   `/trends?${new URLSearchParams(readings.map(({ series }) => ['s', series]))}`
+
+/** A slave by its GSD file: the station reads its points and offers no commands. */
+function Slave({ gauge }: { gauge: Gauge }): JSX.Element {
+  return (
+    <section class="panel" aria-label={t.gauge.slave}>
+      <h2>{t.gauge.slave}</h2>
+      <p>{gauge.listen_only ? t.gauge.slaveRead : t.gauge.slaveOwned}</p>
+    </section>
+  )
+}
 
 /** A gauge of another master: the station sends nothing, and says what it does not know. */
 function Listening({ gauge }: { gauge: Gauge }): JSX.Element {

@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import type { Gauge, GaugeLabels, Reading } from '../../api/types.ts'
 import { GaugeStatus } from '../../components/bus-status.tsx'
 import { labelsOf, Overdue, useDirectory } from '../../components/gauge-filter.tsx'
+import { Points } from '../../components/points.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../../components/pressure.tsx'
 import { Age, Faults } from '../../components/reading-state.tsx'
 import { Sparkline } from '../../components/sparkline.tsx'
@@ -31,7 +32,8 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
         {gauge.readings.map((reading) => (
           <LargeReading gauge={gauge} reading={reading} key={reading.series} />
         ))}
-        {gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
+        {gauge.kind === 'slave' && <Points gauge={gauge} live={live} />}
+        {gauge.kind === 'gauge' && gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       </div>
       <Faults gauge={gauge} />
       <Labels labels={labelsOf(useDirectory().directory, gauge.name)} />

@@ -1,0 +1,122 @@
+//! `[[segment.slave]]` and `[[segment.slave.point]]`: a slave by its GSD file.
+
+mod alarms;
+mod outputs;
+mod points;
+#[cfg(test)]
+mod tests;
+
+use super::error::{ConfigProblem, Located};
+use super::slave_problem::SlaveProblem;
+use crate::time_span::TimeSpan;
+use outputs::OutputsToml;
+use points::PointToml;
+use profivac_gsd::GsdFile;
+use profivac_gsd_slave::{Catalog, Change, GsdSlave, Modules, Selection, Value as PrmValue};
+use profivac_host::text_file::Parsed;
+use profivac_station::alarm::Rule;
+use profivac_station::config::{POLL, Slave};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use toml::Spanned;
+
+/// `[[segment.slave]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlaveToml {
+    /// The name, unique in the station.
+    pub name: Spanned<String>,
+    /// The address on the segment, 0 to 125.
+    pub address: Spanned<u8>,
+    /// Its GSD file, or a folder with this file and its other languages.
+    gsd: Spanned<PathBuf>,
+    /// The modules: a list of numbers and names of the GSD file in slot order, or a table `{ SLOT = NUMBER or "NAME" }`. Default: those
+    /// that the file presets.
+    modules: Option<Spanned<Modules>>,
+    /// Parameters that differ from the GSD file: `{ "NAME" = "VALUE" }`. If several have the name, `"SLOT:NAME"`.
+    #[serde(default)]
+    parameters: BTreeMap<Spanned<String>, PrmValue>,
+    /// `true`: the station takes the slave into data exchange and sends it parameters, configuration and outputs. Default: `false`, the
+    /// station only reads it.
+    own: Option<Spanned<bool>>,
+    /// With `own`, needed for a slave with outputs: all octets in hexadecimal, or a table `{ SLOT = "OCTETS" }`.
+    outputs: Option<Spanned<OutputsToml>>,
+    /// The sampling interval, 20 ms to 1 h. Default: `200 ms`.
+    pub poll: Option<Spanned<Parsed<TimeSpan>>>,
+    /// A value in its inputs.
+    #[serde(default)]
+    point: Vec<PointToml>,
+}
+
+/// The error at this place.
+fn at(span: std::ops::Range<usize>, problem: SlaveProblem) -> Located {
+    Located::new(span, ConfigProblem::Slave(Box::new(problem)))
+}
+
+/// The slaves of a segment of the file in `folder`.
+pub fn slaves(slaves: &[SlaveToml], listen_only: bool, folder: &Path) -> Result<Vec<Slave>, Located> {
+    slaves.iter().map(|slave| slave.settings(folder, listen_only)).collect()
+}
+
+/// The alarms of all points.
+pub fn rules<'a>(slaves: impl Iterator<Item = &'a SlaveToml>) -> Result<Vec<Rule>, Located> {
+    let points = slaves.flat_map(|slave| slave.point.iter().map(move |point| (slave.name.get_ref(), point)));
+    let rules = points.flat_map(|(slave, point)| point.rules(slave));
+    rules.collect()
+}
+
+impl SlaveToml {
+    fn settings(&self, folder: &Path, listen_only: bool) -> Result<Slave, Located> {
+        let gsd = self.slave(self.file(folder)?)?;
+        let own = self.own.as_ref().filter(|own| *own.get_ref());
+        if let Some(own) = own.filter(|_| listen_only) {
+            return Err(at(own.span(), SlaveProblem::OwnedByListener));
+        }
+        let place = own.map_or_else(|| self.name.span(), Spanned::span);
+        let outputs = outputs::outputs(&gsd, own.is_some(), self.outputs.as_ref(), place)?;
+        let points = points::points(&self.point, &gsd)?;
+        Ok(Slave {
+            name: self.name.get_ref().clone(),
+            address: *self.address.get_ref(),
+            gsd: Arc::new(gsd),
+            is_owned: own.is_some(),
+            outputs,
+            poll: self.poll.as_ref().map_or(POLL, |poll| poll.get_ref().0.into()),
+            points,
+        })
+    }
+
+    /// The GSD file. A folder must have the files of one device.
+    fn file(&self, folder: &Path) -> Result<Arc<GsdFile>, Located> {
+        let path = folder.join(self.gsd.get_ref());
+        let wrong = |problem| at(self.gsd.span(), problem);
+        let catalog = Catalog::read(std::slice::from_ref(&path)).map_err(|error| wrong(SlaveProblem::File(error)))?;
+        let all: Vec<_> = catalog.entries().map(|(_, entry)| entry).collect();
+        match all.as_slice() {
+            [only] => Ok(Arc::clone(&only.file)),
+            several => {
+                let found =
+                    several.iter().map(|entry| format!("{} ({})", entry.path.display(), entry.name())).collect();
+                Err(wrong(SlaveProblem::SeveralFiles { path, found }))
+            }
+        }
+    }
+
+    /// The slave of the file with modules and parameters. The changes are tried one after the other, so that an error has the place of its
+    /// parameter.
+    fn slave(&self, file: Arc<GsdFile>) -> Result<GsdSlave, Located> {
+        let modules = self.modules.as_ref().map(|modules| modules.get_ref().clone()).unwrap_or_default();
+        let modules_at = self.modules.as_ref().map_or_else(|| self.gsd.span(), Spanned::span);
+        let mut selection = Selection { modules, changes: Vec::new() };
+        let mut slave = GsdSlave::new(Arc::clone(&file), &selection)
+            .map_err(|error| at(modules_at, SlaveProblem::Selection(error)))?;
+        for (name, PrmValue(value)) in &self.parameters {
+            selection.changes.push(Change { slot: None, target: name.get_ref().clone(), value: value.clone() });
+            slave = GsdSlave::new(Arc::clone(&file), &selection)
+                .map_err(|error| at(name.span(), SlaveProblem::Selection(error)))?;
+        }
+        Ok(slave)
+    }
+}

@@ -1,0 +1,105 @@
+//! `[[segment.slave.point.alarm]]`.
+
+use super::at;
+use crate::error::{ConfigProblem, Located};
+use crate::slave_problem::SlaveProblem;
+use crate::time_span::TimeSpan;
+use crate::values::{delay, priority};
+use profivac_host::text_file::Parsed;
+use profivac_station::alarm::{Condition, PointTest, Priority, Rule};
+use profivac_web_server::visible_text::check_lines;
+use serde::Deserialize;
+use std::ops::Range;
+use std::time::Duration;
+use toml::Spanned;
+
+/// Defaults. chosen: as for `[[alarm]]`.
+const DELAY: Duration = Duration::from_secs(1);
+const OFF_DELAY: Duration = Duration::from_secs(5);
+
+/// `[[segment.slave.point.alarm]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PointAlarmToml {
+    /// Raised above this number, in the unit of the point.
+    above: Option<Spanned<f64>>,
+    /// Raised below this number, in the unit of the point.
+    below: Option<Spanned<f64>>,
+    /// Raised while the point has this text: one of `texts`, or `on` or `off` of a bit without texts.
+    is: Option<Spanned<String>>,
+    /// The condition must hold for this time, up to 1 h. Default: `1 s`.
+    delay: Option<Spanned<Parsed<TimeSpan>>>,
+    /// The condition must be over for this time, up to 1 h. Default: `5 s`.
+    off_delay: Option<Spanned<Parsed<TimeSpan>>>,
+    /// `high`, `medium` or `low`. Default: `medium`.
+    priority: Option<Spanned<String>>,
+    /// What an operator shall do, shown with the alarm.
+    message: Option<Spanned<String>>,
+}
+
+/// The point of an alarm.
+pub struct AlarmedPoint<'a> {
+    pub slave: &'a str,
+    pub name: &'a Spanned<String>,
+    pub unit: Option<&'static str>,
+    /// The texts that the value may have, apart from numbers.
+    pub texts: Vec<String>,
+}
+
+impl PointAlarmToml {
+    pub fn rule(&self, point: &AlarmedPoint<'_>) -> Result<Rule, Located> {
+        let (test, words) = self.test(point)?;
+        if let Some(text) = &self.message {
+            check_lines(text.get_ref()).map_err(|problem| Located::new(text.span(), ConfigProblem::Text(problem)))?;
+        }
+        let name = point.name.get_ref();
+        Ok(Rule {
+            name: format!("{}: {name} {words}", point.slave),
+            condition: Condition::Point {
+                gauge: point.slave.to_owned(),
+                point: name.clone(),
+                unit: point.unit.filter(|_| self.is.is_none()),
+                test,
+            },
+            priority: priority(self.priority.as_ref(), Priority::Medium)?,
+            delay: delay(self.delay.as_ref(), DELAY)?,
+            off_delay: delay(self.off_delay.as_ref(), OFF_DELAY)?,
+            message: self.message.as_ref().map(|text| text.get_ref().clone()),
+        })
+    }
+
+    /// The test, and its words in the name of the alarm.
+    fn test(&self, point: &AlarmedPoint<'_>) -> Result<(PointTest, String), Located> {
+        let unit = point.unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+        let limit = |limit: &Spanned<f64>| {
+            let number = *limit.get_ref();
+            if number.is_finite() { Ok(number) } else { Err(point.wrong(limit.span(), "a number", number.to_string())) }
+        };
+        match (&self.above, &self.below, &self.is) {
+            (Some(above), None, None) => {
+                limit(above).map(|above| (PointTest::Above(above), format!("above {above}{unit}")))
+            }
+            (None, Some(below), None) => {
+                limit(below).map(|below| (PointTest::Below(below), format!("below {below}{unit}")))
+            }
+            (None, None, Some(is)) if point.texts.contains(is.get_ref()) => {
+                Ok((PointTest::Is(is.get_ref().clone()), format!("is {}", is.get_ref())))
+            }
+            (None, None, Some(is)) => {
+                let (name, found) = (point.name.get_ref().clone(), is.get_ref().clone());
+                let known = point.texts.clone();
+                Err(at(is.span(), SlaveProblem::PointText { point: name, found, known }))
+            }
+            _ => {
+                let expected = "alarms with one of above, below and is each";
+                Err(point.wrong(point.name.span(), expected, "none or several".to_owned()))
+            }
+        }
+    }
+}
+
+impl AlarmedPoint<'_> {
+    fn wrong(&self, span: Range<usize>, expected: &'static str, found: String) -> Located {
+        at(span, SlaveProblem::PointValue { point: self.name.get_ref().clone(), expected, found })
+    }
+}

@@ -1,0 +1,234 @@
+//! Slaves by their GSD files: what a file gives, and errors with positions.
+
+use crate::{Config, ConfigError, parse};
+use profivac_station::alarm::{Condition, PointTest, Priority};
+use profivac_station::config::{PointType, Slave};
+use std::fs;
+use tempfile::TempDir;
+
+const GSD: &str = "#Profibus_DP
+Vendor_Name = \"Invented\"
+Model_Name = \"Pump 1\"
+Ident_Number = 0x0FA1
+Modular_Station = 1
+Max_Module = 4
+Max_Input_Len = 16
+Max_Output_Len = 4
+Max_Data_Len = 20
+Max_User_Prm_Data_Len = 1
+Ext_User_Prm_Data_Ref(0) = 1
+PrmText = 1
+Text(0) = \"stop\"
+Text(1) = \"keep\"
+EndPrmText
+ExtUserPrmData = 1 \"Without bus\"
+Unsigned8 0 0-1
+Prm_Text_Ref = 1
+EndExtUserPrmData
+Module = \"Speed\" 0x53
+1
+EndModule
+Module = \"Control\" 0x21
+2
+EndModule
+Module = \"Status\" 0x10
+3
+EndModule
+SlotDefinition
+Slot(1) = \"first\" 1 1
+Slot(2) = \"second\" 2 2,3
+Slot(3) = \"third\" 3 2,3
+EndSlotDefinition
+";
+
+const FILE: &str = r#"[[segment]]
+name = "hall"
+port = "/dev/ttyUSB0"
+
+[[segment.slave]]
+name = "turbo"
+address = 12
+gsd = "pump.gsd"
+modules = [1, "Control", 3]
+parameters = { "Without bus" = "keep" }
+own = true
+outputs = "01 FF"
+
+[[segment.slave.point]]
+name = "speed"
+slot = 1
+octet = 2
+type = "u16"
+unit = "Hz"
+
+[[segment.slave.point]]
+name = "state"
+module = "Status"
+bit = 3
+type = "bool"
+texts = { 0 = "stopped", 1 = "running" }
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("pump.gsd"), GSD).unwrap();
+    folder
+}
+
+fn read_in(folder: &TempDir, text: &str) -> Result<Config, ConfigError> {
+    parse(text, &folder.path().join("hall.toml"))
+}
+
+fn slave(text: &str) -> Slave {
+    read_in(&folder(), text).unwrap().segments[0].slaves[0].clone()
+}
+
+/// Line and column of the error, and its sentence.
+fn error(text: &str) -> (String, String) {
+    let error = read_in(&folder(), text).unwrap_err();
+    (format!("{}:{}", error.line, error.column), error.problem.to_string())
+}
+
+#[test]
+fn a_slave_has_the_octets_of_its_modules_and_parameters_and_the_places_of_its_points() {
+    let slave = slave(FILE);
+    assert_eq!((slave.name.as_str(), slave.address, slave.model().as_str()), ("turbo", 12, "Invented Pump 1"));
+    assert_eq!(slave.gsd.chk_cfg(), [0x53, 0x21, 0x10]);
+    assert_eq!(slave.gsd.user_prm(), [1]);
+    assert_eq!((slave.is_owned, slave.outputs.as_slice(), slave.inputs()), (true, &[0x01, 0xFF][..], 9));
+    let [speed, state] = slave.points.as_slice() else { panic!("{:?}", slave.points) };
+    assert_eq!((speed.octet, speed.kind, speed.unit), (2, PointType::U16, Some("Hz")));
+    assert_eq!(speed.place, "slot 1 Speed octet 2");
+    // The status follows the eight octets of the speed.
+    assert_eq!((state.octet, state.bit, state.place.as_str()), (8, 3, "slot 3 Status octet 0 bit 3"));
+    assert_eq!(state.texts, [(0, "stopped".to_owned()), (1, "running".to_owned())]);
+}
+
+#[test]
+fn outputs_may_be_given_by_slot() {
+    assert_eq!(slave(&FILE.replace("\"01 FF\"", "{ 2 = \"0A 0B\" }")).outputs, [0x0A, 0x0B]);
+}
+
+#[test]
+fn a_slave_that_is_not_owned_needs_no_outputs() {
+    let slave = slave(&FILE.replace("own = true\noutputs = \"01 FF\"\n", ""));
+    assert_eq!((slave.is_owned, slave.outputs.len()), (false, 0));
+}
+
+#[test]
+fn an_owned_slave_with_outputs_is_refused_without_explicit_outputs() {
+    let (place, sentence) = error(&FILE.replace("outputs = \"01 FF\"\n", ""));
+    assert_eq!(place, "11:7");
+    assert!(
+        sentence.contains("slot 2 Control (2 octets)") && sentence.contains("set outputs to 2 octets"),
+        "{sentence}"
+    );
+    let without = FILE.replace("outputs = \"01 FF\"\n", "").replace("\"Control\"", "3").replace("[1, 3, 3]", "[1, 3]");
+    let without = without.replace("module = \"Status\"\n", "slot = 2\n");
+    assert!(slave(&without).is_owned, "a slave without outputs needs none");
+}
+
+#[test]
+fn an_error_has_the_place_in_the_file_and_what_is_possible() {
+    for (from, to, place, parts) in [
+        ("[1, \"Control\", 3]", "[1, 7]", "9:11", &["no module 7", "1 (Speed)", "3 (Status)"][..]),
+        ("[1, \"Control\", 3]", "[1, \"Contrl\"]", "9:11", &["no module \"Contrl\"", "did you mean \"Control\"?"]),
+        ("[1, \"Control\", 3]", "[2, 1]", "9:11", &["slot 1", "it takes 1 (Speed)"]),
+        ("\"keep\"", "\"jump\"", "10:16", &["Without bus cannot be jump", "0 (stop), 1 (keep)"]),
+        ("\"keep\"", "2", "10:16", &["Without bus cannot be 2", "0 (stop), 1 (keep)"]),
+        ("\"Without bus\" =", "\"With bus\" =", "10:16", &["no parameter With bus", "Without bus"]),
+        ("\"01 FF\"", "\"01\"", "12:11", &["expected 2 octets of outputs for slot 2 Control", "found 1"]),
+        ("\"01 FF\"", "\"0X FF\"", "12:11", &["hexadecimal", "0X FF"]),
+        ("\"01 FF\"", "{ 1 = \"00\" }", "12:11", &["slot 1 has no module with outputs", "slot 2 Control (2 octets)"]),
+        ("\"01 FF\"", "{}", "12:11", &["the outputs of slot 2 Control (2 octets) are missing"]),
+        ("own = true", "own = false", "12:11", &["outputs need own = true"]),
+        ("pump.gsd", "none.gsd", "8:7", &["none.gsd"]),
+        ("slot = 1", "slot = 2", "16:8", &["\"speed\"", "slot 1 Speed, slot 3 Status"]),
+        ("slot = 1\n", "", "15:8", &["several modules", "say slot", "slot 1 Speed, slot 3 Status"]),
+        ("\"Status\"", "\"State\"", "23:10", &["\"state\"", "slot 1 Speed, slot 3 Status"]),
+        ("octet = 2", "octet = 7", "17:9", &["needs the octets 7 to 8", "slot 1 Speed has the octets 0 to 7"]),
+        ("\"u16\"", "\"u24\"", "18:8", &["one of bool, u8, i8, u16", "\"u24\""]),
+        ("bit = 3", "bit = 8", "24:7", &["a bit from 0 to 7, found 8"]),
+        ("bit = 3\n", "", "24:8", &["the key bit"]),
+        ("unit = \"Hz\"", "order = \"middle\"", "19:9", &["big or little", "middle"]),
+        ("unit = \"Hz\"", "scale = inf", "19:9", &["expected a number, found inf"]),
+        ("unit = \"Hz\"", "status = 8", "19:10", &["needs octet 8", "0 to 7"]),
+        ("1 = \"running\"", "on = \"running\"", "26:26", &["a whole number as code"]),
+        ("name = \"state\"", "name = \"speed\"", "22:8", &["point \"speed\" is defined twice"]),
+        ("address = 12", "address = 0", "7:11", &["address 0 is already used by the master"]),
+        ("address = 12", "address = 126", "7:11", &["from 0 to 125"]),
+    ] {
+        assert!(FILE.contains(from), "{from}");
+        let (found, sentence) = error(&FILE.replace(from, to));
+        assert!(parts.iter().all(|part| sentence.contains(part)), "{to}: {sentence}");
+        assert_eq!(found, place, "{to}: {sentence}");
+    }
+}
+
+#[test]
+fn the_station_owns_no_slave_on_a_segment_on_which_it_only_listens() {
+    let (place, sentence) = error(&FILE.replace("port =", "listen-only = true\nport ="));
+    assert_eq!(place, "12:7");
+    assert!(sentence.contains("listen-only"), "{sentence}");
+}
+
+#[test]
+fn a_gauge_and_a_slave_share_neither_name_nor_address() {
+    let gauge = |name: &str, address: u8| {
+        format!("[[segment.gauge]]\nname = \"{name}\"\naddress = {address}\ndevice = \"bcg450\"\n\n[[segment.slave]]")
+    };
+    let with = |name: &str, address| FILE.replacen("[[segment.slave]]", &gauge(name, address), 1);
+    assert!(error(&with("turbo", 5)).1.contains("defined twice"));
+    assert!(error(&with("chamber", 12)).1.contains("address 12 is already used by another gauge or slave"));
+    assert!(read_in(&folder(), &with("chamber", 5)).is_ok());
+}
+
+#[test]
+fn a_folder_must_have_the_files_of_one_device() {
+    let folder = folder();
+    let library = folder.path().join("library");
+    fs::create_dir(&library).unwrap();
+    fs::write(library.join("pump.gsd"), GSD).unwrap();
+    let text = FILE.replace("pump.gsd", "library");
+    assert!(read_in(&folder, &text).is_ok());
+    fs::write(library.join("other.gsd"), GSD.replace("Pump 1", "Pump 2")).unwrap();
+    let error = read_in(&folder, &text).unwrap_err();
+    let sentence = error.problem.to_string();
+    assert!(sentence.contains("other.gsd") && sentence.contains("pump.gsd"), "{sentence}");
+    assert_eq!((error.line, error.column), (8, 7));
+}
+
+#[test]
+fn the_alarms_of_points_have_their_limits_or_texts() {
+    let with = |alarm: &str| {
+        FILE.replace("unit = \"Hz\"\n", &format!("unit = \"Hz\"\n[[segment.slave.point.alarm]]\n{alarm}\n"))
+    };
+    let config = read_in(&folder(), &with("below = 900\npriority = \"high\"")).unwrap();
+    let rule = config.alarms.iter().find(|rule| rule.name == "turbo: speed below 900 Hz").unwrap();
+    let (gauge, point) = ("turbo".to_owned(), "speed".to_owned());
+    assert_eq!(rule.condition, Condition::Point { gauge, point, test: PointTest::Below(900.0), unit: Some("Hz") });
+    assert_eq!(rule.priority, Priority::High);
+    for (alarm, part) in [
+        ("above = nan", "expected a number"),
+        ("above = 1\nbelow = 0", "one of above, below and is"),
+        ("delay = \"1 s\"", "one of above, below and is"),
+        ("is = \"fast\"", "never is \"fast\"; its texts: none"),
+        ("above = 1\npriority = \"most\"", "priority"),
+    ] {
+        let (_, sentence) = error(&with(alarm));
+        assert!(sentence.contains(part), "{alarm}: {sentence}");
+    }
+    let text = format!("{FILE}[[segment.slave.point.alarm]]\nis = \"stopped\"\n");
+    let config = read_in(&folder(), &text).unwrap();
+    assert!(config.alarms.iter().any(|rule| rule.name == "turbo: state is stopped"));
+}
+
+#[test]
+fn each_slave_has_the_default_alarms_of_fault_and_no_data() {
+    let config = read_in(&folder(), FILE).unwrap();
+    let names: Vec<_> = config.alarms.iter().map(|rule| rule.name.as_str()).collect();
+    assert!(names.contains(&"turbo: fault") && names.contains(&"turbo: no data"), "{names:?}");
+    let excepted = format!("{FILE}\n[alarms]\nfault = {{ except = [\"turbo\"] }}\n");
+    let config = read_in(&folder(), &excepted).unwrap();
+    assert!(config.alarms.iter().all(|rule| rule.name != "turbo: fault"));
+}

@@ -1,0 +1,125 @@
+//! The points of a slave by its GSD file.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{Inputs, Signal, Snapshot, State, Value};
+use profivac_recorder::{Micros, Quality};
+use profivac_station::view::{BusStationState, GaugeKind};
+use std::fs;
+use std::sync::Arc;
+
+const GSD: &str = "#Profibus_DP
+Vendor_Name = \"Invented\"
+Model_Name = \"Valve 7\"
+Ident_Number = 0x0FA7
+Max_Input_Len = 2
+Max_Output_Len = 0
+Module = \"Position\" 0x11
+1
+EndModule
+";
+
+const FILE: &str = r#"
+[[segment]]
+name = "hall"
+port = "sim:hall.toml"
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.slave]]
+name = "gate"
+address = 9
+gsd = "valve.gsd"
+own = true
+
+[[segment.slave.point]]
+name = "position"
+octet = 1
+type = "u8"
+unit = "mm"
+
+[[segment.slave.point]]
+name = "limit switch"
+bit = 0
+type = "bool"
+texts = { 0 = "open", 1 = "closed" }
+
+[[segment.slave.point]]
+name = "opening"
+octet = 1
+type = "u8"
+scale = 0.5
+unit = "%"
+"#;
+
+fn planned() -> Inputs {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("valve.gsd"), GSD).unwrap();
+    Inputs::planned(&profivac_config::parse(FILE, &folder.path().join("plant.toml")).unwrap())
+}
+
+/// The valve exchanges data; its points have these numbers, texts and qualities.
+fn measuring(values: [(Option<f64>, &str, Quality); 3], age_ms: u64) -> Inputs {
+    let mut inputs = planned();
+    let gate = inputs.gauges.iter_mut().find(|gauge| gauge.name == "gate").unwrap();
+    assert_eq!(gate.kind, GaugeKind::Slave);
+    (gate.state, gate.age_ms, gate.read_at) = (BusStationState::DataExchange, Some(age_ms), Some(Micros(7)));
+    let mut points = gate.parameters.to_vec();
+    for (point, (number, text, quality)) in points.iter_mut().zip(values) {
+        (point.number, point.quality, point.read_at) = (number, quality, Some(Micros(7)));
+        point.text = text.to_owned();
+    }
+    gate.parameters = Arc::from(points);
+    inputs
+}
+
+const GOOD: [(Option<f64>, &str, Quality); 3] = [
+    (Some(40.0), "40 mm", Quality::Valid),
+    (Some(1.0), "closed", Quality::Valid),
+    (Some(20.0), "20 %", Quality::Valid),
+];
+
+fn value(snapshot: &Snapshot, subject: &str, signal: Signal) -> (Value, State, Option<&'static str>) {
+    let is_it = |(point, _): &(&profivac_gateway::Point, _)| {
+        point.subject.name() == subject && point.signal == signal && point.subject.gauge() == Some("gate")
+    };
+    let (point, value) = snapshot.iter().find(is_it).unwrap_or_else(|| panic!("{subject} {signal:?}"));
+    (value.value.clone(), value.state, point.unit)
+}
+
+#[test]
+fn the_points_of_a_slave_are_parameters_in_the_unit_of_the_file() {
+    let snapshot = Modeller::default().next(measuring(GOOD, 10), Micros(8));
+    assert_eq!(value(&snapshot, "position", Signal::ParameterNumber), (Value::Float(40.0), State::Ok, Some("mm")));
+    let text = |text: &str| Value::Text(Arc::from(text));
+    assert_eq!(value(&snapshot, "limit switch", Signal::ParameterText).0, text("closed"));
+    assert_eq!(value(&snapshot, "limit switch", Signal::ParameterNumber), (Value::Float(1.0), State::Ok, None));
+    assert_eq!(value(&snapshot, "opening", Signal::ParameterPercentage).0, Value::Float(20.0));
+    assert_eq!(value(&snapshot, "gate", Signal::Device).0, text("Invented Valve 7"));
+    let pascals =
+        snapshot.iter().filter(|(point, _)| point.subject.gauge() == Some("gate") && point.unit == Some("Pa"));
+    assert_eq!(pascals.count(), 0, "no pressure");
+}
+
+#[test]
+fn a_bad_number_is_a_fault_and_old_values_are_stale() {
+    let bad = [(None, "bad, status 00h", Quality::Fault), GOOD[1], GOOD[2]];
+    let snapshot = Modeller::default().next(measuring(bad, 10), Micros(8));
+    let (number, state, _) = value(&snapshot, "position", Signal::ParameterNumber);
+    assert_eq!((number, state), (Value::None, State::Fault));
+    assert_eq!(value(&snapshot, "opening", Signal::ParameterPercentage).1, State::Ok);
+    let snapshot = Modeller::default().next(measuring(GOOD, 60_000), Micros(8));
+    let (number, state, _) = value(&snapshot, "position", Signal::ParameterNumber);
+    assert_eq!((number, state), (Value::None, State::Stale));
+}
+
+#[test]
+fn the_points_exist_before_the_slave_was_found() {
+    let snapshot = Modeller::default().next(planned(), Micros(8));
+    let (number, state, unit) = value(&snapshot, "position", Signal::ParameterNumber);
+    assert_eq!((number, state, unit), (Value::None, State::Stale, Some("mm")));
+}

@@ -1,0 +1,330 @@
+//! A slave by its GSD file, and the points in its inputs.
+
+use profivac_gsd_slave::GsdSlave;
+use profivac_recorder::Quality;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// A slave that the station knows by its GSD file: a pump controller, a valve, a flow controller.
+#[derive(Clone, Debug)]
+pub struct Slave {
+    /// Its name, unique in the station.
+    pub name: String,
+    /// Its bus address.
+    pub address: u8,
+    /// Its GSD file with modules and parameters.
+    pub gsd: Arc<GsdSlave>,
+    /// The station takes the slave into data exchange.
+    pub is_owned: bool,
+    /// The outputs that a slave of the station gets; empty without outputs and for a slave that the station does not own.
+    pub outputs: Vec<u8>,
+    /// The sampling interval.
+    pub poll: Duration,
+    /// The points, in the order of the file.
+    pub points: Vec<SlavePoint>,
+}
+
+/// Equal slaves are parameterised, configured and shown in the same way.
+impl PartialEq for Slave {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { name, address, gsd, is_owned, outputs, poll, points } = self;
+        let octets = |gsd: &GsdSlave| (gsd.chk_cfg().to_vec(), gsd.user_prm().to_vec());
+        (name, address, is_owned, outputs, poll, points)
+            == (&other.name, &other.address, &other.is_owned, &other.outputs, &other.poll, &other.points)
+            && octets(gsd) == octets(&other.gsd)
+            && gsd.file().text() == other.gsd.file().text()
+    }
+}
+
+impl Slave {
+    /// Vendor and model of the GSD file.
+    #[must_use]
+    pub fn model(&self) -> String {
+        let general = &self.gsd.device().general;
+        let words = [&general.vendor_name, &general.model_name].map(|it| it.as_deref().unwrap_or_default().trim());
+        words.join(" ").trim().to_owned()
+    }
+
+    /// The length of its inputs in octets.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.gsd.lengths().inputs.into()
+    }
+}
+
+/// The type of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointType {
+    /// One bit.
+    Bool,
+    /// An unsigned number of one octet.
+    U8,
+    /// A signed number of one octet.
+    I8,
+    /// An unsigned number of two octets.
+    U16,
+    /// A signed number of two octets.
+    I16,
+    /// An unsigned number of four octets.
+    U32,
+    /// A signed number of four octets.
+    I32,
+    /// A floating-point number of four octets (IEEE 754).
+    F32,
+    /// A floating-point number of four octets, and a status octet behind it (PROFIBUS PA, DS-33).
+    Pa,
+}
+
+impl PointType {
+    /// All types by their words in the station's file.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("bool", Self::Bool),
+        ("u8", Self::U8),
+        ("i8", Self::I8),
+        ("u16", Self::U16),
+        ("i16", Self::I16),
+        ("u32", Self::U32),
+        ("i32", Self::I32),
+        ("f32", Self::F32),
+        ("pa", Self::Pa),
+    ];
+
+    /// The number of octets of the inputs that a point of this type takes.
+    #[must_use]
+    pub const fn octets(self) -> usize {
+        match self {
+            Self::Bool | Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::Pa => 5,
+        }
+    }
+
+    /// Whether the number is a whole one.
+    #[must_use]
+    pub const fn is_whole(self) -> bool {
+        !matches!(self, Self::F32 | Self::Pa)
+    }
+
+    /// The number in these octets, the most significant octet first. A bit is bit `bit` of the first octet.
+    fn number(self, octets: &[u8], bit: u8) -> Option<f64> {
+        let first = *octets.first()?;
+        Some(match self {
+            Self::Bool => f64::from(first.checked_shr(bit.into())? & 1),
+            Self::U8 => first.into(),
+            Self::I8 => i8::from_be_bytes([first]).into(),
+            Self::U16 => u16::from_be_bytes(octets.try_into().ok()?).into(),
+            Self::I16 => i16::from_be_bytes(octets.try_into().ok()?).into(),
+            Self::U32 => u32::from_be_bytes(octets.try_into().ok()?).into(),
+            Self::I32 => i32::from_be_bytes(octets.try_into().ok()?).into(),
+            Self::F32 | Self::Pa => f32::from_be_bytes(octets.try_into().ok()?).into(),
+        })
+    }
+}
+
+/// A point: a number, a code or a bit in the inputs of a slave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlavePoint {
+    /// Its name, unique for its slave.
+    pub name: String,
+    /// Where it is, for people: `slot 3 4DI octet 0 bit 2`.
+    pub place: String,
+    /// Its type.
+    pub kind: PointType,
+    /// Its first octet in the inputs of the slave.
+    pub octet: usize,
+    /// The number of its bit, 0 for the lowest; 0 for other types.
+    pub bit: u8,
+    /// The least significant octet comes first.
+    pub is_little_endian: bool,
+    /// The value is the number times `scale` plus `offset`.
+    pub scale: f64,
+    /// See `scale`.
+    pub offset: f64,
+    /// The unit of the value.
+    pub unit: Option<&'static str>,
+    /// Texts for codes, which are numbers before `scale` and `offset`.
+    pub texts: Vec<(i64, String)>,
+    /// The status octet of PROFIBUS PA in the inputs of the slave.
+    pub status: Option<usize>,
+}
+
+/// The value of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointValue {
+    /// The number in the unit of the point; of a code or a bit the number itself. `None` if the status octet or the number is bad.
+    pub number: Option<f64>,
+    /// The value in words, with the unit.
+    pub text: String,
+    /// `Valid` or `Fault`; a number that the status octet calls uncertain is valid, and its text says so.
+    pub quality: Quality,
+}
+
+impl SlavePoint {
+    /// The value in the inputs of the slave. Inputs that end before the point are a fault.
+    #[must_use]
+    pub fn value(&self, inputs: &[u8]) -> PointValue {
+        let fault = |text: &str| PointValue { number: None, text: text.to_owned(), quality: Quality::Fault };
+        let length = if self.kind == PointType::Pa { 4 } else { self.kind.octets() };
+        let end = self.octet.saturating_add(length);
+        let Some(octets) = inputs.get(self.octet..end) else { return fault("not in the inputs") };
+        let mut octets = octets.to_vec();
+        if self.is_little_endian {
+            octets.reverse();
+        }
+        let raw = self.kind.number(&octets, self.bit).filter(|raw| raw.is_finite());
+        let status = self.status.map(|at| inputs.get(at).copied().unwrap_or_default());
+        // The two highest bits are the quality: bad, uncertain, good, good in a cascade (PROFIBUS PA profile 3.02, status octet).
+        let (is_bad, remark) = match status.map(|status| status >> 6) {
+            Some(0) => (true, ""),
+            Some(1) => (false, " (uncertain)"),
+            _ => (false, ""),
+        };
+        match raw {
+            _ if is_bad => fault(&format!("bad, status {:02X}h", status.unwrap_or_default())),
+            None => fault("not a number"),
+            Some(raw) => {
+                let text = self.text(raw) + remark;
+                PointValue { number: Some(self.scaled(raw)), text, quality: Quality::Valid }
+            }
+        }
+    }
+
+    /// Whether its values are words and no quantity.
+    #[must_use]
+    pub const fn has_texts(&self) -> bool {
+        matches!(self.kind, PointType::Bool) || !self.texts.is_empty()
+    }
+
+    fn scaled(&self, raw: f64) -> f64 {
+        raw.mul_add(self.scale, self.offset)
+    }
+
+    /// The text of a code, `on` or `off` of a bit, or the number with its unit.
+    fn text(&self, raw: f64) -> String {
+        #[expect(clippy::cast_precision_loss, reason = "codes have 32 bits")]
+        let code = self.texts.iter().find(|(code, _)| self.kind.is_whole() && *code as f64 == raw);
+        match (code, self.kind, self.unit) {
+            (Some((_, text)), ..) => text.clone(),
+            (None, PointType::Bool, _) => if raw == 0.0 { "off" } else { "on" }.to_owned(),
+            (None, _, Some(unit)) => format!("{} {unit}", shown(self.scaled(raw))),
+            (None, _, None) => shown(self.scaled(raw)),
+        }
+    }
+}
+
+/// A number with seven significant digits at most, as a float of 32 bits has them.
+fn shown(number: f64) -> String {
+    format!("{number:.6e}").parse::<f64>().unwrap_or(number).to_string()
+}
+
+/// The units that the files of this program have named so far.
+static UNITS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+
+/// The same unit, for the life of the program: every view and every gateway names it often, and a plant has few.
+#[must_use]
+pub fn unit(text: &str) -> &'static str {
+    let mut units = UNITS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = units.get(text) {
+        return known;
+    }
+    let unit: &'static str = Box::leak(text.into());
+    units.insert(unit);
+    unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(kind: PointType) -> SlavePoint {
+        SlavePoint {
+            name: "speed".to_owned(),
+            place: "slot 1".to_owned(),
+            kind,
+            octet: 1,
+            bit: 0,
+            is_little_endian: false,
+            scale: 1.0,
+            offset: 0.0,
+            unit: Some("Hz"),
+            texts: Vec::new(),
+            status: None,
+        }
+    }
+
+    fn valid(point: &SlavePoint, inputs: &[u8]) -> (f64, String) {
+        let PointValue { number, text, quality } = point.value(inputs);
+        assert_eq!(quality, Quality::Valid, "{text}");
+        (number.unwrap(), text)
+    }
+
+    #[test]
+    fn each_type_reads_its_octets_in_both_orders() {
+        for (kind, octets, number) in [
+            (PointType::U8, &[0xFE][..], 254.0),
+            (PointType::I8, &[0xFE], -2.0),
+            (PointType::U16, &[0xFF, 0xFE], 65_534.0),
+            (PointType::I16, &[0xFF, 0xFE], -2.0),
+            (PointType::U32, &[0xFF, 0xFF, 0xFF, 0xFE], 4_294_967_294.0),
+            (PointType::I32, &[0xFF, 0xFF, 0xFF, 0xFE], -2.0),
+            (PointType::F32, &[0x41, 0x20, 0, 0], 10.0),
+        ] {
+            let big = [&[0x55][..], octets, &[0x55]].concat();
+            assert_eq!(valid(&point(kind), &big).0, number, "{kind:?}");
+            let reversed: Vec<u8> = octets.iter().rev().copied().collect();
+            let little = [&[0x55][..], &reversed, &[0x55]].concat();
+            let point = SlavePoint { is_little_endian: true, ..point(kind) };
+            assert_eq!(valid(&point, &little).0, number, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_bit_is_counted_from_the_lowest_and_has_texts() {
+        let bit = SlavePoint { bit: 2, unit: None, ..point(PointType::Bool) };
+        assert_eq!(valid(&bit, &[0, 0b100]), (1.0, "on".to_owned()));
+        assert_eq!(valid(&bit, &[0, 0b1011]), (0.0, "off".to_owned()));
+        let texts = vec![(0, "closed".to_owned()), (1, "open".to_owned())];
+        let bit = SlavePoint { texts, ..bit };
+        assert_eq!(valid(&bit, &[0, 0b100]), (1.0, "open".to_owned()));
+        assert_eq!(valid(&bit, &[0, 0]), (0.0, "closed".to_owned()));
+    }
+
+    #[test]
+    fn a_number_is_scaled_and_a_code_is_the_number_before() {
+        let scaled = SlavePoint { scale: 0.1, offset: -40.0, ..point(PointType::U16) };
+        assert_eq!(valid(&scaled, &[0, 0x01, 0xF5]), (501.0_f64.mul_add(0.1, -40.0), "10.1 Hz".to_owned()));
+        let code = SlavePoint { texts: vec![(501, "at speed".to_owned())], ..scaled };
+        assert_eq!(valid(&code, &[0, 0x01, 0xF5]).1, "at speed");
+    }
+
+    #[test]
+    fn the_status_octet_decides_whether_a_number_is_good() {
+        let pa = SlavePoint { status: Some(5), unit: Some("l/min"), ..point(PointType::Pa) };
+        let inputs = |status: u8| [0, 0x3F, 0x80, 0, 0, status];
+        for (status, text) in
+            [(0x80, "1 l/min"), (0xC0, "1 l/min"), (0x40, "1 l/min (uncertain)"), (0x7F, "1 l/min (uncertain)")]
+        {
+            assert_eq!(valid(&pa, &inputs(status)), (1.0, text.to_owned()), "{status:02X}");
+        }
+        for status in [0x00, 0x3F] {
+            let PointValue { number, text, quality } = pa.value(&inputs(status));
+            assert_eq!((number, quality), (None, Quality::Fault), "{status:02X}");
+            assert_eq!(text, format!("bad, status {status:02X}h"));
+        }
+    }
+
+    #[test]
+    fn inputs_that_are_too_short_and_numbers_that_are_none_are_faults() {
+        let short = point(PointType::U16).value(&[0, 1]);
+        assert_eq!((short.number, short.quality), (None, Quality::Fault));
+        let nan = point(PointType::F32).value(&[0, 0x7F, 0xC0, 0, 0]);
+        assert_eq!((nan.number, nan.quality, nan.text.as_str()), (None, Quality::Fault, "not a number"));
+    }
+
+    #[test]
+    fn a_unit_is_kept_once() {
+        assert!(std::ptr::eq(unit("l/min"), unit(&["l", "min"].join("/"))));
+    }
+}

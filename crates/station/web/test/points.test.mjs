@@ -1,0 +1,33 @@
+// The points of a slave as the dashboard shows them.
+
+import assert from 'node:assert/strict'
+import { test } from 'node:test'
+import { snapshotOf } from '../dist/test/lib/merge.js'
+import { pointText } from '../dist/test/lib/points.js'
+
+const point = (text, quality = 'valid') => ({ target: 'speed', name: 'slot 1', unit: 'Hz', number: 1000, text, quality })
+
+test('a point has its text with the unit, and none once it is stale', () => {
+  assert.equal(pointText(point('1000 Hz'), false), '1000 Hz')
+  assert.equal(pointText(point('1000 Hz'), true), null)
+  assert.equal(pointText(point('', 'stale'), false), null)
+})
+
+test('a point whose number is bad says why', () => {
+  assert.equal(pointText(point('bad, status 00h', 'fault'), false), 'bad, status 00h')
+})
+
+test('the points of a slave keep the order of the file through the live stream', () => {
+  const points = ['speed', 'current', 'ready'].map((target) => ({ ...point('1'), target }))
+  const state = {
+    gauges: { turbo: { name: 'turbo', kind: 'slave', readings: [], parameters: points } },
+    gauge_order: ['turbo'],
+    segments: {},
+    alarms: { alarms: [] },
+    plant: { states: {} },
+  }
+  assert.deepEqual(
+    snapshotOf(state).gauges[0].parameters.map(({ target }) => target),
+    ['speed', 'current', 'ready'],
+  )
+})
