@@ -180,7 +180,7 @@ pub const ROWS: &[Row] = &[
         units: 1,
         target: None,
     },
-    // free choice of the target: the same as for the slave's side.
+    // chosen: the same as for the slave's side.
     Row {
         key: "master-ms2-read",
         what: "master, one MS2 read of four octets, request and poll",

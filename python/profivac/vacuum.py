@@ -2,7 +2,7 @@
 
 All numbers are in SI units, and the names say so: Pa, m³, m³/s for speeds and conductances, Pa m³/s for flows of gas, K, s. 1 mbar l/s is
 0.1 Pa m³/s, 1 l/s is 1e-3 m³/s. Time passes only in :meth:`Plant.advance`. docs/vacuum.md of the project has the formulas with their
-sources and limits; "free choice" there and here marks a number without a source.
+sources and limits; "chosen" there and here marks a number without a source.
 
 >>> from profivac.vacuum import Plant
 >>> plant = Plant()
@@ -251,7 +251,7 @@ class Inlet(_Part):
     def regulate(self, pressure_pa: float, *, max_flow_pa_m3_s: float) -> None:
         """Keeps a pressure in Pa with a proportional valve; ``max_flow_pa_m3_s`` is the flow of the open valve in Pa m³/s.
 
-        The valve is fully open 2 % below the pressure (free choice).
+        The valve is fully open 2 % below the pressure (chosen).
         """
         self._core.set_inlet(self._number, max_flow_pa_m3_s, pressure_pa)
 
@@ -372,7 +372,7 @@ class Plant:
         """Adds a stopped roughing pump: pumping speed in m³/s, ultimate pressure in Pa.
 
         Its flow is S(p) (p - p_ultimate). ``speeds_m3_s`` has the speed S at some inlet pressures in Pa; ``speed_m3_s`` is then the
-        nominal one. A tenth of the residual gas is water, the rest nitrogen (free choice).
+        nominal one. A tenth of the residual gas is water, the rest nitrogen (chosen).
         """
         curve = list((speeds_m3_s or {}).items())
         return RoughingPump(self, self._core.roughing_pump(self._number(at), speed_m3_s, ultimate_pa, curve))
@@ -394,7 +394,7 @@ class Plant:
 
         ``speeds_m3_s`` and ``compressions`` are those of other gases; without them the speed is the same and the logarithm of the
         compression follows the root of the molar mass. At the backing pressure ``critical_pa`` in Pa that logarithm is halved. A pump
-        that is ``running`` has its speed already; otherwise it needs ``spin_up_s`` in s after its start. The defaults are free choices
+        that is ``running`` has its speed already; otherwise it needs ``spin_up_s`` in s after its start. The defaults are chosen
         for a typical pump.
         """
         ends = (self._number(inlet), self._number(fore))
@@ -413,7 +413,7 @@ class Plant:
         """Adds a stopped capture pump: its speed in m³/s and its capacity in Pa m³ by gas.
 
         Its speed for a gas is S (1 - captured / capacity), without a capacity S; above ``highest_pa`` in Pa it does not pump. The linear
-        fall and the default are free choices.
+        fall and the default are chosen.
         """
         capacities = list((capacities_pa_m3 or {}).items())
         return CapturePump(
@@ -424,7 +424,7 @@ class Plant:
         """Adds a leak: the flow of dry air from 1 atm into vacuum in Pa m³/s.
 
         Small leaks are molecular, so helium flows 2.7 times faster; large ones are laminar (LACO, Leak rate conversions; the border at
-        3e-7 Pa m³/s is a free choice).
+        3e-7 Pa m³/s is chosen).
         """
         leak = Leak(self, self._core.leak(self._number(at), flow_pa_m3_s))
         leak.opening = float(open)

@@ -23,7 +23,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// The shortest and the longest time that an unused connection is kept. free choice.
+/// The shortest and the longest time that an unused connection is kept. chosen.
 const MIN_IDLE: Duration = Duration::from_millis(100);
 const MAX_IDLE: Duration = Duration::from_secs(3600);
 

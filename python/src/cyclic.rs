@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// The longest wait between two looks at the slave.
 const SLICE: Duration = Duration::from_millis(5);
 
-/// The longest wait for the release of a slave. free choice: several cycles at the lowest rate.
+/// The longest wait for the release of a slave. chosen: several cycles at the lowest rate.
 const RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A slave that exchanges data until the last handle is dropped.

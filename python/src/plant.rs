@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
-/// The longest time between two looks for a signal. free choice: a user takes it for at once.
+/// The longest time between two looks for a signal. chosen: a user takes it for at once.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Volume, leak, outgassing after an hour, exponent, ultimate pressure, speeds at pressures, misfit.

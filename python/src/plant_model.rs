@@ -23,14 +23,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The longest time without a look at signals. free choice: a user takes it for at once.
+/// The longest time without a look at signals. chosen: a user takes it for at once.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// The longest time without a look at the line, which a master asks meanwhile. free choice: several of them are shorter than the slot
+/// The longest time without a look at the line, which a master asks meanwhile. chosen: several of them are shorter than the slot
 /// time of a master on a line in memory.
 const LINE_SLICE: Duration = Duration::from_millis(1);
 
-/// The longest wait of a forked process for the plant. free choice: some slices.
+/// The longest wait of a forked process for the plant. chosen: some slices.
 const FORK_WAIT: Duration = Duration::from_secs(1);
 
 /// The most volumes of a plant, as in a scenario: a step takes the square of their number.

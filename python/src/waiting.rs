@@ -10,7 +10,7 @@ use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
-/// The longest wait between two looks for a signal. free choice: a user takes it for at once.
+/// The longest wait between two looks for a signal. chosen: a user takes it for at once.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Wakes the thread that waits.

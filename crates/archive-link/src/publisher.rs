@@ -31,11 +31,11 @@ const MAX_OCTETS: usize = 2 << 20;
 /// The time between two looks at an empty outbox: that between two transactions of the recorder.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The pause when the servers hold as many batches of the station as they may. free choice: short beside the time in which an archive takes
+/// The pause when the servers hold as many batches of the station as they may. chosen: short beside the time in which an archive takes
 /// the next hundreds.
 const FULL_PAUSE: Duration = Duration::from_millis(50);
 
-/// The longest time without room for a batch before that is reported. free choice: an archive that stores a large batch, or starts again,
+/// The longest time without room for a batch before that is reported. chosen: an archive that stores a large batch, or starts again,
 /// takes less.
 const FULL_TIMEOUT: Duration = Duration::from_secs(10);
 

@@ -34,7 +34,7 @@ impl NatsError {
     }
 }
 
-/// A server that answers no ping is given up after three of these times: it may be stopped with its connections open. free choice; the
+/// A server that answers no ping is given up after three of these times: it may be stopped with its connections open. chosen; the
 /// library waits a minute.
 const PING_INTERVAL: Duration = Duration::from_secs(10);
 

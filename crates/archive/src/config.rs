@@ -57,7 +57,7 @@ const SAMPLES_DAYS: i64 = 730;
 /// The most octets of the stream, unless the file says otherwise: 10 GB.
 const STREAM_OCTETS: i64 = 10_000_000_000;
 
-/// The least octets of the stream: some batches of the largest size. free choice.
+/// The least octets of the stream: some batches of the largest size. chosen.
 const LEAST_STREAM_OCTETS: i64 = 10_000_000;
 
 /// A plant: a group of stations.

@@ -24,7 +24,7 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// The longest wait until the server has taken the login: it may accept the connection and say nothing.
 const LOGIN_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// A computer that is gone is noticed after a minute, while a statement waits too. free choice; the system waits for two hours.
+/// A computer that is gone is noticed after a minute, while a statement waits too. chosen; the system waits for two hours.
 const KEEPALIVE: Duration = Duration::from_secs(30);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(10);
 const KEEPALIVES: u32 = 3;

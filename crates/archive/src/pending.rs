@@ -18,7 +18,7 @@ use thiserror::Error;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout};
 
-/// The most requests of one station that wait for their replies. free choice: more than the view passes on to one station.
+/// The most requests of one station that wait for their replies. chosen: more than the view passes on to one station.
 pub const MAX_WAITING: usize = 16;
 
 /// The longest wait for a reply, as over NATS.
@@ -27,7 +27,7 @@ pub const REPLY_TIMEOUT: Duration = Duration::from_secs(10);
 /// The longest wait of a poll: shorter than the time after which a connection without octets ends.
 pub const POLL_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// A station is connected for this time after a poll: it takes up what it got, and polls again. free choice.
+/// A station is connected for this time after a poll: it takes up what it got, and polls again. chosen.
 const PRESENCE: Duration = Duration::from_secs(5);
 
 /// Why a station has no reply.

@@ -10,7 +10,7 @@ use tokio_postgres::{Client, Error};
 const MIGRATIONS: [&str; 3] =
     [include_str!("../sql/1.sql"), include_str!("../sql/2.sql"), include_str!("../sql/3.sql")];
 
-/// The number that locks the database while an archive changes its tables. free choice.
+/// The number that locks the database while an archive changes its tables. chosen.
 pub const LOCK: i64 = 0x7066_7663;
 
 /// Why the tables cannot be used.

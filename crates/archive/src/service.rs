@@ -29,7 +29,7 @@ const MAX_MESSAGES: usize = 256;
 /// The most octets of a message: a batch of a station is far shorter.
 const MAX_MESSAGE_OCTETS: i32 = 768 << 10;
 
-/// A station may have this part of the octets of the stream, with batches of the largest size. free choice.
+/// A station may have this part of the octets of the stream, with batches of the largest size. chosen.
 const SHARES: i64 = 8;
 
 /// Messages that each station may have in the stream, whatever its size: two rounds of its publisher, so that an archive never waits for

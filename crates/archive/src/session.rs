@@ -11,7 +11,7 @@ use tokio::time::{sleep, timeout};
 /// The time between two looks at partitions and retention.
 pub const MAINTENANCE_INTERVAL: Duration = Duration::from_secs(3_600);
 
-/// A database that has not answered for this time is reported. free choice: longer than a usual transaction takes.
+/// A database that has not answered for this time is reported. chosen: longer than a usual transaction takes.
 pub const SILENCE: Duration = Duration::from_secs(30);
 
 /// The pauses after a failure.

@@ -10,7 +10,7 @@ use profivac_wire::control::Status;
 /// No_Add_Chg, true.
 const LOCKED: u8 = 0xFF;
 
-/// The number of requests before an address counts as free. free choice: two answers in a row may be lost.
+/// The number of requests before an address counts as free. chosen: two answers in a row may be lost.
 const ATTEMPTS: u8 = 3;
 
 /// The reason why the address of a slave was not changed.

@@ -1,6 +1,6 @@
 //! Suggestions for mistyped names.
 
-/// The least similarity of a suggestion: half of the letters are in place. free choice.
+/// The least similarity of a suggestion: half of the letters are in place. chosen.
 const MIN_SIMILARITY: f64 = 0.5;
 
 /// The similarity of two names, 0 to 1: insertions, deletions, exchanges and swaps of neighbours count. Upper and lower case are

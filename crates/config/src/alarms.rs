@@ -45,7 +45,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
 
-/// Defaults. free choice: readings flicker by less than a tenth of a decade, and a single wrong reading lasts less than a second.
+/// Defaults. chosen: readings flicker by less than a tenth of a decade, and a single wrong reading lasts less than a second.
 const HYSTERESIS: f64 = 0.1;
 const DELAY: Duration = Duration::from_secs(1);
 const OFF_DELAY: Duration = Duration::from_secs(5);
@@ -320,7 +320,7 @@ fn rising(
     }
     let rate = in_range(limit, "decades per minute", NumberRange::AboveZero(MAX_DECADES))?;
     let quantity = "a hysteresis in decades per minute";
-    // free choice: by default the alarm returns to normal at half the rate.
+    // chosen: by default the alarm returns to normal at half the rate.
     let hysteresis = hysteresis.map_or(Ok(rate / 2.0), |given| in_range(given, quantity, HYSTERESIS_RANGE))?;
     let window = match window {
         Some(given) if !WINDOW_RANGE.contains(&*given.get_ref().0) => {

@@ -29,7 +29,7 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// The most recipients of a message. free choice: a list belongs to the mail server.
+/// The most recipients of a message. chosen: a list belongs to the mail server.
 const MAX_RECIPIENTS: usize = 50;
 
 /// One `[[email]]`.

@@ -10,13 +10,13 @@ use profivac_station::directory::{Directory, GaugeLabels};
 use std::ops::RangeInclusive;
 use toml::{Spanned, Value};
 
-/// The most characters of a group or tag. free choice: a filter shows them in one line.
+/// The most characters of a group or tag. chosen: a filter shows them in one line.
 pub const MAX_NAME: usize = 40;
 
-/// The most characters of a location. free choice: a line of the page of a gauge.
+/// The most characters of a location. chosen: a line of the page of a gauge.
 const MAX_LOCATION: usize = 120;
 
-/// The most tags of a gauge. free choice: more than a page shows beside a gauge.
+/// The most tags of a gauge. chosen: more than a page shows beside a gauge.
 const MAX_TAGS: usize = 16;
 
 /// Seconds of a day.

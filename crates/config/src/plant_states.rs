@@ -30,10 +30,10 @@ use std::collections::{BTreeSet, HashSet};
 use std::time::Duration;
 use toml::Spanned;
 
-/// The most plant states. free choice: more than an operator tells apart.
+/// The most plant states. chosen: more than an operator tells apart.
 const MAX_STATES: usize = 32;
 
-/// The most characters of a description. free choice: two lines of the dialog.
+/// The most characters of a description. chosen: two lines of the dialog.
 const MAX_DESCRIPTION: usize = 200;
 
 /// The default of `longest`.

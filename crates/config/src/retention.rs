@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 use toml::Spanned;
 
-/// The range of a retention. free choice: a pump-down takes less than a day, and more than a century is `unlimited`.
+/// The range of a retention. chosen: a pump-down takes less than a day, and more than a century is `unlimited`.
 const RANGE: RangeInclusive<Duration> = Duration::from_secs(86_400)..=Duration::from_secs(36_525 * 86_400);
 
 /// The word for no limit.

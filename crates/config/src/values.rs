@@ -25,7 +25,7 @@ pub fn number(
     }
 }
 
-/// The longest delay. free choice.
+/// The longest delay. chosen.
 const MAX_DELAY: Duration = Duration::from_secs(3600);
 
 /// A delay of at most an hour, or its default.
@@ -39,7 +39,7 @@ pub fn delay(given: Option<&Spanned<Parsed<TimeSpan>>>, default: Duration) -> Re
     }
 }
 
-/// The shortest and the longest time after which a webhook is told of an alarm that no user acknowledges. free choice.
+/// The shortest and the longest time after which a webhook is told of an alarm that no user acknowledges. chosen.
 const UNACKNOWLEDGED_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(86_400);
 
 /// The time after which a webhook is told of an alarm that no user acknowledges; zero without the key.

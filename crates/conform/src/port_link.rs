@@ -10,7 +10,7 @@ use profivac_host::segment::Segment;
 use profivac_wire::MAX_TELEGRAM;
 use std::time::Duration;
 
-/// The time by which a wait or a message cycle may be too long without consequences for a test. free choice: a quarter of the watchdog
+/// The time by which a wait or a message cycle may be too long without consequences for a test. chosen: a quarter of the watchdog
 /// that the tests of the watchdog use, which the slave must survive.
 const STALL: Duration = Duration::from_millis(100);
 

@@ -18,17 +18,17 @@ use super::expected::Reason;
 use super::probe::Received;
 use profivac_host::port::PortError;
 
-/// The most tests of a rule. free choice.
+/// The most tests of a rule. chosen.
 const ATTEMPTS: usize = 12;
 
-/// The tests that must show a broken rule in which the slave sends something else. free choice: a line that loses requests unnoticed
+/// The tests that must show a broken rule in which the slave sends something else. chosen: a line that loses requests unnoticed
 /// hardly leads to it in four tests.
 const REPRODUCTIONS: usize = 4;
 
-/// The tests that must show a broken rule in which an answer is missing. free choice: a lost request looks the same.
+/// The tests that must show a broken rule in which an answer is missing. chosen: a lost request looks the same.
 const MISSING_REPRODUCTIONS: usize = 8;
 
-/// How often a slave without an answer is asked whether it still answers. free choice.
+/// How often a slave without an answer is asked whether it still answers. chosen.
 const LISTENS: usize = 3;
 
 const SILENT: Outcome = Outcome::NotTested(Reason::Silent);

@@ -67,11 +67,11 @@ pub struct Decoder {
     number: usize,
 }
 
-/// Longest pause that an operating system or an adapter may make within a telegram. free choice: longer than the 16 ms for
+/// Longest pause that an operating system or an adapter may make within a telegram. chosen: longer than the 16 ms for
 /// which an adapter may hold octets back (profibus-wire 9.4, point 36), short enough for a live display.
 pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
 
-/// Longest delay between octets on a live line and their report. free choice: longer than a telegram of 255 octets at 9.6 kbit/s
+/// Longest delay between octets on a live line and their report. chosen: longer than a telegram of 255 octets at 9.6 kbit/s
 /// (292 ms), and less than a second.
 pub const LONGEST_DELAY: Duration = Duration::from_millis(500);
 

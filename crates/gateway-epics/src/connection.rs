@@ -22,7 +22,7 @@ use tokio::time::{Instant, sleep, sleep_until};
 /// The octets that wait for a client at most, before the last message is added.
 pub const MAX_OUT: usize = 64 * 1024;
 
-/// The largest message of a client, in octets. free choice: a thousand names in one search.
+/// The largest message of a client, in octets. chosen: a thousand names in one search.
 pub const MAX_MESSAGE: usize = 64 * 1024;
 
 /// Connections in total and from one computer.

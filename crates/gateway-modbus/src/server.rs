@@ -17,7 +17,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
-/// The longest time that a client may take for the rest of a request, or not read its answer. free choice.
+/// The longest time that a client may take for the rest of a request, or not read its answer. chosen.
 const STALL_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The age from which registers count as no longer true: the read model makes new ones every 100 ms.

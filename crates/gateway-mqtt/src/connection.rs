@@ -21,7 +21,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-/// The keep-alive time. A broker that is silent for two of them is gone. free choice: an outage is noticed within 20 s.
+/// The keep-alive time. A broker that is silent for two of them is gone. chosen: an outage is noticed within 20 s.
 const KEEP_ALIVE: Duration = Duration::from_secs(10);
 
 /// The messages between the gateway and the socket. Short, because they are older than the newest value.

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The time between two publications of a counter. free choice: counters change with every telegram, and no user reads ten a second.
+/// The time between two publications of a counter. chosen: counters change with every telegram, and no user reads ten a second.
 pub const COUNTER_PERIOD: Duration = Duration::from_secs(10);
 
 /// The snapshot that was published last, and the counters that wait.

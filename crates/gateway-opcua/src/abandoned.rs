@@ -19,7 +19,7 @@ pub const VALUE_QUEUE: usize = 4;
 /// The most items of events of a session: each has a long queue.
 pub const MAX_EVENT_ITEMS: usize = 2;
 
-/// The most that may be left. free choice: 1,000 clients that disappear without a word, or a million values of subscriptions that are
+/// The most that may be left. chosen: 1,000 clients that disappear without a word, or a million values of subscriptions that are
 /// deleted.
 pub const MAX_OCTETS: u64 = 256 << 20;
 

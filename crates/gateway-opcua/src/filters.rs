@@ -11,11 +11,11 @@ use opcua_types::{
 };
 use std::io::{self, Read};
 
-/// The most elements that one evaluation of a filter may visit, each as often as paths lead to it. free choice: a client that selects
+/// The most elements that one evaluation of a filter may visit, each as often as paths lead to it. chosen: a client that selects
 /// alarms by type, severity and source has some ten; and the library calls itself for each of a chain.
 const MAX_VISITS: usize = 100;
 
-/// The longest filter of events in octets. free choice: some 500 fields; a client selects some 50.
+/// The longest filter of events in octets. chosen: some 500 fields; a client selects some 50.
 const MAX_FILTER: u64 = 32 << 10;
 
 /// Decodes filters of events, and refuses those that cost too much.

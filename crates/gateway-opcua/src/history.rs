@@ -7,7 +7,7 @@ use profivac_recorder::{DatabaseError, Micros, Reader, Sample};
 /// The most samples of an answer; the rest follows with a continuation point.
 pub const MAX_SAMPLES: u32 = 5_000;
 
-/// The width of the first step into the past, in microseconds. free choice: 2,000 samples at the shortest interval of 50 ms.
+/// The width of the first step into the past, in microseconds. chosen: 2,000 samples at the shortest interval of 50 ms.
 const FIRST_STEP: i64 = 100 * Micros::SECOND;
 
 /// What a client asks for.

@@ -15,7 +15,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Mutex;
 use tokio::time::{sleep, timeout};
 
-/// The most connections at the same time. free choice: some clients for each control room.
+/// The most connections at the same time. chosen: some clients for each control room.
 pub const MAX_CONNECTIONS: usize = 128;
 
 /// The most connections from one address, so that one computer does not take all of them.

@@ -12,7 +12,7 @@ use std::time::Duration;
 use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
-/// The pause after a wrong name or password. Wrong ones wait for each other, right ones do not wait for them. free choice: a guess a
+/// The pause after a wrong name or password. Wrong ones wait for each other, right ones do not wait for them. chosen: a guess a
 /// second.
 const REFUSAL_PAUSE: Duration = Duration::from_secs(1);
 

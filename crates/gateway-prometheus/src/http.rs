@@ -24,7 +24,7 @@ use subtle::ConstantTimeEq;
 use tokio::net::TcpListener;
 use tokio::time::{MissedTickBehavior, interval};
 
-/// Connections at the same time. free choice: some dozen servers, each with one or two connections.
+/// Connections at the same time. chosen: some dozen servers, each with one or two connections.
 const MAX_CONNECTIONS: usize = 128;
 
 /// The longest time for the head of a request and for a TLS handshake, and that a client may not read its answer.

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Semaphore;
 
-/// Requests of one gateway that wait or are being done. free choice: a gauge takes a tenth of a second, a client waits some seconds.
+/// Requests of one gateway that wait or are being done. chosen: a gauge takes a tenth of a second, a client waits some seconds.
 const MAX_WAITING: usize = 8;
 
 /// What a client asks for.

@@ -20,7 +20,7 @@ pub enum Pace {
     ByLine,
 }
 
-/// The most telegrams that wait. free choice: more than all stations of a segment have to send at the same time.
+/// The most telegrams that wait. chosen: more than all stations of a segment have to send at the same time.
 const MAX_WAITING: usize = 256;
 
 /// A telegram of a station that is waiting or being sent.

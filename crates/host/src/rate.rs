@@ -8,7 +8,7 @@ use profivac_dp::link::{Baud, BitTime, Rate, RateControl, Received, Receiver};
 use profivac_wire::BROADCAST;
 use std::time::Duration;
 
-/// The order of the rates. free choice: first those common in plants with gauges, last those that few adapters support.
+/// The order of the rates. chosen: first those common in plants with gauges, last those that few adapters support.
 const SEARCH_ORDER: [Baud; 10] = [
     Baud::B1500000,
     Baud::B500000,

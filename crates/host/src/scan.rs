@@ -76,7 +76,7 @@ pub fn probe(session: &mut BusSession, address: u8) -> Result<Option<FoundStatio
 }
 
 /// Requests of [`probe_all`] to an address that stays silent. FDL status is not repeated at link level, so one lost octet would
-/// hide a station. free choice: `max_retry_limit` of the usual bus parameters has one repetition too.
+/// hide a station. chosen: `max_retry_limit` of the usual bus parameters has one repetition too.
 const PASSES: u32 = 2;
 
 /// Asks all of `addresses` with [`probe`] and adds the stations to `found`, also if the line is lost meanwhile. Silent addresses are asked
@@ -136,7 +136,7 @@ fn read_diagnosis(session: &mut BusSession, address: u8) -> Result<Option<SlaveS
     Ok(None)
 }
 
-/// The most damaged answers to Slave_Diag. free choice.
+/// The most damaged answers to Slave_Diag. chosen.
 const MAX_DAMAGED: usize = 5;
 
 #[cfg(test)]

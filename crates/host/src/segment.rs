@@ -12,7 +12,7 @@ use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, Receiver};
 use std::time::Duration;
 
 /// The longest delay of an answer behind its time on a real line; a later one is dropped, because the master has given it up.
-/// free choice: several times the delay that [`Delivery`](crate::port::Delivery) expects of the operating system.
+/// chosen: several times the delay that [`Delivery`](crate::port::Delivery) expects of the operating system.
 const ANSWER_LATENESS: Duration = Duration::from_millis(20);
 
 /// Stations on a line, the port of the line, and its clock.

@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 use std::path::Path;
 use std::str::FromStr;
 
-/// The largest file that is read, in octets. free choice: configuration files are far smaller; a device file has no end.
+/// The largest file that is read, in octets. chosen: configuration files are far smaller; a device file has no end.
 const MAX_OCTETS: u64 = 256 * 1024;
 
 /// Reads a text file of at most 256 KiB in UTF-8.

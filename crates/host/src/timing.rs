@@ -9,7 +9,7 @@ use profivac_wire::control::{Control, Function};
 use profivac_wire::{Telegram, TelegramLength};
 use std::collections::VecDeque;
 
-/// The requests that are kept: a late answer belongs to one before the last. free choice.
+/// The requests that are kept: a late answer belongs to one before the last. chosen.
 const MAX_REQUESTS: usize = 4;
 
 /// From the end of a request to the end of the first character of its answer: min T_SDR of a slave, and the character.

@@ -40,7 +40,7 @@ impl Default for FlightLimits {
 /// The octets that a piece needs beside its own: its start, its length, and where its first character error is.
 const OVERHEAD: usize = 12;
 
-/// The memory of a block. free choice: small beside the memory of a recorder.
+/// The memory of a block. chosen: small beside the memory of a recorder.
 const BLOCK_OCTETS: usize = 64 << 10;
 
 /// A piece of the traffic, as the memory of a block has it.

@@ -472,11 +472,11 @@ fn has_unit(configuration: &Configuration) -> bool {
     !fields.any(|field| *field == Field::TtrValue)
 }
 
-/// Pressures outside are not those of a gauge, in Pa. free choice: wider than every measuring range of the twelve devices.
+/// Pressures outside are not those of a gauge, in Pa. chosen: wider than every measuring range of the twelve devices.
 const LOWEST_PA: f64 = 1e-11;
 const HIGHEST_PA: f64 = 3e5;
 
-/// The units of a model, first mbar, the unit in which the twelve devices are delivered most often. free choice.
+/// The units of a model, first mbar, the unit in which the twelve devices are delivered most often. chosen.
 fn usual_units(model: &'static Model) -> impl Iterator<Item = &'static Unit> {
     model.unit_named("mbar").into_iter().chain(model.units)
 }

@@ -17,11 +17,11 @@ use std::collections::VecDeque;
 /// The number of diagnoses of a station that are kept.
 pub const MAX_DIAGNOSES: usize = 16;
 
-/// A station that was silent for this time is not present any more. free choice: many times the rotation of a slow ring, and less than
+/// A station that was silent for this time is not present any more. chosen: many times the rotation of a slow ring, and less than
 /// the time in which an operator expects a change.
 const SILENCE_MS: u64 = 3000;
 
-/// The number of unanswered requests in a row after which a station is missing. free choice: a master sends a request twice by default.
+/// The number of unanswered requests in a row after which a station is missing. chosen: a master sends a request twice by default.
 pub const MISSING_AFTER: u32 = 2;
 
 /// The state of a station in the live list.

@@ -24,7 +24,7 @@ const LOCKED_PAUSE: Duration = Duration::from_millis(50);
 /// The most pauses one after the other.
 const MAX_PAUSES: u32 = 200;
 
-/// Room that a copy leaves on its disk: the database may be on the same one, and its log grows until the copy ends. free choice
+/// Room that a copy leaves on its disk: the database may be on the same one, and its log grows until the copy ends. chosen
 const RESERVE: u64 = 64 << 20;
 
 /// What to do with a file that exists at the destination.

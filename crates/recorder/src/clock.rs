@@ -7,7 +7,7 @@ use super::sample::Micros;
 use std::time::{Duration, Instant};
 
 /// The smallest step that is reported. A slewed clock drifts by far less between two checks, and less is not visible in a trend.
-/// free choice.
+/// chosen.
 const MIN_STEP: Duration = Duration::from_secs(1);
 
 /// The times of both clocks of a computer at one moment.

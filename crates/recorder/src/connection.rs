@@ -12,7 +12,7 @@ use std::time::Duration;
 /// The longest wait of one connection for another. The recorder tries again every second.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The log is truncated when it has become longer than this, in octets. free choice: four times the length at which SQLite
+/// The log is truncated when it has become longer than this, in octets. chosen: four times the length at which SQLite
 /// truncates it when no reader uses it.
 pub const MAX_WAL_OCTETS: i64 = 16 << 20;
 

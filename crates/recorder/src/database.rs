@@ -35,7 +35,7 @@ pub struct Retention {
 const DAY: Duration = Duration::from_secs(86_400);
 
 impl Default for Retention {
-    /// free choice, similar to the practice of large sites: samples for two years, spans of 10 s, events and the alarm history for five,
+    /// chosen, similar to the practice of large sites: samples for two years, spans of 10 s, events and the alarm history for five,
     /// all coarser spans without limit.
     fn default() -> Self {
         let five_years = Some(DAY.saturating_mul(1826));

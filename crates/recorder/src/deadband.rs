@@ -18,7 +18,7 @@ pub struct Deadband {
 }
 
 impl Default for Deadband {
-    /// free choice: well below the repeatability of any gauge (2 to 5 %), and one sample a minute.
+    /// chosen: well below the repeatability of any gauge (2 to 5 %), and one sample a minute.
     fn default() -> Self {
         Self { decades: 0.002, max_interval: Duration::from_secs(60) }
     }

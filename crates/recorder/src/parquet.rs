@@ -27,7 +27,7 @@ const SCHEMA: &str = "message samples {
     required binary quality (STRING);
 }";
 
-/// Rows in a row group. free choice: about 8 MB while it is being written.
+/// Rows in a row group. chosen: about 8 MB while it is being written.
 const ROWS_PER_GROUP: usize = 200_000;
 
 /// The reason why a Parquet file was not written.

@@ -12,10 +12,10 @@ use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The most samples that are read for one trend. free choice: a second of work.
+/// The most samples that are read for one trend. chosen: a second of work.
 const MAX_SAMPLES_PER_TREND: u32 = 1_000_000;
 
-/// The most rows that a list sorts. free choice: some ten milliseconds of work.
+/// The most rows that a list sorts. chosen: some ten milliseconds of work.
 const MAX_SORTED: u32 = 20_000;
 
 /// All recording periods, in the order of recording.

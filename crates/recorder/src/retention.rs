@@ -10,13 +10,13 @@ use std::fmt;
 use std::ops::Range;
 use std::time::Duration;
 
-/// A shorter break, or a smaller step forward, does not end a period. free choice: a restart, and an adjustment by a time server.
+/// A shorter break, or a smaller step forward, does not end a period. chosen: a restart, and an adjustment by a time server.
 pub const MAX_BREAK: Duration = Duration::from_secs(3_600);
 
 /// A smaller step back does not end a period.
 pub const MAX_STEP_BACK: Duration = Duration::from_secs(60);
 
-/// A longer break before a start is reported. free choice: a weekend is reported, a night is not.
+/// A longer break before a start is reported. chosen: a weekend is reported, a night is not.
 const REPORTED_BREAK: Duration = Duration::from_secs(86_400);
 
 /// A time without a break in which the station recorded, by the clock of the computer.

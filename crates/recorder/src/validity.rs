@@ -7,10 +7,10 @@ use std::time::Duration;
 /// A gauge whose cyclic data have not been refreshed for this time has no reading: another master may use the line.
 pub const MAX_SILENCE: Duration = Duration::from_secs(1);
 
-/// A reading is fresh for this number of poll intervals, and for at least [`MIN_STALE_MS`]. free choice.
+/// A reading is fresh for this number of poll intervals, and for at least [`MIN_STALE_MS`]. chosen.
 const STALE_POLLS: u64 = 5;
 
-/// The shortest time in milliseconds after which a reading is stale. free choice.
+/// The shortest time in milliseconds after which a reading is stale. chosen.
 const MIN_STALE_MS: u64 = 3_000;
 
 /// The quality of a reading, `silence` after the last data exchange with its gauge.

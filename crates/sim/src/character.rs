@@ -52,7 +52,7 @@ impl Uart {
         }
         let octet = (self.bits >> 1) as u8;
         let error = self.bits != bits(octet);
-        // free choice: some receivers treat a missing stop bit as the next start bit; this one waits for a 1.
+        // chosen: some receivers treat a missing stop bit as the next start bit; this one waits for a 1.
         *self = Self { bits: 0, count: 0, broken: !level };
         Some(Character { octet, error })
     }

@@ -211,7 +211,7 @@ impl Incoming {
         self.signal.is_telegram() && self.next == 0 && self.until == self.begin + self.signal.duration_tbit()
     }
 
-    /// The level of this signal; of several signals, 0 wins over 1 (free choice).
+    /// The level of this signal; of several signals, 0 wins over 1 (chosen).
     fn level(&self, at: BitTime) -> bool {
         at < self.begin || at >= self.until || self.signal.level(at - self.begin)
     }

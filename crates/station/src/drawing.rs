@@ -8,10 +8,10 @@ use profivac_client::suggestion::closest;
 use roxmltree::{Attribute, Document, Node, ParsingOptions};
 use std::fmt::Write as _;
 
-/// The most elements and texts. free choice: a drawing of a large plant has some thousand.
+/// The most elements and texts. chosen: a drawing of a large plant has some thousand.
 const MAX_NODES: u32 = 50_000;
 
-/// The deepest element. free choice: editors nest some layers and groups.
+/// The deepest element. chosen: editors nest some layers and groups.
 const MAX_DEPTH: usize = 100;
 
 const SVG: &str = "http://www.w3.org/2000/svg";

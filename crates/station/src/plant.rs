@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use utoipa::ToSchema;
 
-/// The number of sentences of the story that are kept. free choice: more than a screen shows.
+/// The number of sentences of the story that are kept. chosen: more than a screen shows.
 const STORY: usize = 20;
 
 /// The plant: what stands between what.

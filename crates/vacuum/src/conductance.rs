@@ -26,7 +26,7 @@ pub const R: f64 = 8.314_463;
 const LINEAR: f64 = 0.03;
 
 /// The largest conductance of an opening in viscous flow relative to A v/4. It limits the conductance for pressure differences
-/// below 0.4 %, where the root of the nozzle law would make it infinite. free choice
+/// below 0.4 %, where the root of the nozzle law would make it infinite. chosen
 const STEEPEST: f64 = 60.0;
 
 /// The discharge coefficient of a thin opening with sharp edges for a diatomic gas: nitrogen flows into vacuum at 1.51 times its

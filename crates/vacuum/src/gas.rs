@@ -46,7 +46,7 @@ pub enum Gas {
 
 /// Gas, name, factor of a Pirani, factor of an ion gauge, molar mass in kg/mol.
 ///
-/// free choice: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
+/// chosen: the manual prints no ion gauge factor for CO2, H2O and Freon 12; these three follow from the relative
 /// sensitivities in common use (1.4, 1.1, 2.7). Cold cathodes have the factors of hot cathodes, at every pressure. The factors
 /// of a Pirani apply to molecular heat transfer; above 1 mbar [`Pirani`](crate::sensor::Principle::Pirani) uses thermal
 /// conductivity.

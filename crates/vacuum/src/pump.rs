@@ -84,7 +84,7 @@ pub struct Roughing {
 }
 
 impl Roughing {
-    /// A dry pump with a pumping speed in m³/s. free choice: a tenth of its residual gas is water, the rest nitrogen.
+    /// A dry pump with a pumping speed in m³/s. chosen: a tenth of its residual gas is water, the rest nitrogen.
     #[must_use]
     pub fn dry(speed: f64, ultimate_pa: f64) -> Self {
         let mut ultimate = Mixture::pure(Gas::N2, 0.9 * ultimate_pa);
@@ -95,7 +95,7 @@ impl Roughing {
 
 /// A capture pump: an ion pump, a getter or a cryopump. It keeps the gas and has a capacity for each gas.
 ///
-/// Its speed for a gas is `S (1 - captured / capacity)`. free choice: the linear fall to the capacity.
+/// Its speed for a gas is `S (1 - captured / capacity)`. chosen: the linear fall to the capacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capture {
     /// Pumping speed of each gas, in m³/s (not pressures).
@@ -156,13 +156,13 @@ pub struct Turbo {
     pub stage_pa: f64,
 }
 
-/// Time constant of the last stages, in s. free choice
+/// Time constant of the last stages, in s. chosen
 const FELT_S: f64 = 0.5;
 
 impl Turbo {
     /// A typical pump with a pumping speed in m³/s, at standstill.
     ///
-    /// free choice: the same speed for every gas; compression 1e9 for nitrogen, which by sqrt(M) is 2500 for helium and 260 for
+    /// chosen: the same speed for every gas; compression 1e9 for nitrogen, which by sqrt(M) is 2500 for helium and 260 for
     /// hydrogen, critical backing pressure 10 mbar, brake 0.1 mbar, two minutes to full speed.
     #[must_use]
     pub fn ordinary(speed: f64) -> Self {

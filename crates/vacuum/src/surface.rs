@@ -26,18 +26,18 @@ const HOUR_S: f64 = 3600.0;
 
 /// Exposure to water that divides the age of a wall by e, in Pa s.
 ///
-/// free choice: an effective value, a sticking probability of 7e-8 on steel. Steel adsorbs water faster, but only at its
+/// chosen: an effective value, a sticking probability of 7e-8 on steel. Steel adsorbs water faster, but only at its
 /// mobile sites. With this value a sealed chamber of unbaked steel ends between 1e-4 and 1e-2 mbar, and a second of room air
 /// wets a wall again.
 pub const WETTING_PA_S: f64 = 1e3;
 
-/// The same for the other adsorbed gases, which come with air and not with the water of a closed chamber. free choice
+/// The same for the other adsorbed gases, which come with air and not with the water of a closed chamber. chosen
 const AIR_WETTING_PA_S: f64 = 1e5;
 
 /// The lowest age of a wall, in s: the wall is saturated with water.
 const FRESH_S: f64 = 1.0;
 
-/// The age at which adsorbed gas ends, in s: 25 factors of e, or about seven monolayers of water on steel. free choice
+/// The age at which adsorbed gas ends, in s: 25 factors of e, or about seven monolayers of water on steel. chosen
 pub const EMPTY_S: f64 = 7e10;
 
 /// The diffusion coefficient of hydrogen in austenitic steel at a temperature in K, in m²/s (Outlaw and Peterson, Metall.
@@ -53,7 +53,7 @@ const HYDROGEN_J_PER_MOL: f64 = 48.0e3;
 /// The time d^2 / (pi^2 D) in which a slab of 2 mm of steel loses its hydrogen at room temperature, in s.
 const SLAB_S: f64 = 2.06e8;
 
-/// The same for a rubber seal: a month. free choice
+/// The same for a rubber seal: a month. chosen
 const SEAL_S: f64 = 2.6e6;
 
 /// How outgassing falls with the age.
@@ -119,7 +119,7 @@ const fn rubber(gas: Gas, q1: f64, energy: f64) -> Desorption {
 /// Unbaked steel has 1e-9 to 1e-8 mbar l/s per cm² after an hour, mostly water (general knowledge). Hydrogen: with the
 /// diffusion of Outlaw and Peterson, 24 h at 150 °C leave 2e-12 mbar l/s per cm²; 20 h at 100 °C of steel that was baked before
 /// leave 1.3e-12 (Messer and Treitz 1977, 1e-12 Torr l/s per cm²). Viton: 1.14e-6 mbar l/s per cm^2 after an hour (table of
-/// pspglobal.com, "Outgassing and weight loss of elastomers"). free choice: the fractions of the other gases, 80 kJ/mol for
+/// pspglobal.com, "Outgassing and weight loss of elastomers"). chosen: the fractions of the other gases, 80 kJ/mol for
 /// water.
 pub const MATERIALS: [Material; 6] = [
     Material {
@@ -141,7 +141,7 @@ pub const MATERIALS: [Material; 6] = [
             bulk(Gas::H2, 1e-7, HYDROGEN_J_PER_MOL),
         ],
     },
-    // free choice: the hydrogen of a vacuum firing, a hundredth of that of ordinary steel.
+    // chosen: the hydrogen of a vacuum firing, a hundredth of that of ordinary steel.
     Material {
         name: "fired-steel",
         gases: &[

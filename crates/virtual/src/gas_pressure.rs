@@ -5,12 +5,12 @@ use std::str::FromStr;
 
 /// The lowest pressure in Pa: 1e-15 mbar. With no gas at all, a mixture has no composition and a logarithm no value.
 ///
-/// free choice: below every vacuum that was ever measured.
+/// chosen: below every vacuum that was ever measured.
 pub const LOWEST_PA: f64 = 1e-13;
 
 /// The highest pressure in Pa: 10 bar.
 ///
-/// free choice: above every chamber with a vacuum gauge.
+/// chosen: above every chamber with a vacuum gauge.
 pub const HIGHEST_PA: f64 = 1e6;
 
 /// A pressure from [`LOWEST_PA`] to [`HIGHEST_PA`].

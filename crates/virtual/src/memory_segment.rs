@@ -19,7 +19,7 @@ use std::time::Duration;
 /// The number of telegrams in the history.
 const MAX_TELEGRAMS: usize = 32;
 
-/// The most octets of the traffic that wait for [`MemorySegment::take_traffic`]; the oldest are dropped. free choice: minutes of the line
+/// The most octets of the traffic that wait for [`MemorySegment::take_traffic`]; the oldest are dropped. chosen: minutes of the line
 /// of a demonstration.
 const MAX_TRAFFIC: usize = 1 << 20;
 

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 
-/// Password hashes that run at the same time. Each takes a processor and 19 MiB for some ten milliseconds. free choice.
+/// Password hashes that run at the same time. Each takes a processor and 19 MiB for some ten milliseconds. chosen.
 const MAX_HASHES: usize = 2;
 
 /// The longest wait for a password hash to begin.

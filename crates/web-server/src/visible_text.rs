@@ -20,7 +20,7 @@ const BLANK: [RangeInclusive<char>; 11] = [
     '\u{E0000}'..='\u{E0FFF}',
 ];
 
-/// The most characters of a name. free choice: a line of a list shows it whole, and every index of a database holds it.
+/// The most characters of a name. chosen: a line of a list shows it whole, and every index of a database holds it.
 pub const MAX_NAME: usize = 120;
 
 /// The most characters of a text that an error repeats.

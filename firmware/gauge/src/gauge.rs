@@ -19,7 +19,7 @@ const SECONDS_PER_TICK: f64 = 1.0 / board::TICKS_PER_SECOND as f64;
 
 const TICKS_PER_US: u32 = board::TICKS_PER_SECOND / 1_000_000;
 
-/// A light that flashes is on for these ticks and off for as many: the power of two in half a second. free choice
+/// A light that flashes is on for these ticks and off for as many: the power of two in half a second. chosen
 const FLASH_TICKS: u32 = 1 << (board::TICKS_PER_SECOND / 2).ilog2();
 
 /// What the character context owns.

@@ -49,7 +49,7 @@ impl<I: AnalogInput> Pirani<I> {
     }
 }
 
-/// Below this, and above the complement, the wire is broken or short. free choice
+/// Below this, and above the complement, the wire is broken or short. chosen
 const RAIL_STEPS: u16 = 8;
 
 /// The highest step of a converter with 12 bits.

@@ -55,7 +55,7 @@ const MAX_BATCHES: usize = 64;
 /// Batches of one station at the same time: a station sends one, and a second one when its connection broke.
 const MAX_OF_STATION: usize = 2;
 
-/// Connections at the same time. free choice: below the 1,024 files that a process may open by default.
+/// Connections at the same time. chosen: below the 1,024 files that a process may open by default.
 const MAX_CONNECTIONS: usize = 512;
 
 /// The longest time for the head of a request, for its body, and without a request.

@@ -8,18 +8,18 @@ use thiserror::Error;
 /// Rows with times before this one are of a clock that was not set: 2000-01-01.
 const EARLIEST: i64 = 946_684_800 * Micros::SECOND;
 
-/// How far the clock of a station may be ahead of that of the archive. free choice.
+/// How far the clock of a station may be ahead of that of the archive. chosen.
 const MAX_AHEAD: i64 = 3_600 * Micros::SECOND;
 
 /// The most octets of a name that an index of the database holds: PostgreSQL refuses a longer one than 2,704, and then the whole
 /// transaction. Names in the file of a station have at most 120 characters.
 const MAX_NAME: usize = 1_000;
 
-/// The most octets of another text: of a sentence, or of a value in the audit trail. free choice: a note has at most 500 characters, and
+/// The most octets of another text: of a sentence, or of a value in the audit trail. chosen: a note has at most 500 characters, and
 /// an answer of the view has up to 10,000 events.
 const MAX_TEXT: usize = 32 << 10;
 
-/// The octets of a batch that a transaction counts as one row, so that long texts do not fill the memory. free choice.
+/// The octets of a batch that a transaction counts as one row, so that long texts do not fill the memory. chosen.
 const OCTETS_OF_ROW: usize = 64;
 
 /// The most decades from 1 Pa of a mean: beyond, PostgreSQL has no number for it, and no query that reads such a row has an answer.

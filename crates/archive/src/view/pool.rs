@@ -9,7 +9,7 @@ use tokio::time::timeout;
 use tokio_postgres::types::ToSql;
 use tokio_postgres::{Client, Row};
 
-/// Statements at the same time. free choice.
+/// Statements at the same time. chosen.
 const MAX_CONNECTIONS: usize = 4;
 
 /// The longest wait for a connection.
@@ -18,7 +18,7 @@ const PERMIT_TIMEOUT: Duration = Duration::from_secs(10);
 /// The longest wait for the rows: a database that runs gives up before.
 const ROWS_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Connections read, and give up after 20 s: free choice, longer than a year of ten series takes.
+/// Connections read, and give up after 20 s: chosen, longer than a year of ten series takes.
 const SETTINGS: &str = "SET default_transaction_read_only = on; SET statement_timeout = '20s'; SET timezone = 'UTC'";
 
 /// Why the database does not answer.

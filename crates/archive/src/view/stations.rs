@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::OnceCell;
 
 /// Requests of a kind to one station at the same time: a station that is silent delays no request to another one, and trends of many delay
-/// no acknowledgement. The station itself takes five trends. free choice.
+/// no acknowledgement. The station itself takes five trends. chosen.
 const MAX_REQUESTS: usize = 4;
 
 /// The most characters of the reason of a refusal.

@@ -76,7 +76,7 @@ const SCENARIO_NAME: &str = "scenarios/demo.toml";
 /// The address of the master.
 const MASTER: u8 = 1;
 
-/// free choice: fast enough for some hundred exchanges per second.
+/// chosen: fast enough for some hundred exchanges per second.
 const BAUD: Baud = Baud::B187500;
 
 /// The interval between two pictures.

@@ -25,7 +25,7 @@ const DISTURBING: [(&str, &str, &str); 2] = [
 const WAITS: u32 = 200;
 const WAIT: Duration = Duration::from_millis(1);
 
-/// A clock before this time was not set: 2024-01-01. free choice.
+/// A clock before this time was not set: 2024-01-01. chosen.
 const EARLIEST: Duration = Duration::from_secs(1_704_067_200);
 
 /// The findings about the computer, without its serial devices.

@@ -19,7 +19,7 @@ use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use std::time::{Duration, Instant};
 
-/// The share of damaged pieces, in percent, above which a line is called disturbed. free choice: a good line has none.
+/// The share of damaged pieces, in percent, above which a line is called disturbed. chosen: a good line has none.
 const DISTURBED_PERCENT: f64 = 0.1;
 
 /// The rate of a port without one, and of a line on which no telegram was received.

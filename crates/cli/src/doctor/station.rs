@@ -12,7 +12,7 @@ use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::Path;
 
-/// Below this free space, in octets, a database is in danger. free choice: some weeks of ten gauges.
+/// Below this free space, in octets, a database is in danger. chosen: some weeks of ten gauges.
 const LITTLE_SPACE: u64 = 1 << 30;
 
 /// The findings about a station's file.

@@ -15,7 +15,7 @@ const FOLDER: &str = "field-test";
 const REPORT: &str = "report.json";
 const CAPTURE: &str = "capture.pcapng";
 
-/// The largest file of an archive that is read: 256 MiB. free choice: a run of days is smaller.
+/// The largest file of an archive that is read: 256 MiB. chosen: a run of days is smaller.
 const LARGEST: u64 = 1 << 28;
 
 /// The contents of an archive.

@@ -80,7 +80,7 @@ impl Time {
     }
 }
 
-/// The upper end of the first range of a histogram, in bit times. free choice: less than the shortest answer needs.
+/// The upper end of the first range of a histogram, in bit times. chosen: less than the shortest answer needs.
 const FIRST_BUCKET_TBIT: u64 = 16;
 
 impl Distribution {

@@ -9,10 +9,10 @@ const RECORD_FUNCTIONS: [u8; 3] = [0x5E, 0x5F, 0x51];
 /// Function number, slot, index and length.
 const RECORD_HEADER: usize = 4;
 
-/// The longest record that is kept. free choice: a number has at most four octets, a text of a gauge has 8 or more.
+/// The longest record that is kept. chosen: a number has at most four octets, a text of a gauge has 8 or more.
 const MAX_RECORD: usize = 4;
 
-/// The shortest text in damaged octets. free choice: four printable octets in succession are rarely a part of the protocol.
+/// The shortest text in damaged octets. chosen: four printable octets in succession are rarely a part of the protocol.
 const MIN_TEXT: usize = 4;
 
 /// In place of private octets in damaged pieces.

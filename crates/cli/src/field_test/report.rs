@@ -39,7 +39,7 @@ pub struct Report {
     pub slaves: Vec<Slave>,
 }
 
-/// The requests of each service that a run may measure. free choice: the last are ten minutes at 19200 bit/s.
+/// The requests of each service that a run may measure. chosen: the last are ten minutes at 19200 bit/s.
 pub const CYCLES: RangeInclusive<usize> = 1..=100_000;
 
 /// A number of measured requests that no run has.

@@ -39,7 +39,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Requests without an answer in succession after which a slave counts as gone. free choice.
+/// Requests without an answer in succession after which a slave counts as gone. chosen.
 const MAX_MISSING: usize = 10;
 
 /// FDL status, and Slave_Diag with FCV 0 and FCB 1: each is a new request, whatever the slave got before.
@@ -517,7 +517,7 @@ fn progress(message: &str) {
     notice(&message);
 }
 
-/// The shortest time between two lines of progress of one step. free choice.
+/// The shortest time between two lines of progress of one step. chosen.
 const PROGRESS_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Limits the lines of progress of a step that takes long.

@@ -18,7 +18,7 @@ use std::fmt::Write;
 /// The keywords of the rates, in the order of [`Baud::ALL`].
 const RATES: [&str; 10] = ["9.6", "19.2", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
 
-/// In 100 us. free choice: the shortest interval in which a gauge renews its values; the manuals do not give it.
+/// In 100 us. chosen: the shortest interval in which a gauge renews its values; the manuals do not give it.
 const MIN_SLAVE_INTERVAL: u8 = 10;
 
 /// Min_Slave_Interval of every device in bit times.

@@ -27,7 +27,7 @@ pub struct Parameter {
 /// The number of suggestions in an error.
 const SUGGESTIONS: usize = 3;
 
-/// The similarity from which a name is suggested, 0 to 1. Long names with the same block are similar already. free choice.
+/// The similarity from which a name is suggested, 0 to 1. Long names with the same block are similar already. chosen.
 const MIN_SIMILARITY: f64 = 0.75;
 
 /// The parameters of a device with their names.

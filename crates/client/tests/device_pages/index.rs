@@ -33,7 +33,7 @@ On the other devices the parameter channel reads and writes every parameter that
 | `D` | follows from other values, never stored |
 | `-` | nothing is stored |
 
-Where a row differs from the manual, or the manual is silent and the value is a free choice, a comment in the source of the
+Where a row differs from the manual, or the manual is silent and the value is chosen, a comment in the source of the
 page's tables says so. The results of a second reading of the manuals are beside the pages, in the files `review-*.md`.
 ";
 

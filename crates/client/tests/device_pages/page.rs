@@ -31,7 +31,7 @@ fn errata(page: &Page) -> String {
     let entries = page.models.first().map_or("", |model| model.errata);
     format!(
         "\n## Errata and open points\n\nThese entries concern the manual: {entries}. A comment names the entry where a row or a rule \
-         follows it.\n\nOpen points, with how sure each choice is: [{review}]({review}#free-choices).\n"
+         follows it.\n\nOpen points, with how sure each choice is: [{review}]({review}#chosen-values).\n"
     )
 }
 
@@ -165,7 +165,7 @@ fn ranges(model: &Model) -> String {
         return format!("Pressures in mbar.\n\n{table}");
     }
     format!(
-        "Pressures in mbar. The manual gives no ranges: these are a free choice for the virtual device. Of a real one, the ends of a \
+        "Pressures in mbar. The manual gives no ranges: these are chosen for the virtual device. Of a real one, the ends of a \
          range are those that it reports as Underrange and Overrange.\n\n{table}"
     )
 }

@@ -16,11 +16,11 @@ use toml::Spanned;
 /// The default of `listen`: loopback, and a port that needs no privileges.
 const LISTEN: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 1502);
 
-/// The default and the largest number of `connections`. free choice.
+/// The default and the largest number of `connections`. chosen.
 const CONNECTIONS: usize = 64;
 const MAX_CONNECTIONS: f64 = 1000.0;
 
-/// The default and the range of `idle`. free choice: masters poll every few seconds.
+/// The default and the range of `idle`. chosen: masters poll every few seconds.
 const IDLE: Duration = Duration::from_secs(60);
 const IDLE_RANGE: RangeInclusive<Duration> = Duration::from_secs(1)..=Duration::from_secs(3600);
 

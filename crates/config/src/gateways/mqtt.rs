@@ -41,7 +41,7 @@ const PORT: u16 = 1883;
 /// The registered port of MQTT over TLS.
 const TLS_PORT: u16 = 8883;
 
-/// The longest part of a topic that the file gives, in octets. free choice: a topic has at most 65535.
+/// The longest part of a topic that the file gives, in octets. chosen: a topic has at most 65535.
 const LONGEST_NAME: usize = 200;
 
 /// The backlog that is sent after an outage, unless the file has another one.

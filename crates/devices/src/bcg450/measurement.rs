@@ -51,7 +51,7 @@ pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
 
 /// The lower part, the upper one, or their mean; in the middle of the overlap the active instance changes (79).
 ///
-/// free choice: the upper part becomes active only when the mean lies in its range; otherwise it could not show it. In
+/// chosen: the upper part becomes active only when the mean lies in its range; otherwise it could not show it. In
 /// helium, where the readings of the two differ widely, this matters.
 fn join(low: Measurement, high: Measurement, upper: &PartSpec, weight: f64) -> Measurement {
     if weight == 0.0 {

@@ -119,7 +119,7 @@ const fn is_presentation(at: &ParameterRef<Parameter>) -> bool {
 
 impl DeviceBlockValues for Bcg450Behaviour {
     fn identity(&self) -> Identity {
-        // free choice: gauge 100, PROFIBUS board 1.01 (36).
+        // chosen: gauge 100, PROFIBUS board 1.01 (36).
         Identity {
             model: &MODEL,
             device_type: "CG",

@@ -39,7 +39,7 @@ pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 
 
 /// The range of the ambient pressure sensor.
 ///
-/// free choice: the manual gives none (3.3.5); as in the gauges of tira56e1.
+/// chosen: the manual gives none (3.3.5); as in the gauges of tira56e1.
 pub const ATMOSPHERE: MeasuringRange = MeasuringRange { lowest_pa: mbar(300.0), highest_pa: mbar(1200.0) };
 
 /// The range of the whole gauge. 3.3.1.1 (58).
@@ -47,7 +47,7 @@ pub const GAUGE: Limits = Limits { under_pa: mbar(5e-10), over_pa: mbar(1500.0),
 
 /// The pressures at which the hot cathode is switched. 3.3.3.9.
 ///
-/// free choice: the operating current changes at the Degas On Limit, as on the BPG400-SP.
+/// chosen: the operating current changes at the Degas On Limit, as on the BPG400-SP.
 pub static CATHODE: Thresholds = Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) };
 
 /// The potentiometers of the set points. 3.2.5.1; the manual has no limit above which the relays do not work (107).

@@ -248,7 +248,7 @@ pub static MODEL: Model = Model {
     ident: 0x08E6,
     features: Features { sync: false, freeze: false, dpv1: true, ms1: true },
     configurations: &CONFIGURATIONS,
-    // free choice: the manual names no default. A float, and nothing that a master must send.
+    // chosen: the manual names no default. A float, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
     units: &UNITS,
     max_integer: INTEGER16_MAX,

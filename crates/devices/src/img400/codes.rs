@@ -48,7 +48,7 @@ codes! {
     0x80 All                      "reset-all";
 }
 
-/// free choice: the part of Full Scale that an offset may have; a gauge that reads more measures a pressure.
+/// chosen: the part of Full Scale that an offset may have; a gauge that reads more measures a pressure.
 const LARGEST_OFFSET: f64 = 0.05;
 
 codes! {

@@ -71,7 +71,7 @@ impl IonCathode {
     }
 
     /// How the controller drives the sensor.
-    // free choice: with code 0 the controller chooses 1.6 mA, and degas takes 45 mA
+    // chosen: with code 0 the controller chooses 1.6 mA, and degas takes 45 mA
     pub const fn drive(&self) -> Drive {
         let milliamperes = match self.current {
             _ if !self.is_on() => return Drive::Off,

@@ -353,7 +353,7 @@ impl Img400Behaviour {
         let reading = channel.part.reading_pa.map(|_| channel.part.sensor.sensed_pa);
         let offset_pa = match (channel.part.part().principle, command) {
             (Principle::Diaphragm, AdjustCommand::DisableOffset) => Some(0.0),
-            // free choice: a gauge that is off has no offset to be calculated, so the present one stays.
+            // chosen: a gauge that is off has no offset to be calculated, so the present one stays.
             (Principle::Diaphragm | Principle::HotCathode, AdjustCommand::ZeroAdjust) => {
                 reading.map(|sensed_pa| -sensed_pa)
             }

@@ -23,7 +23,7 @@ pub const fn hysteresis_counts(from_pa: f64) -> Counts {
     Counts::Distance { per_decade: PER_DECADE, at_1_mbar: AT_1_MBAR, from_mbar: from_pa / mbar(1.0), upwards: true }
 }
 
-// free choice: the ranges of the gauges are in another manual (133).
+// chosen: the ranges of the gauges are in another manual (133).
 const BAG: Limits = Limits { under_pa: mbar(1e-10), over_pa: mbar(1e-2), full_scale_pa: mbar(1e-2) };
 const EXT: Limits = Limits { under_pa: mbar(1e-12), over_pa: mbar(1e-4), full_scale_pa: mbar(1e-4) };
 const TPR: Limits = Limits { under_pa: mbar(8e-4), over_pa: mbar(1000.0), full_scale_pa: mbar(1000.0) };
@@ -45,6 +45,6 @@ pub static CMR_4: PartSpec = part(4, Principle::Diaphragm, CMR);
 
 /// 4.4.4: emission goes off above p_max, degas starts below 1e-4 hPa and 1e-5 hPa. It may be switched on at any
 /// pressure.
-// free choice: p_max is in another manual; it lies above the range, so that overrange can be reported.
+// chosen: p_max is in another manual; it lies above the range, so that overrange can be reported.
 pub static BAG_CATHODE: Thresholds = Thresholds { off_pa: mbar(2e-2), on_pa: f64::INFINITY, degas_pa: mbar(1e-4) };
 pub static EXT_CATHODE: Thresholds = Thresholds { off_pa: mbar(2e-4), on_pa: f64::INFINITY, degas_pa: mbar(1e-5) };

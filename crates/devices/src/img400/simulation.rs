@@ -136,7 +136,7 @@ impl Behaviour for Img400Behaviour {
 impl Img400Behaviour {
     /// The operator has pressed the key EMIS of channel 1 or 2. PROFI-LOCK and FULL-LOCK lock the keys (129), but not
     /// the emergency off.
-    // free choice: the effect of the four levels is in another manual
+    // chosen: the effect of the four levels is in another manual
     fn press_key(&mut self, slot: u8) {
         let (able, pa) = self.conditions(slot);
         let locked = matches!(self.key_lock, KeyLock::ProfiLock | KeyLock::FullLock);

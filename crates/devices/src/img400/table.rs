@@ -229,7 +229,7 @@ pub static MODEL: Model = Model {
     ident: 0x0947,
     features: Features { sync: false, freeze: false, dpv1: true, ms1: true },
     configurations: &CONFIGURATIONS,
-    // free choice: the manual names no default. Floats, and nothing that a master must send.
+    // chosen: the manual names no default. Floats, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
     units: &UNITS,
     max_integer: parts::HIGHEST_COUNT,

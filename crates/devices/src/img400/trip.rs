@@ -18,7 +18,7 @@ pub(super) struct TripRelay {
 }
 
 impl TripRelay {
-    // free choice: the manual gives no defaults
+    // chosen: the manual gives no defaults
     pub const FACTORY: Self =
         Self { low_pa: mbar(1e-3), upper_pa: mbar(2e-3), enabled: false, channel: 1, closed: false };
 

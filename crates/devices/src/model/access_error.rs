@@ -51,7 +51,7 @@ impl AccessError {
             Self::AlreadyInState => (201, ErrorCode::STATE_CONFLICT),
             Self::StateConflict => (202, ErrorCode::STATE_CONFLICT),
             Self::OutOfRange => (2, ErrorCode::INVALID_RANGE),
-            // free choice: the manuals know no code for a memory that fails; "other errors" and "write error" are
+            // chosen: the manuals know no code for a memory that fails; "other errors" and "write error" are
             // nearest.
             Self::StorageFailed => (18, ErrorCode::WRITE_ERROR),
             Self::UnknownTask => (18, ErrorCode::FEATURE_NOT_SUPPORTED),

@@ -146,7 +146,7 @@ pub struct Configuration {
     pub octets: &'static [u8],
 }
 
-/// The octets of the longest inputs and outputs of a device. free choice: a firmware copies them.
+/// The octets of the longest inputs and outputs of a device. chosen: a firmware copies them.
 pub const MAX_IMAGE: usize = 48;
 
 /// The octets of the longest outputs without the parameter channel.

@@ -202,7 +202,7 @@ impl PressureFormat {
             (Scale::Counts, Counts::Log { .. }) => number == 0.0 || pa > 0.0,
             _ => number >= 0.0,
         };
-        // free choice: no manual limits a number that a master may write. A negative pressure has no COUNTS when the
+        // chosen: no manual limits a number that a master may write. A negative pressure has no COUNTS when the
         // unit changes (errata-bpg-bcg-tpg 74), and one beyond a float has no value in some unit; both are out of
         // range, and so are NaN and an infinite number, of which a distance downwards would make the whole point.
         (is_pressure && number.is_finite() && (0.0..=HIGHEST_PA).contains(&pa)).then_some(pa)

@@ -31,7 +31,7 @@ impl StationAddress {
 
     /// Power-up: a valid setting of the switch is stored and holds, otherwise the stored address.
     ///
-    /// free choice: an address from the switch lifts No_Add_Chg, the only way out of a device without factory reset.
+    /// chosen: an address from the switch lifts No_Add_Chg, the only way out of a device without factory reset.
     pub fn start(&mut self, store: &mut impl Store) {
         (self.stored, self.locked) = match store::load(store, Key::Address).as_deref() {
             Some([address, locked]) => (*address, *locked != 0),
@@ -90,7 +90,7 @@ impl StationAddress {
 
     /// The address after a factory reset, which lifts No_Add_Chg; `None` if it changes nothing. profibus-wire 2.11.
     ///
-    /// free choice: the address stays, so that the master that asked for the reset finds the device again.
+    /// chosen: the address stays, so that the master that asked for the reset finds the device again.
     #[must_use]
     pub fn unlocked(&self) -> Option<Self> {
         self.locked.then(|| Self { locked: false, ..self.clone() })

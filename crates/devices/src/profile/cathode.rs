@@ -165,7 +165,7 @@ impl Cathode {
 
     /// Chooses the current after a change of the gauge's pressure, and clears a refused degas below the limit.
     ///
-    /// free choice: the manuals have one limit for the current. A high current stays until the pressure is a tenth
+    /// chosen: the manuals have one limit for the current. A high current stays until the pressure is a tenth
     /// above it; otherwise noise would switch it.
     pub fn update_current(&mut self, gauge_pa: f64) {
         let limit_pa = self.thresholds.degas_pa;

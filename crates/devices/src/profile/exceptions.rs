@@ -37,7 +37,7 @@ impl CommonExceptions {
     }
 
     /// Whether the device cannot run reliably: program memory and working memory are both defective.
-    // free choice: no manual says which fault is critical (transition 9).
+    // chosen: no manual says which fault is critical (transition 9).
     #[must_use]
     pub const fn is_critical(self) -> bool {
         self.contains(Self::EPROM.union(Self::RAM))

@@ -32,7 +32,7 @@ pub struct RelaySetPoint {
 impl RelaySetPoint {
     /// A set point whose potentiometer is at 0 V.
     ///
-    /// free choice: the manuals do not give a setting; at 0 V the relay hardly ever closes.
+    /// chosen: the manuals do not give a setting; at 0 V the relay hardly ever closes.
     #[must_use]
     pub const fn new(scale: &'static PotentiometerScale) -> Self {
         Self { scale, volts: 0.0, closed: false }

@@ -209,7 +209,7 @@ impl SelfTestResult {
     }
 }
 
-// free choice: the manuals give no times; both phases are short.
+// chosen: the manuals give no times; both phases are short.
 const INIT_S: f64 = 0.1;
 const SELF_TEST_S: f64 = 0.4;
 

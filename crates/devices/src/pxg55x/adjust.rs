@@ -6,7 +6,7 @@ use super::parts::{CDG_ZERO_PA, LOWEST_AIR_PA};
 use crate::model::{AccessError, Principle};
 use crate::profile::{DeviceState, Sensor};
 
-/// free choice: the manual gives no number for "periodically" (8.1.11).
+/// chosen: the manual gives no number for "periodically" (8.1.11).
 const AUTO_ZERO_S: f64 = 600.0;
 
 /// The counter counts quarters of an hour (7.1.23).
@@ -100,7 +100,7 @@ impl Pxg55xBehaviour {
 
     /// Checks whether a part can be adjusted.
     ///
-    /// free choice: in EXECUTING and IDLE, with a sensor that reads and has not failed.
+    /// chosen: in EXECUTING and IDLE, with a sensor that reads and has not failed.
     fn adjustable(&self, instance: u8) -> Result<(), AccessError> {
         let reads = self.part(instance).is_some_and(|part| part.reading_pa.is_some() && !part.failed);
         let state = matches!(self.machine.state(), DeviceState::Executing | DeviceState::Idle);

@@ -6,7 +6,7 @@ use crate::model::mbar;
 /// Above this pressure the automatic mode switches the filament off.
 const OFF_PA: f64 = mbar(12.0);
 
-/// free choice: below this pressure it switches the filament on again, before the Pirani is needed.
+/// chosen: below this pressure it switches the filament on again, before the Pirani is needed.
 const ON_PA: f64 = mbar(11.0);
 
 /// The filament and its switch.

@@ -70,7 +70,7 @@ impl Pxg55xModel {
 /// At and above this pressure of the diaphragm the diaphragm measures (67).
 const CDG_FROM_PA: f64 = mbar(10.0);
 
-/// free choice: below this the Pirani does, "a small hysteresis" (67).
+/// chosen: below this the Pirani does, "a small hysteresis" (67).
 const PIRANI_BELOW_PA: f64 = mbar(9.0);
 
 /// The behaviour of the series.
@@ -302,7 +302,7 @@ impl Pxg55xBehaviour {
             part.failed = failed;
             part.reading_pa = Some(part.sensor.indicated_pa());
         }
-        // free choice: on a PSG55x the pressure of the unheated Pirani decides when it is heated again.
+        // chosen: on a PSG55x the pressure of the unheated Pirani decides when it is heated again.
         let control = self.cdg.as_ref().unwrap_or(&self.pirani);
         self.heating.update(control.sensor.indicated_pa());
         if !self.heating.is_on() {
@@ -342,7 +342,7 @@ impl Pxg55xBehaviour {
 
     /// The operator has pressed a push button, which sets a trip point to the present pressure (11.2.13).
     ///
-    /// free choice: the manual does not describe the effect; without a valid pressure there is none.
+    /// chosen: the manual does not describe the effect; without a valid pressure there is none.
     fn set_trip_point_by_button(&mut self, trip: usize) {
         let active = self.active();
         let (valid, pa) = (self.is_valid(active), self.process_value_pa(active));

@@ -353,7 +353,7 @@ fn index(at: &ParameterRef<Parameter>, first: u8) -> Option<usize> {
 
 /// The factor of the atmosphere.
 ///
-/// free choice: the manual gives no range; a negative factor gives no pressure.
+/// chosen: the manual gives no range; a negative factor gives no pressure.
 fn factor(value: &Value) -> Result<f32, AccessError> {
     match value {
         Value::Float(factor) if *factor >= 0.0 => Ok(*factor),

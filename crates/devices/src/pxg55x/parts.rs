@@ -46,7 +46,7 @@ pub static PCG_PIRANI: PartSpec = pirani(2);
 pub static PSG_PIRANI: PartSpec = pirani(1);
 
 /// The atmosphere sensor.
-// free choice: the manual does not say what the atmosphere sensor measures (86); this covers every inhabited altitude.
+// chosen: the manual does not say what the atmosphere sensor measures (86); this covers every inhabited altitude.
 pub static ATM: PartSpec = PartSpec {
     part: Part { instance: 3, principle: Principle::Atmosphere },
     limits: Limits { under_pa: mbar(300.0), over_pa: mbar(1200.0), full_scale_pa: mbar(1200.0) },
@@ -61,7 +61,7 @@ pub const CDG_ZERO_PA: f64 = CDG.limits.under_pa / 100.0;
 /// vented (164).
 pub const LOWEST_AIR_PA: f64 = mbar(100.0);
 
-/// free choice: two decades below its range (8.2.1) a Pirani shows only its zero error; a zero error is no greater than this.
+/// chosen: two decades below its range (8.2.1) a Pirani shows only its zero error; a zero error is no greater than this.
 pub const LARGEST_PIRANI_ZERO_PA: f64 = mbar(1e-2);
 
 /// The lowest pressure that a gauge of the series measures, in Pa.

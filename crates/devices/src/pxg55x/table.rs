@@ -440,7 +440,7 @@ static CHANNEL_RULES: ChannelRules = ChannelRules {
 
 /// Revision of the firmware, of the PROFIBUS adapter and of the gauge: six digits, xxyyzz (59).
 ///
-/// free choice: the numbers.
+/// chosen: the numbers.
 pub const FIRMWARE: &str = "010100";
 /// Revision of the PROFIBUS adapter's hardware, likewise.
 pub const HARDWARE: &str = "010000";
@@ -539,7 +539,7 @@ const fn variant(
         ident: 0x0C85,
         features: Features { sync: false, freeze: false, dpv1: true, ms1: true },
         configurations: &CONFIGURATIONS,
-        // free choice: the manual names no default. A float, and nothing that a master must send.
+        // chosen: the manual names no default. A float, and nothing that a master must send.
         default_configuration: &CONFIGURATIONS[1],
         units: &UNITS,
         max_integer: INTEGER16_MAX,

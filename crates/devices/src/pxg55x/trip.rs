@@ -82,7 +82,7 @@ impl TripPoint {
         Self {
             low: TripLimit::new(true, lowest_pa, hysteresis_pa),
             high: TripLimit::new(false, lowest_pa, hysteresis_pa),
-            // free choice: the manual gives no default.
+            // chosen: the manual gives no default.
             factor: 0.9,
             mode: SetpointMode::Setpoint,
         }

@@ -168,7 +168,7 @@ pub struct StateReport {
 impl StateReport {
     /// The report of the same device without power: each list keeps its length, with nothing closed, on or valid in it,
     /// and readings are not numbers.
-    // free choice: outputs count as safe then, for relays are open, cathodes off, and no value is sent.
+    // chosen: outputs count as safe then, for relays are open, cathodes off, and no value is sent.
     #[must_use]
     pub fn without_power(&self) -> Self {
         let off = |states: &BoundedVec<bool>| states.iter().map(|_| false).collect();

@@ -34,7 +34,7 @@ impl TpgGauge {
     }
 
     /// The lowest and the highest pressure it measures, in Pa.
-    // free choice: the manual leaves them to the gauges; a standard Pirani gauge and a cold cathode gauge
+    // chosen: the manual leaves them to the gauges; a standard Pirani gauge and a cold cathode gauge
     pub(super) const fn measuring_range(self) -> MeasuringRange {
         match self {
             Self::Pirani => MeasuringRange { lowest_pa: 8e-2, highest_pa: 1e5 },
@@ -85,7 +85,7 @@ pub(super) struct TpgChannel {
 impl TpgChannel {
     /// A channel after power-up: a Pirani gauge is on, a cold cathode gauge is off until its control block or a command
     /// switches it on.
-    // free choice: the manual leaves the state after power-up to the controller
+    // chosen: the manual leaves the state after power-up to the controller
     pub fn new(gauge: Option<TpgGauge>) -> Self {
         Self {
             gauge,
@@ -147,7 +147,7 @@ impl TpgChannel {
 
     /// Sets the sensed pressure. The filter begins at the first signal of a cold cathode: a value between no signal and that
     /// one would be a valid ultra-high vacuum.
-    // free choice: the manual does not describe ignition
+    // chosen: the manual does not describe ignition
     pub fn sense(&mut self, pa: f64) {
         let ignites = self.is_cold_cathode() && self.on && self.sensed_pa <= LOWEST_PA && pa > LOWEST_PA;
         self.sensed_pa = if pa > LOWEST_PA { pa.min(HIGHEST_PA) } else { LOWEST_PA };
@@ -190,7 +190,7 @@ impl TpgChannel {
     }
 
     /// The measured value in Pa: clamped to the range of the gauge, 0 without one (errata-bpg-bcg-tpg 154).
-    // free choice: outside its range a channel shows the limit
+    // chosen: outside its range a channel shows the limit
     pub fn measured_pa(&self) -> f64 {
         match (self.status(), self.gauge) {
             (MeasurementStatus::Ok | MeasurementStatus::Underrange | MeasurementStatus::Overrange, Some(gauge)) => {

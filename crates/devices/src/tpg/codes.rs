@@ -44,7 +44,7 @@ codes! {
 
 impl Filter {
     /// The time constant in seconds.
-    // free choice: the manual gives no times
+    // chosen: the manual gives no times
     pub const fn seconds(self) -> f64 {
         match self {
             Self::Fast => 0.1,

@@ -55,7 +55,7 @@ impl TpgBehaviour {
 
     /// Switches a cold cathode by the block of its board, under automatic control. A block whose source is the cathode
     /// itself monitors it: it only switches off, and a new command is needed to switch on again.
-    // free choice: the manual names one block per board and leaves open what it does to two cathodes on the board
+    // chosen: the manual names one block per board and leaves open what it does to two cathodes on the board
     fn control_cathode(&mut self, block: usize, slot: u8) {
         let (Some(limits), Some(threshold)) = (self.settings.limits.get(block), self.thresholds.get(block)) else {
             return;

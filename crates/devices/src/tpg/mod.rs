@@ -111,7 +111,7 @@ impl TpgBehaviour {
     }
 
     /// Sensor On_Off: a channel whose field has changed is switched. IF300P/IF301P manual 3.2.3.2.
-    // free choice: the command is in every cycle; acting only on changes leaves the decision to self monitoring
+    // chosen: the command is in every cycle; acting only on changes leaves the decision to self monitoring
     fn command(&mut self, octet: u8) {
         let changed = octet ^ core::mem::replace(&mut self.sensor_on_off, octet);
         self.switch(octet, changed);

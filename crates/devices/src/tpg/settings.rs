@@ -32,7 +32,7 @@ pub(super) struct Settings {
 
 impl Settings {
     /// The settings of a controller as delivered with these gauges.
-    // free choice: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
+    // chosen: the manual gives no initial values. A relay switches at 1e-3 mbar on its own channel; the cold
     // cathodes of both boards are on below 5e-3 mbar on the first Pirani gauge, so that at 1e-3 mbar all channels
     // measure.
     pub fn factory(gauges: &[Option<TpgGauge>; CHANNELS]) -> Self {

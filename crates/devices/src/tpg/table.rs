@@ -85,7 +85,7 @@ blocks! {
 }
 
 /// mbar, the unit from the factory.
-// free choice: the manual gives no initial value
+// chosen: the manual gives no initial value
 pub(super) const MBAR: Unit = Unit { code: 1, name: "mbar", alias: "hPa", scale: Scale::MBAR };
 const TORR: Unit = Unit { code: 2, name: "Torr", alias: "torr", scale: Scale::TORR };
 const PASCAL: Unit = Unit { code: 3, name: "Pascal", alias: "Pa", scale: Scale::PASCAL };
@@ -155,7 +155,7 @@ static CONFIGURATIONS: [Configuration; 9] = [
 ];
 
 /// The answer to Get_Cfg before the first Chk_Cfg.
-// free choice: four channels whatever boards are fitted, because the position of a module decides its channel (124)
+// chosen: four channels whatever boards are fitted, because the position of a module decides its channel (124)
 const ALL_CHANNELS: Configuration = modules(&const { floats(4) }, &[0x97, 0xA7, 0x94, 0x94, 0x94, 0x94, 0xA0]);
 
 const fn modules(inputs: &'static Telegram, octets: &'static [u8]) -> Configuration {
@@ -181,7 +181,7 @@ static CHANNEL_RULES: ChannelRules = ChannelRules {
 pub static TPG300: Model = model("tpg300", "TPG300", "BG509780-F");
 
 /// The TPG500.
-// free choice: the version is the other example of 3.2.3.2
+// chosen: the version is the other example of 3.2.3.2
 pub static TPG500: Model = model("tpg500", "TPG500", "BG509731-A");
 
 /// The controller behind an interface board: the bus does not tell which of the two it is, as both have the ident number of

@@ -5,7 +5,7 @@ use super::codes::AdjustCommand;
 use super::parts::LOWEST_AIR_PA;
 use crate::model::AccessError;
 
-/// free choice: the manual does not say how long the adjustment runs.
+/// chosen: the manual does not say how long the adjustment runs.
 const ADJUST_S: f64 = 10.0;
 
 impl Xpg400Behaviour {
@@ -34,14 +34,14 @@ impl Xpg400Behaviour {
         Ok(())
     }
 
-    /// free choice: a Pirani that has failed is not adjusted.
+    /// chosen: a Pirani that has failed is not adjusted.
     fn is_adjustable(&self) -> bool {
         self.machine.is_executing() && !self.pirani.failed
     }
 
     /// Ends an adjustment that is no longer possible.
     ///
-    /// free choice: the old adjustment stays.
+    /// chosen: the old adjustment stays.
     pub(super) fn check_adjustment(&mut self) {
         if !self.is_adjustable() {
             self.adjusting_s = 0.0;
@@ -59,7 +59,7 @@ impl Xpg400Behaviour {
         }
     }
 
-    /// free choice: below the lowest pressure of air the adjustment changes nothing. The device stores it and has no command to
+    /// chosen: below the lowest pressure of air the adjustment changes nothing. The device stores it and has no command to
     /// take it back, so one command in high vacuum would make the gauge unusable.
     fn adjust_pirani(&mut self) {
         let gain = self.pirani.spec.limits.full_scale_pa / self.pirani.sensor.sensed_pa;

@@ -99,12 +99,12 @@ struct SideSwitches {
 }
 
 impl SideSwitches {
-    /// 0 for LOW-HIGH (82). free choice: 0 for CAL ADJ too.
+    /// 0 for LOW-HIGH (82). chosen: 0 for CAL ADJ too.
     const FACTORY: Self = Self { low_high: 0, cal_adj: 0 };
 
     /// The factor of CAL ADJ for the reading of the ionisation part.
     ///
-    /// free choice: the manual gives no factors. As delivered it is 1; each position one way raises it by 5 %, as far
+    /// chosen: the manual gives no factors. As delivered it is 1; each position one way raises it by 5 %, as far
     /// as 5, and each position the other way, from 9 down to 6, lowers it by 5 %.
     fn gain(&self) -> f64 {
         let steps = if self.cal_adj <= 5 { f64::from(self.cal_adj) } else { f64::from(self.cal_adj) - 10.0 };
@@ -266,7 +266,7 @@ impl Xpg400Behaviour {
         self.cathode.update_current(self.active().indicated_pa());
     }
 
-    /// free choice: as on the BCG450-SP, only in EXECUTING and not with any sensor alarm (112).
+    /// chosen: as on the BCG450-SP, only in EXECUTING and not with any sensor alarm (112).
     fn update_set_points(&mut self) {
         let allowed = self.machine.is_executing() && !self.pirani.failed && !self.ion.failed;
         let pa = self.active().indicated_pa();

@@ -22,7 +22,7 @@ pub const HPG_SET_POINT_COUNTS: Counts = Counts::Log { per_decade: 2444.0, at_1_
 pub const PIRANI: Part = Part { instance: 1, principle: Principle::Pirani };
 const ION: Part = Part { instance: 2, principle: Principle::HotCathode };
 
-/// Below this pressure in Pa the Pirani is not in air (free choice).
+/// Below this pressure in Pa the Pirani is not in air (chosen).
 pub const LOWEST_AIR_PA: f64 = mbar(100.0);
 
 /// The measuring parts.
@@ -77,7 +77,7 @@ pub struct Switchover {
 
 /// The switchover of the BPG400-SP. The operating current changes at the limit of degas.
 ///
-/// free choice: the manual has no thresholds of the emission, these are those of the BCG450-SP.
+/// chosen: the manual has no thresholds of the emission, these are those of the BCG450-SP.
 pub static BPG_SWITCHOVER: Switchover = Switchover {
     pa: mbar(5.5e-3),
     emission: Thresholds { off_pa: mbar(3.2e-2), on_pa: mbar(2.4e-2), degas_pa: mbar(7.2e-6) },
@@ -85,7 +85,7 @@ pub static BPG_SWITCHOVER: Switchover = Switchover {
 
 /// The emission of the HPG400-SP switches on at the switchover (82).
 ///
-/// free choice: it goes off a third above it, as far as on the BCG450-SP. There is one current and no degas.
+/// chosen: it goes off a third above it, as far as on the BCG450-SP. There is one current and no degas.
 const fn switchover(at_mbar: f64) -> Switchover {
     let pa = mbar(at_mbar);
     Switchover { pa, emission: Thresholds { off_pa: pa * 4.0 / 3.0, on_pa: pa, degas_pa: 0.0 } }

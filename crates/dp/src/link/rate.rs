@@ -48,11 +48,11 @@ pub struct RateControl {
 }
 
 /// How long to listen at one rate, in ms: longer than any pause between two telegrams of a bus (token and GAP pauses).
-/// free choice within the usual 100 to 300 ms.
+/// chosen within the usual 100 to 300 ms.
 const DWELL_MS: u64 = 300;
 
 /// How long a found rate is valid without a telegram to the station, in ms: 2 x WD_Baud_Control_Val x 10 ms with the greatest
-/// value, 255. free choice: the station must not search while a class 2 master reads only now and then.
+/// value, 255. chosen: the station must not search while a class 2 master reads only now and then.
 const CONTROL_MS: u64 = 5_100;
 
 impl RateControl {
@@ -125,7 +125,7 @@ impl RateControl {
                 *self = Self::searching(slower(baud), BitTime(0));
                 true
             }
-            // free choice: the search begins at the last rate, so that a station without requests for a while misses one
+            // chosen: the search begins at the last rate, so that a station without requests for a while misses one
             // telegram and not all telegrams during a round of all rates.
             Rate::Found(baud) => {
                 *self = Self::searching(baud, BitTime(0));

@@ -28,7 +28,7 @@ pub struct Settings {
 impl Settings {
     /// Settings for a transmission rate.
     ///
-    /// free choice, all of them: the reference gives none (profibus-wire 3.10 and 10, point 35).
+    /// chosen, all of them: the reference gives none (profibus-wire 3.10 and 10, point 35).
     #[must_use]
     pub const fn new(baud: Baud) -> Self {
         Self {

@@ -153,7 +153,7 @@ impl AcyclicServer {
 
     /// A Write to index 255 selects a record. profibus-wire 5.1. This slave has I&M0 only, in slot 0 only and read-only.
     fn call<D: Device>(&mut self, device: &D, slot: u8, data: &[u8]) -> Result<(), Dpv1Error> {
-        // free choice: after a refused Call nothing is selected.
+        // chosen: after a refused Call nothing is selected.
         self.im0_selected = false;
         im0(device, slot)?;
         let call = Call::parse(data).map_err(|_| Dpv1Error::ACCESS_DENIED)?;

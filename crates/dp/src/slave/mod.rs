@@ -164,7 +164,7 @@ impl<D: Device, const CONNECTIONS: usize> Slave<D, CONNECTIONS> {
         self.server.min_tsdr
     }
 
-    /// Under a new address the station has no requesters and no connections. profibus-wire 1.9; free choice for MS2.
+    /// Under a new address the station has no requesters and no connections. profibus-wire 1.9; chosen for MS2.
     fn set_address(&mut self, address: u8) {
         self.responder.set_address(address);
         self.server.close_connections();

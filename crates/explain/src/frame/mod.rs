@@ -34,7 +34,7 @@ use std::collections::VecDeque;
 /// The number of octets without a telegram that become a damaged piece before more follow.
 pub const MAX_DAMAGED: usize = 1024;
 
-/// The longest row of telegrams that overlap each other and are divided together, in octets. free choice: a damaged telegram and
+/// The longest row of telegrams that overlap each other and are divided together, in octets. chosen: a damaged telegram and
 /// the one that follows it.
 pub const MAX_CHAIN: usize = 2 * MAX_TELEGRAM;
 

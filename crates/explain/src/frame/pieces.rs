@@ -4,7 +4,7 @@ use super::division::Candidate;
 use super::{Framer, MAX_DAMAGED, Piece, PieceKind, TimeSource};
 use profivac_dp::link::CHARACTER_TBIT;
 
-/// The longest row of SC and tokens that wait for the octet behind them. free choice.
+/// The longest row of SC and tokens that wait for the octet behind them. chosen.
 const MAX_SHORT: usize = 64;
 
 impl Framer {

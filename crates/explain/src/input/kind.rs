@@ -38,7 +38,7 @@ const PCAPNG: [u8; 4] = [0x0A, 0x0D, 0x0D, 0x0A];
 /// Mark that some programs write before UTF-8 text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{FEFF}".as_bytes();
 
-/// Number of octets after which unprintable ones show that a file is no text. free choice: long enough for a letter of an old
+/// Number of octets after which unprintable ones show that a file is no text. chosen: long enough for a letter of an old
 /// character set, shorter than the first telegrams of a line.
 const LEAST_OCTETS: usize = 16;
 

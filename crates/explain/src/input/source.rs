@@ -16,7 +16,7 @@ const PORTION_OCTETS: usize = MOST_OCTETS;
 /// Most octets of a chunk: a longer packet or line is split. It bounds the memory for the pieces of a chunk.
 const CHUNK_OCTETS: usize = 1 << 12;
 
-/// Longest line of a trace in octets. free choice: a telegram has 255 octets, an entry without a pause has many more.
+/// Longest line of a trace in octets. chosen: a telegram has 255 octets, an entry without a pause has many more.
 const MAX_TRACE_LINE: usize = 1 << 20;
 
 /// Where a line of a text that is too long may be split in front of the last octets of a portion.

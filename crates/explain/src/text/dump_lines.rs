@@ -22,7 +22,7 @@ pub(super) enum Addresses {
 pub const OMITTED: &str = "*";
 
 /// The most octets of a text in the lines that a dump omits. An address of a few digits can stand for any number of octets, so what
-/// is more stays left over: the work for a text then grows with its length. free choice.
+/// is more stays left over: the work for a text then grows with its length. chosen.
 pub(super) const MAX_REPEATED: u64 = 1 << 20;
 
 impl Reader {

@@ -125,11 +125,11 @@ struct Part {
     digit: Option<char>,
 }
 
-/// The most words before rows of octets that are kept. free choice.
+/// The most words before rows of octets that are kept. chosen.
 const MAX_PREFIXES: usize = 16;
 
 /// The least number of digits of a word that may begin within an octet, and the number of octets that are searched for telegrams to find
-/// out. free choice.
+/// out. chosen.
 const MIN_ALIGNED: usize = 12;
 const MAX_ALIGNED: usize = 2048;
 

@@ -45,7 +45,7 @@ const UNIT: usize = 8;
 const WORD: usize = 26;
 const WORDS: usize = 16;
 
-/// The octets of a long text (`NAME$`), with its end mark. free choice: longer than every sentence of the station.
+/// The octets of a long text (`NAME$`), with its end mark. chosen: longer than every sentence of the station.
 pub const MAX_LONG_TEXT: usize = 1024;
 
 /// The reason why there is no encoding.

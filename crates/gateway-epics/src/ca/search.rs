@@ -14,7 +14,7 @@ const MAX_DATAGRAM: usize = 65_507;
 /// The largest answer: below the size of an Ethernet frame, as EPICS base sends it.
 const MAX_ANSWER: usize = 1024;
 
-/// The most names of a datagram that are looked up. free choice: more than fit into an Ethernet frame.
+/// The most names of a datagram that are looked up. chosen: more than fit into an Ethernet frame.
 const MAX_NAMES: usize = 1500 / 24;
 
 /// A client that searches over TCP and over UDP asks to be told that a name is not here.

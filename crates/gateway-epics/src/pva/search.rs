@@ -15,7 +15,7 @@ pub type Guid = [u8; 12];
 /// The largest datagram, in octets.
 const MAX_DATAGRAM: usize = 65_507;
 
-/// The most names of a datagram that are looked up. free choice: more than fit into an Ethernet frame.
+/// The most names of a datagram that are looked up. chosen: more than fit into an Ethernet frame.
 const MAX_NAMES: u16 = 200;
 
 /// The most messages of a datagram that are read.

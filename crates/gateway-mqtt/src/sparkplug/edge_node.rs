@@ -40,7 +40,7 @@ pub const BD_SEQ: &str = "bdSeq";
 /// How far the clock of the primary host may be ahead of that of the station.
 const CLOCK_TOLERANCE: Duration = Duration::from_secs(86_400);
 
-/// The shortest time between two births. free choice: several hosts that ask at the same time get one answer.
+/// The shortest time between two births. chosen: several hosts that ask at the same time get one answer.
 pub const REBIRTH_PAUSE: Duration = Duration::from_secs(2);
 
 /// The snapshots that are kept until the end of the backlog: four seconds, more than the database is late.

@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The shortest time between two refreshes of a subscription. free choice: as fast as a person can ask.
+/// The shortest time between two refreshes of a subscription. chosen: as fast as a person can ask.
 pub(super) const REFRESH_PAUSE: Duration = Duration::from_secs(1);
 
 /// The most refreshes of all clients in that time.

@@ -42,7 +42,7 @@ pub use nodes::{delete, insert, register};
 /// The library's name of a user who has not logged in; names of users are in lower case.
 pub const ANONYMOUS: &str = "ANONYMOUS";
 
-/// The severities of the priorities none, low, medium and high. free choice: the middle of the bands that OPC 10000-5 suggests.
+/// The severities of the priorities none, low, medium and high. chosen: the middle of the bands that OPC 10000-5 suggests.
 const SEVERITIES: [u16; 4] = [1, 200, 500, 800];
 
 #[cfg(test)]

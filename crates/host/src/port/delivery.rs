@@ -9,7 +9,7 @@ use profivac_dp::link::{Baud, CHARACTER_TBIT, T_SYN_TBIT};
 use std::fmt;
 use std::time::Duration;
 
-/// The time by which the operating system may run a program too late. free choice: longer than the usual delays of a
+/// The time by which the operating system may run a program too late. chosen: longer than the usual delays of a
 /// computer that is not overloaded.
 pub const SCHEDULING_DELAY: Duration = Duration::from_millis(2);
 
@@ -22,10 +22,10 @@ const FIFO_TIMEOUT_CHARACTERS: u64 = 4;
 /// The highest trigger level of a 16550A, for a driver that does not report it. Datasheet of the 16550D: FIFO control register.
 const HIGHEST_TRIGGER: u8 = 14;
 
-/// The reserve of a master for a loaded computer. A longer slot time costs time for absent stations only. free choice.
+/// The reserve of a master for a loaded computer. A longer slot time costs time for absent stations only. chosen.
 const LOAD_RESERVE: Duration = Duration::from_millis(10);
 
-/// The delay that is added to the slot time where nothing is known about the port. free choice: a serial server, or another
+/// The delay that is added to the slot time where nothing is known about the port. chosen: a serial server, or another
 /// program on a loaded computer.
 const UNKNOWN_DELAY: Duration = Duration::from_millis(20);
 

@@ -31,7 +31,7 @@ pub fn is_pty(path: impl AsRef<Path>) -> bool {
     fs::canonicalize(path).is_ok_and(|device| device.starts_with("/dev/pts"))
 }
 
-/// The latency of a USB adapter whose driver does not tell it. free choice: the longest that is usual, the default of FTDI
+/// The latency of a USB adapter whose driver does not tell it. chosen: the longest that is usual, the default of FTDI
 /// chips. profibus-wire 9.4, point 36.
 const ASSUMED_LATENCY: Duration = Duration::from_millis(16);
 
@@ -45,7 +45,7 @@ const SAMPLES_PER_BIT: u32 = 16;
 pub fn set_up(device: &OwnedFd, name: &str) -> Vec<Notice> {
     let Ok(path) = fs::canonicalize(name) else { return Vec::new() };
     let Some(terminal) = terminal_of(&path) else { return Vec::new() };
-    // free choice: most USB adapters for RS-485 switch their transmitter themselves, so they get no notice.
+    // chosen: most USB adapters for RS-485 switch their transmitter themselves, so they get no notice.
     let direction = (!is_usb(&terminal)).then(|| switch_transmitter(device, name)).flatten();
     direction.into_iter().chain(lower_latency(&terminal, &path, name)).collect()
 }

@@ -31,7 +31,7 @@ use std::os::unix::ffi::OsStringExt;
 use std::os::unix::fs::{MetadataExt as _, chown, symlink};
 use std::path::{Path, PathBuf};
 
-/// socat sets owner and mode of its pty after it has made the link: such a change counts only this long after the link, in s. free choice.
+/// socat sets owner and mode of its pty after it has made the link: such a change counts only this long after the link, in s. chosen.
 const SETTLING_S: f64 = 10.0;
 
 /// The rate of a pty that no program has set, in bit/s. No bus has it.

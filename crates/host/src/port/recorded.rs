@@ -26,7 +26,7 @@ pub struct RecordedChunk {
     pub characters: Vec<Character>,
 }
 
-/// The memory that the chunks of a recording may occupy, in octets. free choice: about 600 000 requests with short answers.
+/// The memory that the chunks of a recording may occupy, in octets. chosen: about 600 000 requests with short answers.
 const MAX_MEMORY: usize = 128 << 20;
 
 /// The chunks of one or several ports on the same line, in the order of their times.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// The pause before the first attempt, and the longest pause; it doubles in between. free choice: a restarted server is
+/// The pause before the first attempt, and the longest pause; it doubles in between. chosen: a restarted server is
 /// found at once, and an adapter that is away for a week costs nothing.
 const MIN_PAUSE: Duration = Duration::from_millis(50);
 const MAX_PAUSE: Duration = Duration::from_secs(2);

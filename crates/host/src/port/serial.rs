@@ -24,13 +24,13 @@ use std::time::{Duration, Instant};
 /// The tolerated deviation of the rate is one part in this many: a character of 11 bits is then still sampled correctly.
 const RATE_TOLERANCE: u32 = 50;
 
-/// The longest time that octets need to leave: a few of the longest telegrams at the lowest rate. free choice.
+/// The longest time that octets need to leave: a few of the longest telegrams at the lowest rate. chosen.
 const MAX_SENDING_TIME: Duration = Duration::from_millis(600);
 
-/// The time that a driver has to close a device before the program goes on without waiting. free choice.
+/// The time that a driver has to close a device before the program goes on without waiting. chosen.
 const CLOSING_TIME: Duration = Duration::from_millis(100);
 
-/// The longest time that a thread needs to start on a loaded computer. free choice.
+/// The longest time that a thread needs to start on a loaded computer. chosen.
 const THREAD_START_TIME: Duration = Duration::from_secs(5);
 
 /// An open serial device.

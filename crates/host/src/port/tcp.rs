@@ -12,17 +12,17 @@ use std::io::{ErrorKind, Read};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-/// The longest wait for a host. free choice: a serial server in the same plant answers in milliseconds; the system waits
+/// The longest wait for a host. chosen: a serial server in the same plant answers in milliseconds; the system waits
 /// minutes.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// When and how often a silent connection is probed before it counts as lost. free choice: a bus is hardly ever silent, so
+/// When and how often a silent connection is probed before it counts as lost. chosen: a bus is hardly ever silent, so
 /// the probes cost nothing, and an unplugged cable is detected within half a minute.
 const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 const KEEPALIVE_COUNT: u32 = 3;
 
-/// The most clients of a server. free choice: more than the stations of most segments, and few enough to serve in turn.
+/// The most clients of a server. chosen: more than the stations of most segments, and few enough to serve in turn.
 const MAX_CLIENTS: usize = 64;
 
 /// How long sent octets may stay unacknowledged, in milliseconds: as long as a silent connection may be lost.

@@ -35,7 +35,7 @@ use station::BoxedStation;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// The longest wait for passing the token at the end. free choice: some rotations of a small ring.
+/// The longest wait for passing the token at the end. chosen: some rotations of a small ring.
 const TOKEN_PASS_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The longest time that guards restore after a cancellation, whatever the timeout of the session. chosen: the time that a command waits

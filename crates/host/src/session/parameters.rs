@@ -7,7 +7,7 @@ use profivac_dp::link::active::BusParameters;
 use std::time::Duration;
 
 /// G. Each request to an absent address costs a slot time, which is long on such a port; a longer pause would delay the
-/// entry of another master into the ring: [`entry_time`]. free choice.
+/// entry of another master into the ring: [`entry_time`]. chosen.
 const GAP_FACTOR: u8 = 2;
 
 /// The longest slot time of PROFIBUS, in bit times. profibus-wire 1.12.

@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// The shortest time between two searches. free choice: an absent station of the GAP is a missing answer too, and a search reads the open
+/// The shortest time between two searches. chosen: an absent station of the GAP is a missing answer too, and a search reads the open
 /// files of all processes.
 const INTERVAL: Duration = Duration::from_secs(30);
 

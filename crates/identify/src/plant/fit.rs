@@ -27,7 +27,7 @@ pub(super) const SPEEDS: usize = 8;
 /// The usual values of unknowns that many records do not determine, each with a standard deviation. The exponent is near 1 for
 /// metals and 1/2 for polymers; the share that does not return to the wall is anything from 0 to 1, and the logarithm of the time
 /// constant of the return is wide. A wall begins to outgas within seconds of the start of the pump-down, or within a minute.
-/// free choice
+/// chosen
 const USUAL: [(usize, f64, f64); 4] =
     [(EXPONENT, 1.0, 0.3), (SHARE, 0.5, 0.5), (RETURN, 10.0, 3.0), (OFFSET, 0.0, 3.0)];
 
@@ -51,7 +51,7 @@ const LEAST_OUTGASSING: f64 = -47.0;
 const RELEASES: u32 = 3;
 
 /// The most evaluations of a fit for each unknown. Where a fit of 25 random plants ended by itself it needed 16 at most; one walked for
-/// 100 along a valley that is flat within the steps of the calculation. free choice
+/// 100 along a valley that is flat within the steps of the calculation. chosen
 const MOST_EVALUATIONS: usize = 30;
 
 /// The values that an unknown can have. Leak and ultimate pressure may not be negative, the exponent is that of a real wall. At a
@@ -295,7 +295,7 @@ struct Beginning {
 }
 
 /// Leak, outgassing and ultimate pressure explain the same base pressure, with a ridge between the explanations; the water of a wall
-/// may return within hours or within minutes. One beginning reaches only the explanations on its side. free choice
+/// may return within hours or within minutes. One beginning reaches only the explanations on its side. chosen
 const BEGINNINGS: [Beginning; 3] = [
     // All three explain the base pressure.
     Beginning { leak: 1.0, ultimate: 1.0, returns: 10.0 },

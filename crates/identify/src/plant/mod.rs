@@ -89,7 +89,7 @@ pub struct Plant {
     end_s: f64,
 }
 
-/// The standard uncertainty of the laws of the plant, which no number of samples reduces. free choice: the linearity of a good
+/// The standard uncertainty of the laws of the plant, which no number of samples reduces. chosen: the linearity of a good
 /// gauge within a decade.
 const LAW: f64 = 0.003;
 

@@ -12,7 +12,7 @@ const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.0 * 24.0 * HOUR_S;
 
 /// The standard uncertainty of the exponent of the pumping speed below the lowest pressure of the record, where the fit takes the
-/// speed as constant: 7 % per decade. free choice
+/// speed as constant: 7 % per decade. chosen
 const BELOW: f64 = 0.03;
 
 /// A change that lowers the pressure.
@@ -20,7 +20,7 @@ const BELOW: f64 = 0.03;
 pub enum Remedy {
     /// Close the leak.
     CloseLeak,
-    /// Bake the chamber, which leaves a hundredth of the outgassing (free choice).
+    /// Bake the chamber, which leaves a hundredth of the outgassing (chosen).
     Bake,
     /// A pump of twice the effective speed.
     LargerPump,

@@ -10,10 +10,10 @@ const GROUPS: f64 = 180.0;
 const GROUP_CHANGE: f64 = 0.1;
 
 /// The groups of a phase before their time alone ends them: the samples of a gauge with more noise than [`GROUP_CHANGE`] would be a
-/// group each. free choice
+/// group each. chosen
 const MOST_GROUPS: usize = 1500;
 
-/// The least noise of a sample, of the logarithm: a record without noise has the four digits of a display. free choice
+/// The least noise of a sample, of the logarithm: a record without noise has the four digits of a display. chosen
 const LEAST_NOISE: f64 = 1e-4;
 
 /// The state of the valve to the pump from a time on.
@@ -56,7 +56,7 @@ pub struct PlantRecord {
     pub gauge_uncertainty: f64,
 }
 
-/// The pressures of a sample, in Pa: below any vacuum that a gauge can measure, above any pressure of a chamber. free choice
+/// The pressures of a sample, in Pa: below any vacuum that a gauge can measure, above any pressure of a chamber. chosen
 const POSSIBLE_PA: std::ops::RangeInclusive<f64> = 1e-15..=1e9;
 
 /// The reason why a record cannot be fitted.

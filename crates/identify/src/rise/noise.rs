@@ -3,7 +3,7 @@
 /// More samples are averaged in groups, because they would only cost time.
 const MOST_SAMPLES: usize = 400;
 
-/// The least relative noise: a record without noise has the four digits of a display. free choice
+/// The least relative noise: a record without noise has the four digits of a display. chosen
 pub(super) const LEAST_NOISE: f64 = 1e-4;
 
 /// Means of groups, so that at most [`MOST_SAMPLES`] remain.

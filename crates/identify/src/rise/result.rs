@@ -9,7 +9,7 @@ use profivac_vacuum::gas::Gas;
 /// The number of points of the profile for the mean.
 const MEAN_POINTS: usize = 64;
 
-/// A quantity is stated as present if its lower bound is above this part of the rise. free choice
+/// A quantity is stated as present if its lower bound is above this part of the rise. chosen
 const SMALL: f64 = 0.1;
 
 /// The probabilities of the causes, and the outgassing without a leak in Pa/s.

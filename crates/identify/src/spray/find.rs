@@ -3,36 +3,36 @@
 use super::Spray;
 use super::fit::{Window, fit};
 
-/// The samples from which a course is extrapolated, and how many beyond it mean that the indication has left it. free choice
+/// The samples from which a course is extrapolated, and how many beyond it mean that the indication has left it. chosen
 const BEFORE: usize = 20;
 const BEYOND: usize = 3;
 
-/// An indication has left its course when it is this many standard deviations and this part beyond it. free choice
+/// An indication has left its course when it is this many standard deviations and this part beyond it. chosen
 const DEVIATIONS: f64 = 5.0;
 const LEAST_CHANGE: f64 = 0.02;
 
-/// It has nearly returned below this part of its largest change. free choice
+/// It has nearly returned below this part of its largest change. chosen
 const RETURNED: f64 = 0.3;
 
-/// The longest spray, in s and in groups (longer groups find the longer ones), and the largest change of the logarithm. free choice
+/// The longest spray, in s and in groups (longer groups find the longer ones), and the largest change of the logarithm. chosen
 const LONGEST_S: f64 = 1800.0;
 const LONGEST: usize = 400;
 const LARGEST: f64 = 5.0;
 
-/// Samples are averaged in groups of 1, 4, 16 and more, up to this length in s, so that slow changes are seen. free choice
+/// Samples are averaged in groups of 1, 4, 16 and more, up to this length in s, so that slow changes are seen. chosen
 const GROUP: usize = 4;
 const LONGEST_GROUP_S: f64 = 60.0;
 
-/// The most fits for one length of groups: those of the latest changes. free choice
+/// The most fits for one length of groups: those of the latest changes. chosen
 const MOST_FITS: usize = 50;
 
-/// Above this the shape does not describe the record; as for a plant. free choice
+/// Above this the shape does not describe the record; as for a plant. chosen
 const MISFIT: f64 = 2.0;
 
-/// A change shorter than this part of its time constant is a burst of gas. free choice
+/// A change shorter than this part of its time constant is a burst of gas. chosen
 const LEAST_LENGTH: f64 = 0.5;
 
-/// The record after the return, in lengths of the change. free choice
+/// The record after the return, in lengths of the change. chosen
 const AFTER: f64 = 2.0;
 
 /// All changes of an indication with the shape of helium at a leak, the earliest first. Samples are seconds and pressures in Pa, in the

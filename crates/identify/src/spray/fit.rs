@@ -5,10 +5,10 @@ use crate::interval::{Interval, SIGMAS};
 use crate::rise::noise::grouped;
 use nalgebra::{DMatrix, Matrix4, SVector, Vector4};
 
-/// The least relative noise: the deadband of a recorder changes a record by up to half a percent. free choice
+/// The least relative noise: the deadband of a recorder changes a record by up to half a percent. chosen
 const LEAST_NOISE: f64 = 0.002;
 
-/// Points of the grid for each number, how often it shrinks, and by what. free choice
+/// Points of the grid for each number, how often it shrinks, and by what. chosen
 const GRID: i32 = 2;
 const SHRINKS: usize = 18;
 const SHRINK: f64 = 0.65;
@@ -16,7 +16,7 @@ const SHRINK: f64 = 0.65;
 /// The fewest points before the change, during it, and after it.
 const LEAST_POINTS: usize = 4;
 
-/// An indication that is not watched for this many time constants after the gas has gone has not returned. free choice
+/// An indication that is not watched for this many time constants after the gas has gone has not returned. chosen
 const WATCHED: f64 = 2.0;
 
 /// A point: time, pressure divided by the base, weight.

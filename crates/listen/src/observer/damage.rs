@@ -9,10 +9,10 @@ use profivac_wire::control::{Control, Function};
 use profivac_wire::{DataTelegram, Telegram};
 use std::ops::Range;
 
-/// The number of damaged pieces in a second that make a burst. free choice: more than a single disturbance causes.
+/// The number of damaged pieces in a second that make a burst. chosen: more than a single disturbance causes.
 const BURST: u32 = 10;
 
-/// The number of octets that an inverted start or stop bit adds or hides. free choice.
+/// The number of octets that an inverted start or stop bit adds or hides. chosen.
 const LOST_OCTETS: usize = 2;
 
 /// What inverted bits leave of the shortest request, an SD1 of six octets. Fewer octets are a disturbance of the idle line, or a token.

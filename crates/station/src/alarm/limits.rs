@@ -7,7 +7,7 @@ use std::time::Duration;
 /// The longest reason, in characters.
 const MAX_REASON: usize = 500;
 
-/// The longest time on the shelf, in minutes: a shift of twelve hours. free choice; ISA-18.2 demands a limit.
+/// The longest time on the shelf, in minutes: a shift of twelve hours. chosen; ISA-18.2 demands a limit.
 pub const MAX_SHELVED_MINUTES: u32 = 720;
 
 /// The times for which an alarm is shelved.

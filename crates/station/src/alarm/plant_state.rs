@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// The times for which a plant state can be declared, whatever the station's file permits. free choice: a bake-out lasts for weeks.
+/// The times for which a plant state can be declared, whatever the station's file permits. chosen: a bake-out lasts for weeks.
 pub const DECLARED: RangeInclusive<Duration> = Duration::from_secs(60)..=Duration::from_secs(31 * 86_400);
 
 /// A plant state of the station's file.

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The time between two evaluations. free choice: the period of the dashboard's stream.
+/// The time between two evaluations. chosen: the period of the dashboard's stream.
 const PERIOD: Duration = Duration::from_millis(250);
 
 /// A running alarm thread. It ends when this is dropped.

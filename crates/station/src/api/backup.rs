@@ -29,7 +29,7 @@ use utoipa::ToSchema;
 /// The extension of a copy while it is made, beside the database.
 const EXTENSION: &str = "download";
 
-/// The time in which the download of a copy begins. free choice
+/// The time in which the download of a copy begins. chosen
 const KEPT: Duration = Duration::from_secs(15 * 60);
 
 /// Octets of the copy in the memory for each download.

@@ -11,7 +11,7 @@ use tokio::sync::{Semaphore, mpsc};
 use tokio::task::spawn_blocking;
 use tokio_stream::wrappers::ReceiverStream;
 
-/// Queries that run at the same time. free choice: more would make the disk seek and slow down the segments.
+/// Queries that run at the same time. chosen: more would make the disk seek and slow down the segments.
 const MAX_QUERIES: usize = 4;
 
 /// The longest wait for a query to begin.

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::spawn_blocking;
 
-/// The longest wait for the fit of another user. free choice
+/// The longest wait for the fit of another user. chosen
 const WAIT: Duration = Duration::from_secs(30);
 
-/// The longest fit. free choice: a usual one takes seconds
+/// The longest fit. chosen: a usual one takes seconds
 pub const LONGEST: Duration = Duration::from_secs(120);
 
 /// The permit for one fit. A fit needs a processor core, and the segments need one too.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use utoipa::ToSchema;
 
-/// The interval between two events. free choice: a reader cannot follow faster numbers.
+/// The interval between two events. chosen: a reader cannot follow faster numbers.
 const PERIOD: Duration = Duration::from_millis(250);
 
 /// Pressures have this number of digits in the live stream. The dashboard shows three; more would only cost bandwidth.

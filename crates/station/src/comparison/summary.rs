@@ -14,7 +14,7 @@ use profivac_identify::standard_uncertainty;
 use profivac_recorder::{DatabaseError, Reader};
 use std::time::Duration;
 
-/// Earlier pump-downs are searched in this time. free choice
+/// Earlier pump-downs are searched in this time. chosen
 const PAST: Duration = Duration::from_secs(90 * 86_400);
 
 /// What a report says about its plant.

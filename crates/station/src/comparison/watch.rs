@@ -14,16 +14,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The time between two looks. free choice: a deviation of minutes is told within a minute.
+/// The time between two looks. chosen: a deviation of minutes is told within a minute.
 const PERIOD: Duration = Duration::from_secs(60);
 
-/// A pump-down is found if it began within this time before a look, in s. free choice
+/// A pump-down is found if it began within this time before a look, in s. chosen
 const FOUND_WITHIN_S: i64 = 2 * 3600;
 
-/// The usual pump-downs are searched so far back, in s: 90 days. free choice
+/// The usual pump-downs are searched so far back, in s: 90 days. chosen
 const USUAL_WITHIN_S: i64 = 90 * 86_400;
 
-/// A pump-down is compared for this time, in s: a week. free choice
+/// A pump-down is compared for this time, in s: a week. chosen
 const COMPARED_FOR_S: f64 = 7.0 * 86_400.0;
 
 /// The length of the spans in which a new pump-down is searched, in s; the longer ones for a week.

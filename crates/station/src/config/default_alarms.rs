@@ -3,7 +3,7 @@
 use super::DefaultAlarmSettings;
 use crate::alarm::Priority;
 
-/// The defaults of a default alarm, delays in seconds. free choice: longer than what the bus recovers from without help, such as
+/// The defaults of a default alarm, delays in seconds. chosen: longer than what the bus recovers from without help, such as
 /// a gauge that is parameterised again or a lost token.
 pub struct Defaults {
     /// The priority.
@@ -51,5 +51,5 @@ pub fn settings_by_default(name: &str) -> Option<DefaultAlarmSettings> {
     })
 }
 
-/// The default limit of damaged telegrams per minute. free choice: one in some thousand on a bus without idle time.
+/// The default limit of damaged telegrams per minute. chosen: one in some thousand on a bus without idle time.
 pub const MAX_DAMAGED: f64 = 30.0;

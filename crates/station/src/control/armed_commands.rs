@@ -10,7 +10,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a command stays armed. free choice: long enough to read the preview, too short to forget the command.
+/// How long a command stays armed. chosen: long enough to read the preview, too short to forget the command.
 pub const ARMED_FOR: Duration = Duration::from_secs(30);
 
 /// The most commands that are armed at once. One user has control, and executes one command at a time.

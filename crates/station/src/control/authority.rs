@@ -13,13 +13,13 @@
 use profivac_web_server::auth::{Role, User};
 use std::time::{Duration, Instant};
 
-/// A holder who does not use control for this time loses it. free choice: a coffee, not a lunch.
+/// A holder who does not use control for this time loses it. chosen: a coffee, not a lunch.
 pub const IDLE_TIMEOUT: Duration = Duration::from_secs(15 * 60);
 
-/// A holder who does not use control for this time after a request has not responded. free choice.
+/// A holder who does not use control for this time after a request has not responded. chosen.
 pub const RESPONSE_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A request expires after this time. free choice: a user who still wants control requests it again.
+/// A request expires after this time. chosen: a user who still wants control requests it again.
 pub const REQUEST_TIMEOUT: Duration = Duration::from_secs(5 * 60);
 
 /// The reason why a user cannot use or get control.

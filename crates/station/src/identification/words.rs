@@ -3,15 +3,15 @@
 use profivac_identify::Interval;
 use profivac_identify::plant::Remedy;
 
-/// Above this the fit does not describe the record. free choice
+/// Above this the fit does not describe the record. chosen
 pub const MISFIT: f64 = 2.0;
 
 /// A quantity whose bounds differ by more than this factor cannot be determined, one whose lower bound is below this part of the
-/// upper one cannot be told from zero. free choice
+/// upper one cannot be told from zero. chosen
 const FACTOR: f64 = 10.0;
 const NONE: f64 = 1e-3;
 
-/// The widest interval of a known exponent: 1/2 is diffusion, 1 is the water of a wall. free choice
+/// The widest interval of a known exponent: 1/2 is diffusion, 1 is the water of a wall. chosen
 const EXPONENT: f64 = 0.5;
 
 /// A number of a plant.

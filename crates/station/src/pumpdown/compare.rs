@@ -21,19 +21,19 @@ pub const USUAL_RUNS: usize = 10;
 /// The limit in spreads for at least this number of pump-downs. Fewer than five are not compared.
 const SPREADS: [(usize, f64); 4] = [(10, 8.0), (8, 10.0), (6, 12.0), (5, 15.0)];
 
-/// The least spread, of the logarithm: 2 %. free choice: no pump is steadier, and a limit below 16 % would tell of small things.
+/// The least spread, of the logarithm: 2 %. chosen: no pump is steadier, and a limit below 16 % would tell of small things.
 const LEAST_SPREAD: f64 = 0.02;
 
-/// The limit against a single chosen pump-down, of the logarithm. free choice
+/// The limit against a single chosen pump-down, of the logarithm. chosen
 const SINGLE_LIMIT: f64 = 0.16;
 
-/// Pump-downs are of one kind if they begin within this distance, in decades: not one from air and one from 1 mbar. free choice
+/// Pump-downs are of one kind if they begin within this distance, in decades: not one from air and one from 1 mbar. chosen
 const SAME_START: f64 = 0.5;
 
-/// A level needs this distance from the initial pressure, in decades. free choice: half of the first decade belongs to the valve.
+/// A level needs this distance from the initial pressure, in decades. chosen: half of the first decade belongs to the valve.
 const BELOW_START: f64 = 0.5;
 
-/// The shortest time that is compared, in s. free choice: several samples
+/// The shortest time that is compared, in s. chosen: several samples
 const SHORTEST_S: f64 = 2.0;
 
 /// A pump-down with the times at which it reached each decade.

@@ -20,11 +20,11 @@ pub enum Excess {
     },
 }
 
-/// The excess is fitted where it is larger than this part of the usual pressure, and in at least this number of points. free choice
+/// The excess is fitted where it is larger than this part of the usual pressure, and in at least this number of points. chosen
 const LEAST_EXCESS: f64 = 0.5;
 const LEAST_POINTS: usize = 10;
 
-/// The least range of time of the fit, and the largest residual of the logarithm. free choice
+/// The least range of time of the fit, and the largest residual of the logarithm. chosen
 const LEAST_TIME_RATIO: f64 = 3.0;
 const LARGEST_MISFIT: f64 = 0.15;
 

@@ -11,7 +11,7 @@ const POINTS: usize = 40;
 /// The fewest points with a valid pressure.
 const LEAST: usize = 12;
 
-/// The shortest pump-down with a slope, in seconds. free choice: gauges settle within seconds.
+/// The shortest pump-down with a slope, in seconds. chosen: gauges settle within seconds.
 const SHORTEST_S: f64 = 100.0;
 
 /// A slope.

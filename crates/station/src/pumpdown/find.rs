@@ -7,7 +7,7 @@
 use super::time_range::TimeRange;
 use profivac_recorder::{Micros, Quality, Sample};
 
-/// The smallest fall, in decades. free choice: opening a valve causes a smaller one.
+/// The smallest fall, in decades. chosen: opening a valve causes a smaller one.
 const LEAST: f64 = 2.0;
 
 /// The top: within this distance of the highest pressure, in decades (5 %).

@@ -5,7 +5,7 @@ use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, GasDependence, RiseSetup, analyse};
 use profivac_vacuum::gas::Gas;
 
-/// The smallest rise, in decades, seconds and samples. free choice: a factor of three.
+/// The smallest rise, in decades, seconds and samples. chosen: a factor of three.
 const HEIGHT: f64 = 0.477;
 const SHORTEST_S: f64 = 20.0;
 const SAMPLES: usize = 20;
@@ -16,7 +16,7 @@ const OVER: f64 = 0.1;
 /// A rise has not begun while the pressure is this near to its lowest value, in decades (5 %).
 const BOTTOM: f64 = 0.0223;
 
-/// The largest misfit of a rise in a closed volume, in standard deviations of the noise. free choice
+/// The largest misfit of a rise in a closed volume, in standard deviations of the noise. chosen
 const MISFIT: f64 = 3.0;
 
 /// The parts of a rise in a closed volume.

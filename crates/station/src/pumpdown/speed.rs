@@ -5,7 +5,7 @@
 
 use super::trace::{Section, Trace};
 
-/// The measured fall, as a factor. free choice: with it, noise of 5 % causes an error of a tenth.
+/// The measured fall, as a factor. chosen: with it, noise of 5 % causes an error of a tenth.
 const FACTOR: f64 = 2.0;
 
 /// The fewest samples of a fall. Fewer would show the sampling rate.

@@ -6,7 +6,7 @@
 use super::time_range::{TimeRange, seconds};
 use profivac_recorder::{Deadband, Micros, Quality, Sample};
 
-/// The length of the running median: it removes single outliers and keeps slopes and steps. free choice.
+/// The length of the running median: it removes single outliers and keeps slopes and steps. chosen.
 const MEDIAN: usize = 5;
 
 /// A time of one quality.

@@ -9,7 +9,7 @@ use profivac_recorder::spans::{LEVELS, Level};
 use profivac_recorder::{DatabaseError, Micros, Qualities, Quality, Reader, Sample};
 use std::time::Duration;
 
-/// The most samples that are read for each part of a time range. free choice: some megabytes, some tenths of a second.
+/// The most samples that are read for each part of a time range. chosen: some megabytes, some tenths of a second.
 const MOST: u32 = 200_000;
 
 /// The number of spans for a part with more samples.

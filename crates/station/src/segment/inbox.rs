@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 /// Abort waits for a poll (profibus-wire 4.9), and a second more.
 pub const LEFTOVER_TIME: Duration = Duration::from_secs(16);
 
-/// The time between two requests to a gauge without a free connection. free choice.
+/// The time between two requests to a gauge without a free connection. chosen.
 pub const RETRY_INTERVAL: Duration = Duration::from_millis(500);
 
 /// The port was lost during a request.

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 /// The time between two reports.
 const REPORT_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The shortest time between two captures. free choice: a fault that lasts makes one capture each minute, within the limit of files.
+/// The shortest time between two captures. chosen: a fault that lasts makes one capture each minute, within the limit of files.
 const CAPTURE_INTERVAL: Duration = Duration::from_mins(1);
 
 /// The line of a segment.
@@ -193,7 +193,7 @@ impl LineObserver {
     }
 }
 
-/// The number of events of a line that are recorded in a minute. free choice: a ring of 30 stations starts with fewer, and a master that
+/// The number of events of a line that are recorded in a minute. chosen: a ring of 30 stations starts with fewer, and a master that
 /// writes a parameter in every cycle does not fill the database.
 const EVENTS_PER_MINUTE: u32 = 120;
 

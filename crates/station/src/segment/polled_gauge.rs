@@ -22,10 +22,10 @@ use std::time::{Duration, Instant};
 /// The time between two searches for a missing gauge.
 pub const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
 
-/// The time between two searches for a gauge without a free MS2 connection, which it will have soon. free choice.
+/// The time between two searches for a gauge without a free MS2 connection, which it will have soon. chosen.
 const CONNECTION_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The time between two readings of the defects of a gauge with an alarm: another part may fail, or one be repaired. free choice.
+/// The time between two readings of the defects of a gauge with an alarm: another part may fail, or one be repaired. chosen.
 const DEFECTS_INTERVAL: Duration = Duration::from_secs(10);
 
 /// A gauge without data for this time is searched from the beginning: another device may answer at its address.

@@ -18,14 +18,14 @@ use profivac_recorder::Quality;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The time between two readings of a parameter. free choice: people who look at a trip point wait no longer.
+/// The time between two readings of a parameter. chosen: people who look at a trip point wait no longer.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// The time between two readings of a parameter that needs a move of the selector. free choice: at most sixteen writes of the selector a
+/// The time between two readings of a parameter that needs a move of the selector. chosen: at most sixteen writes of the selector a
 /// day, so that a memory of 100,000 writes lasts for 17 years.
 const SELECTED_INTERVAL: Duration = Duration::from_secs(6 * 3600);
 
-/// The shortest time between two readings on a segment, so that they take a small part of the line. free choice.
+/// The shortest time between two readings on a segment, so that they take a small part of the line. chosen.
 pub const PAUSE: Duration = Duration::from_millis(250);
 
 /// The beginnings of the names of locations whose parameters are watched: PCG55x and PSG55x have trip points and relays, BPG400 and

@@ -36,7 +36,7 @@ pub struct DeliverySettings {
 }
 
 impl Default for DeliverySettings {
-    /// free choice: delivered within a second, resumed soon after an interruption, no load on a failing server, and a
+    /// chosen: delivered within a second, resumed soon after an interruption, no load on a failing server, and a
     /// notification of yesterday is no news.
     fn default() -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Default for DeliverySettings {
 /// With these statuses the server refuses the notification itself, and would refuse it again.
 const PERMANENT_REFUSALS: [u16; 3] = [400, 413, 422];
 
-/// An e-mail may take this many times the answer timeout of a webhook. free choice: a minute.
+/// An e-mail may take this many times the answer timeout of a webhook. chosen: a minute.
 const MAIL_TIMEOUT_FACTOR: u32 = 6;
 
 /// The reason why a notification was not delivered.

@@ -24,7 +24,7 @@ const OUTGASSING_ERROR: f64 = 2e-3;
 const SHORTEST_S: f64 = 1e-7;
 const SHORTEST_FRACTION: f64 = 1e-5;
 
-/// The proportional band of a regulator, as a fraction of its set point. free choice
+/// The proportional band of a regulator, as a fraction of its set point. chosen
 const BAND: f64 = 0.02;
 
 /// Buffers and intermediate values of a step.

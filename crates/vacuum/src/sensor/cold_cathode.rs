@@ -9,18 +9,18 @@ use fastrand::Rng;
 const EXPONENT: f64 = 1.1;
 
 /// The pressure of the knee in Pa, and the exponent below it: below 1e-9 Torr the slope is steeper than above (the same source).
-/// free choice: 1.4. The gauge linearises with the exponent above the knee, so it reads too low below it.
+/// chosen: 1.4. The gauge linearises with the exponent above the knee, so it reads too low below it.
 const KNEE_PA: f64 = 1.33e-7;
 const EXPONENT_BELOW: f64 = 1.4;
 
 /// The largest pumping speed of an inverted magnetron, in m³/s, and the pressure in Pa at which it is half of that.
 ///
-/// Mukugi et al., Vacuum 44 (1993) 591: at most 0.1 l/s, negligible in ultra-high vacuum. free choice: the pressure.
+/// Mukugi et al., Vacuum 44 (1993) 591: at most 0.1 l/s, negligible in ultra-high vacuum. chosen: the pressure.
 const MOST_PUMPED: f64 = 1e-4;
 const HALF_PUMPED_PA: f64 = 1e-5;
 
 /// The mean ignition dose: pressure times delay, in Pa s. Kendall and Drubetsky (AVS Symposium 2005, VT-TuM2): seconds at
-/// 1e-6 Torr, hours or days at 1e-11 Torr, with large variations between starts. free choice: proportional to 1/p.
+/// 1e-6 Torr, hours or days at 1e-11 Torr, with large variations between starts. chosen: proportional to 1/p.
 const IGNITION_PA_S: f64 = 2e-4;
 
 /// A cold cathode.
@@ -67,7 +67,7 @@ impl ColdCathode {
         GasExchange { outgassing: 0.0, speed }
     }
 
-    /// Ignites or extinguishes the discharge. free choice: it extinguishes two decades below the range.
+    /// Ignites or extinguishes the discharge. chosen: it extinguishes two decades below the range.
     fn burn(&mut self, pa: f64, drive: Drive, seconds: f64, seed: u64) {
         if drive == Drive::Off || pa < self.range.lowest_pa / 100.0 {
             self.burns = false;

@@ -26,7 +26,7 @@ impl Diaphragm {
         self.head_k.map_or(pa, |head_k| pa * transpiration(pa, head_k, environment.temperature_k))
     }
 
-    /// General knowledge: noise 3e-5 of full scale, zero 5e-5 of full scale per K, gain 0.2 %. free choice: a
+    /// General knowledge: noise 3e-5 of full scale, zero 5e-5 of full scale per K, gain 0.2 %. chosen: a
     /// zero error of 1e-4 of full scale as delivered.
     pub const fn tolerance(&self) -> Tolerance {
         let full_scale_pa = self.range.highest_pa;

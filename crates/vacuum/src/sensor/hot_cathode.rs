@@ -19,7 +19,7 @@ pub struct HotCathode {
 
 /// The pressure in the gauge from outgassing of saturated filament and grid, in Pa: during degas, and in operation.
 ///
-/// free choice: during degas it reaches the limit below which gauges permit degas; in operation it vanishes within hours.
+/// chosen: during degas it reaches the limit below which gauges permit degas; in operation it vanishes within hours.
 const DEGAS_PA: f64 = 5e-4;
 const WARM_PA: f64 = 2e-7;
 
@@ -34,12 +34,12 @@ const FILLED_PA: f64 = 100.0;
 /// The pumping speed per emission current and its limit, in m³/s per mA and m³/s.
 ///
 /// "Electrical clean-up of gases in an ionization gauge" (J. Appl. Phys. 27 (1956) 926): 0.1 l/s for nitrogen at most, by ions
-/// that the walls of the gauge keep. free choice: proportional to the emission up to that.
+/// that the walls of the gauge keep. chosen: proportional to the emission up to that.
 const PUMPED_PER_MA: f64 = 1e-5;
 const MOST_PUMPED: f64 = 1e-4;
 
 /// The gas from saturated filament and grid in Pa m³/s: during degas (1e-5 mbar l/s), and in operation (1e-9 mbar l/s).
-/// free choice
+/// chosen
 const DEGAS_FLOW: f64 = 1e-6;
 const WARM_FLOW: f64 = 1e-10;
 
@@ -111,7 +111,7 @@ impl HotCathode {
         2.0 * self.range.highest_pa / (1.0 + milliamperes)
     }
 
-    /// free choice: a spread of 5 % between tubes, 1 % of noise, and an electrometer that resolves a tenth of the lowest
+    /// chosen: a spread of 5 % between tubes, 1 % of noise, and an electrometer that resolves a tenth of the lowest
     /// pressure.
     pub const fn tolerance(&self) -> Tolerance {
         Tolerance {
@@ -133,7 +133,7 @@ pub struct Filament {
     reported: bool,
 }
 
-/// The life of a filament at ten times the permitted oxygen, in s. free choice: long enough for a gauge that switches off,
+/// The life of a filament at ten times the permitted oxygen, in s. chosen: long enough for a gauge that switches off,
 /// short enough to break otherwise.
 const BURNS_S: f64 = 10.0;
 
@@ -168,7 +168,7 @@ impl Filament {
     }
 
     /// Wear of a hot filament: proportional to the decades of the pressure above the permitted one. General knowledge: oxygen
-    /// burns it, nitrogen does little harm. free choice: a factor of 100 between them.
+    /// burns it, nitrogen does little harm. chosen: a factor of 100 between them.
     fn burn(&mut self, environment: &Environment, stands_pa: f64, seconds: f64) {
         let gas = &environment.gas;
         let oxidising = gas[Gas::O2] + 0.21 * gas[Gas::Air] + gas[Gas::H2o] + gas[Gas::Co2];

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// The rate at which noise changes, in 1/s.
 const NOISE_RATE: f64 = 100.0;
 
-/// The periods of slow drift, in s. free choice: about an hour, a shift and a day, without a common multiple.
+/// The periods of slow drift, in s. chosen: about an hour, a shift and a day, without a common multiple.
 const DRIFT_PERIODS_S: [f64; 3] = [3_900.0, 27_000.0, 97_000.0];
 
 /// The spread of the imperfections of one kind of sensor: standard deviations unless stated otherwise.

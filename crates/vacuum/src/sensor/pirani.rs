@@ -11,7 +11,7 @@ use crate::gas::{Gas, Mixture};
 
 /// The signal up to which the power is proportional to the pressure, in Pa of nitrogen.
 ///
-/// free choice: the manual's factors apply up to 1 mbar of any gas; for the lightest gas this is the signal of 2 mbar.
+/// chosen: the manual's factors apply up to 1 mbar of any gas; for the lightest gas this is the signal of 2 mbar.
 const MOLECULAR_PA: f64 = 200.0;
 
 /// The limit of conduction through nitrogen, in Pa. General knowledge: `p_c` is about 10 mbar; above 50 mbar conduction
@@ -21,7 +21,7 @@ const CONDUCTION_PA: f64 = 3_000.0;
 /// The pressure at which convection begins, in Pa of nitrogen. General knowledge: above about 50 mbar.
 const CONVECTION_FROM_PA: f64 = 5_000.0;
 
-/// The increase of the signal by convection. free choice: a small cell, with an indication of about 70 mbar in argon at
+/// The increase of the signal by convection. chosen: a small cell, with an indication of about 70 mbar in argon at
 /// atmospheric pressure.
 const CONVECTION: f64 = 0.003;
 
@@ -65,7 +65,7 @@ impl Pirani {
         if heat.is_molecular() || heat.is_like_nitrogen() { heat.molecular } else { Self::nitrogen_pa(heat.signal()) }
     }
 
-    /// The signal. General knowledge: a layer on the wire reduces the heat transfer to the gas and radiates. free choice:
+    /// The signal. General knowledge: a layer on the wire reduces the heat transfer to the gas and radiates. chosen:
     /// half of the sensitivity and 2e-2 mbar of nitrogen at full contamination.
     pub fn signal(&self, gas: &Mixture) -> f64 {
         Heat::of(gas).signal() * (1.0 - 0.5 * self.contamination) + 2.0 * self.contamination
@@ -90,7 +90,7 @@ impl Pirani {
         MOLECULAR_PA + y
     }
 
-    /// free choice, similar to data sheets: 1 % of the power, and a zero error that limits the range at its lower end.
+    /// chosen, similar to data sheets: 1 % of the power, and a zero error that limits the range at its lower end.
     pub const fn tolerance(&self) -> Tolerance {
         // The Pirani of a combination gauge measures to lower pressures than its manual states.
         let lowest_pa = self.range.lowest_pa.min(0.1);
@@ -117,7 +117,7 @@ struct Heat {
 }
 
 impl Heat {
-    /// The heat transfer of a mixture, weighted by molecular transfer. free choice: the same weights for conductivity.
+    /// The heat transfer of a mixture, weighted by molecular transfer. chosen: the same weights for conductivity.
     fn of(gas: &Mixture) -> Self {
         let mut heat = Self { molecular: 0.0, conductivity: 0.0, buoyancy: 0.0 };
         for (gas, pa) in gas.iter().filter(|(_, pa)| *pa > 0.0) {

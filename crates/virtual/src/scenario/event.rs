@@ -17,10 +17,10 @@ use profivac_vacuum::{Atmosphere, Gas, Mixture};
 use std::cell::RefCell;
 use toml::Spanned;
 
-/// The flow of a regulated inlet that is fully open, in Pa m³/s: 200 sccm. free choice
+/// The flow of a regulated inlet that is fully open, in Pa m³/s: 200 sccm. chosen
 const MAX_INLET_FLOW: f64 = 0.36;
 
-/// The time in which a wall is heated or cooled if the file does not say it, in s. free choice: an hour
+/// The time in which a wall is heated or cooled if the file does not say it, in s. chosen: an hour
 const HEATING_S: f64 = 3600.0;
 
 /// The limits of a potentiometer in V: its supply, either sign.

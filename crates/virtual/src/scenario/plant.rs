@@ -17,10 +17,10 @@ use profivac_vacuum::{Atmosphere, Conductance, Gas, Mixture, pump};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// The conductance of a turbomolecular pump that does not turn: that of a tube of this width and length, in m. free choice
+/// The conductance of a turbomolecular pump that does not turn: that of a tube of this width and length, in m. chosen
 const ROTOR_M: [f64; 2] = [0.03, 0.2];
 
-/// The highest compression, and the highest number of volumes including virtual leaks. free choice
+/// The highest compression, and the highest number of volumes including virtual leaks. chosen
 const HIGHEST_COMPRESSION: f64 = 1e15;
 const MOST_VOLUMES: usize = 64;
 

@@ -10,7 +10,7 @@ use std::str::FromStr;
 /// A kind of quantity: its name, an example, its units with their size in SI, and its bounds as text and in SI. Zero is
 /// always below the lower bound and accepted.
 ///
-/// free choice of the bounds: wider than any real plant, and narrow enough for every calculation.
+/// chosen bounds: wider than any real plant, and narrow enough for every calculation.
 pub struct Quantity {
     name: &'static str,
     example: &'static str,

@@ -23,10 +23,10 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::oneshot;
 
-/// The most live streams of one session. free choice: a browser opens six connections to one server.
+/// The most live streams of one session. chosen: a browser opens six connections to one server.
 pub const MAX_STREAMS_PER_SESSION: usize = 8;
 
-/// One user or one address may use the total divided by this number. free choice: enough for dozens of pages.
+/// One user or one address may use the total divided by this number. chosen: enough for dozens of pages.
 const SHARE: usize = 4;
 
 /// The connections that one station holds: one for batches, one for requests, and those in whose place it has opened others.

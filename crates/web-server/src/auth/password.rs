@@ -16,10 +16,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The advised number of characters.
 pub const ADVISED: usize = 15;
 
-/// The most octets. free choice: longer than a typed password, short enough to hash at once.
+/// The most octets. chosen: longer than a typed password, short enough to hash at once.
 pub const LONGEST: usize = 512;
 
-/// Memory in KiB, passes and lanes. free choice: the first set for argon2id in OWASP's password storage cheat sheet.
+/// Memory in KiB, passes and lanes. chosen: the first set for argon2id in OWASP's password storage cheat sheet.
 const COST: (u32, u32, u32) = (19 << 10, 2, 1);
 
 /// The costs of a hash that the station verifies: memory in KiB, passes, lanes, and the product of memory and passes. A hash in the users'
@@ -44,7 +44,7 @@ const SALT: usize = 16;
 /// gigabyte.
 static BLOCKS: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 
-/// The number of memory blocks that are kept: as many as hashes run at once. free choice.
+/// The number of memory blocks that are kept: as many as hashes run at once. chosen.
 const MAX_KEPT: usize = 2;
 
 /// The reason why a password is refused.

@@ -9,7 +9,7 @@
 //! | changes by one user | 600 | 60 a minute |
 //! | event-log entries about refused requests | 60 | 6 a minute |
 //!
-//! free choice, all of it: a dozen users behind one proxy stay below the limits. An attacker at one address has 14 400 guesses a
+//! chosen, all of it: a dozen users behind one proxy stay below the limits. An attacker at one address has 14 400 guesses a
 //! day, all attackers together 86 400 under one name, where a password takes more than a hundred million. No name is ever
 //! locked: guesses from one address, or from five, do not keep its user from logging in.
 //!
@@ -22,7 +22,7 @@ use std::net::IpAddr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The number of successful logins (address and name) that are kept. free choice: more than a group has computers.
+/// The number of successful logins (address and name) that are kept. chosen: more than a group has computers.
 const MAX_REMEMBERED: usize = 1024;
 
 /// A burst, and a sustained rate after it.

@@ -15,23 +15,23 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// An unused session ends after this time. free choice: longer than a break, shorter than an absence.
+/// An unused session ends after this time. chosen: longer than a break, shorter than an absence.
 pub const IDLE_TIMEOUT: Duration = Duration::from_secs(30 * 60);
 
-/// The maximum age of a session of an operator or engineer: one login per shift. free choice.
+/// The maximum age of a session of an operator or engineer: one login per shift. chosen.
 pub const MAX_AGE_WRITER: Duration = Duration::from_secs(12 * 3600);
 
-/// The maximum age of a session of a viewer: a wall display in a control room logs in once a month. free choice.
+/// The maximum age of a session of a viewer: a wall display in a control room logs in once a month. chosen.
 pub const MAX_AGE_VIEWER: Duration = Duration::from_secs(30 * 24 * 3600);
 
 /// The maximum age of a session of a user of an OpenID provider, of any role: a user who is removed there, or gets another role, keeps the
-/// session until then. free choice: one login per shift.
+/// session until then. chosen: one login per shift.
 pub const MAX_AGE_OPENID: Duration = Duration::from_secs(12 * 3600);
 
-/// The most sessions of one user. A further login ends the session that was unused for longest. free choice.
+/// The most sessions of one user. A further login ends the session that was unused for longest. chosen.
 pub const MAX_PER_USER: usize = 16;
 
-/// The most sessions of all users. free choice.
+/// The most sessions of all users. chosen.
 pub const MAX_SESSIONS: usize = 1024;
 
 /// What a session rests on.

@@ -23,7 +23,7 @@ use toml::Spanned;
 /// The longest name.
 const MAX_NAME_LENGTH: usize = 32;
 
-/// The most users. free choice: far more than a vacuum group has.
+/// The most users. chosen: far more than a vacuum group has.
 const MAX_USERS: usize = 1000;
 
 /// An account: a user and the password hash.

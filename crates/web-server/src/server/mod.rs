@@ -49,7 +49,7 @@ const PLAIN_HTTP: &[u8] =
     b"HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n\r\n\
     This port uses TLS: use an address that begins with https.\n";
 
-/// The limits of a server. free choice: some dozen users with some pages each, and a page over a slow line.
+/// The limits of a server. chosen: some dozen users with some pages each, and a page over a slow line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Connections at the same time: see [`crate::auth::connections`].

@@ -36,7 +36,7 @@ const USER_CLAIM: &str = "preferred_username";
 /// The scope besides `openid`, if the file has none: that of the name.
 const SCOPE: &str = "profile";
 
-/// The most octets of an issuer, an identifier, a claim or a scope of `[openid]`. free choice.
+/// The most octets of an issuer, an identifier, a claim or a scope of `[openid]`. chosen.
 const MAX_TEXT: usize = 255;
 
 /// Why a value of `[openid]` cannot be used.

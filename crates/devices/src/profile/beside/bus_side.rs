@@ -348,7 +348,7 @@ impl Device for BusSide {
         self.address_is_settable
     }
 
-    /// free choice: the address is valid at once and stored afterwards, because the acknowledgement says only that the request
+    /// chosen: the address is valid at once and stored afterwards, because the acknowledgement says only that the request
     /// has arrived.
     fn set_address(&mut self, request: &SetSlaveAdd<'_>) -> Option<u8> {
         let locked = request.no_add_chg != 0;

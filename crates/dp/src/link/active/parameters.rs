@@ -119,7 +119,7 @@ impl BusParameters {
     pub const fn new(address: u8, baud: Baud) -> Self {
         let (max_tsdr_tbit, setup_tbit, quiet_tbit, retry_limit, gap_factor, rotation_tbit) = match baud {
             Baud::B9600 | Baud::B19200 | Baud::B93750 | Baud::B187500 => (60, 1, 0, 1, 1, 50_000),
-            // free choice: the set one maker uses, since it fits together and admits every slave seen
+            // chosen: the set one maker uses, since it fits together and admits every slave seen
             // (profibus-wire 10, point 27)
             Baud::B45450 => (400, 95, 0, 1, 1, 50_000),
             Baud::B500000 => (100, 1, 0, 1, 1, 100_000),

@@ -120,7 +120,7 @@ pub(super) struct SilentVisits {
     address_bit: u8,
 }
 
-/// free choice: after this many visits the silence is no coincidence.
+/// chosen: after this many visits the silence is no coincidence.
 const SILENT_VISITS_LIMIT: u8 = 4;
 
 /// The number of bits of an address.

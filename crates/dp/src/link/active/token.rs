@@ -241,7 +241,7 @@ impl<R: FdlUser> Active<R> {
     /// list. Outside the ring there may be no other master: two tokens to itself announce a new ring.
     pub(super) fn claim(&mut self, now: BitTime, due: BitTime) -> Option<Transmit<'_>> {
         if core::mem::take(&mut self.duplicate.yielded) {
-            // free choice: the other station with our address gets one more T_TO, so that it claims first.
+            // chosen: the other station with our address gets one more T_TO, so that it claims first.
             self.duplicate.heard = 0;
             self.busy_until = due;
             return None;

@@ -74,7 +74,7 @@ impl<R: FdlUser> Active<R> {
 
     /// Ends the messages of this visit: at most one address of the GAP, then the token.
     ///
-    /// free choice: the station asks the GAP even after the hold time, so that a busy ring does not keep newcomers out.
+    /// chosen: the station asks the GAP even after the hold time, so that a busy ring does not keep newcomers out.
     fn end_visit(&mut self, now: BitTime, not_before: BitTime) -> Option<Transmit<'_>> {
         let over = core::mem::replace(&mut self.visit.phase, VisitPhase::Over) == VisitPhase::Over;
         match if over { None } else { self.gap.next_address(now, self.las.next()) } {

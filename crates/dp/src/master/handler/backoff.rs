@@ -3,7 +3,7 @@
 //! After the first failure there is no pause. Each further failure doubles the pause, from [`Settings::pause_min_tbit`] to
 //! [`Settings::pause_max_tbit`], where it stays: the master never gives a slave up. Only a data exchange that lasted longer
 //! than the longest pause resets it, so a slave that leaves data exchange every time is also started more and more slowly.
-//! free choice: the reference says "slow retry" (profibus-wire 3.10).
+//! chosen: the reference says "slow retry" (profibus-wire 3.10).
 
 use super::super::parameters::Settings;
 use crate::link::BitTime;

@@ -102,7 +102,7 @@ impl<const OCTETS: usize> Handler<OCTETS> {
 
     /// The reason why this master must not parameterise the slave: another master owns it, or it is another device.
     ///
-    /// free choice: the master does not try a wrong ident number. The slave would refuse it, but only after its outputs became
+    /// chosen: the master does not try a wrong ident number. The slave would refuse it, but only after its outputs became
     /// safe.
     fn foreign_reason(&self, diag: &SlaveDiag<'_>, address: u8) -> Option<ExchangeError> {
         match (diag.master_add, diag.ident) {

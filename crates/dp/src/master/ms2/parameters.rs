@@ -31,7 +31,7 @@ pub struct Ms2Parameters {
 impl Ms2Parameters {
     /// Read and Write, no profile; 5 s for everything.
     ///
-    /// free choice: Send_Timeout is longer than the 4 s that slaves require at the slow rates (profibus-wire 4.6.2), polls
+    /// chosen: Send_Timeout is longer than the 4 s that slaves require at the slow rates (profibus-wire 4.6.2), polls
     /// are a millisecond apart, and RR or UE are accepted ten times.
     #[must_use]
     pub const fn new(baud: Baud) -> Self {

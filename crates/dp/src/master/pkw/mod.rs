@@ -78,7 +78,7 @@ pub struct PkwParameters {
 impl PkwParameters {
     /// A gauge whose telegrams begin with the channel, as all gauges of this project do.
     ///
-    /// free choice: 1000 exchanges, a few seconds on a slow bus; no manual gives a time.
+    /// chosen: 1000 exchanges, a few seconds on a slow bus; no manual gives a time.
     pub const GAUGE: Self = Self { outputs_at: 0, inputs_at: 0, cycles: 1000, byte_ak: WRITE_BYTE };
 
     /// The controllers with an IF300P or IF301P.

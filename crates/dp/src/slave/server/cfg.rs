@@ -30,7 +30,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// Outputs are safe until the first exchange, also where another configuration replaces the present one: the images of
     /// the old configuration have no meaning in the new one.
     fn begin_exchange(&mut self, owner: Owner, lengths: Lengths) {
-        // free choice: the slave announces an event that exists already, for a master that does not read the diagnosis first.
+        // chosen: the slave announces an event that exists already, for a master that does not read the diagnosis first.
         let diag_flag = self.device.diagnosis().event;
         self.enter(SlaveState::DataExch(owner, ExchangeState { lengths, sync: false, freeze: false, diag_flag }));
     }

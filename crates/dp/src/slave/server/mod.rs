@@ -128,7 +128,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         Reply::ShortAck
     }
 
-    /// free choice: MS2 connections end with the address.
+    /// chosen: MS2 connections end with the address.
     pub(super) fn close_connections(&mut self) {
         self.ms2.iter_mut().for_each(Connection::close);
     }

@@ -33,7 +33,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
                 self.ms1.refuse(function, Dpv1Error::TYPE_CONFLICT);
             }
             // The slave never has an alarm pending, so an acknowledgement is wrong; MS1 does not have the other functions.
-            // Both end the relation: profibus-wire 10, point 19. free choice: the slave acknowledges the telegram itself.
+            // Both end the relation: profibus-wire 10, point 19. chosen: the slave acknowledges the telegram itself.
             Ok(
                 Request::AlarmAck(_)
                 | Request::Idle(_)

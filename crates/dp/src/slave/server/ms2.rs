@@ -22,7 +22,7 @@ const FIRST_SAP: u8 = 48;
 const SEND_TIMEOUT_UNIT_MS: u64 = 10;
 
 /// The longest Initiate that the resource manager accepts: Max_Initiate_PDU_Length of the GSD file. profibus-wire 4.6.3.
-// free choice: the length that PA devices declare.
+// chosen: the length that PA devices declare.
 pub const MAX_INITIATE_PDU: u8 = 52;
 
 /// One connection, or room for one.
@@ -134,7 +134,7 @@ impl Connection {
         if end.network.is_some() {
             self.abort(state, AbortReason::INVALID_ADDRESS, now);
         } else if (end.api, end.scl) != (0, 0) {
-            // free choice of the code, as below
+            // chosen code, as below
             self.refuse(state, ErrorCode::INVALID_PARAMETER, now);
         } else if features & Capabilities::DPV1_RW == 0 {
             self.refuse(state, ErrorCode::FEATURE_NOT_SUPPORTED, now);

@@ -6,7 +6,7 @@ use crate::slave::{Device, Fault, Owner, SlaveState, Watchdog};
 use profivac_wire::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3, PrmStatus, SetPrm};
 
 /// The bits of DPV1_Status_1 that a slave of this project refuses: the reserved ones.
-/// free choice: the publisher mode of DP-V2 as well.
+/// chosen: the publisher mode of DP-V2 as well.
 const DPV1_STATUS_1_REFUSED: Dpv1Status1 = Dpv1Status1::RESERVED.union(Dpv1Status1::PUBLISHER_ENABLE);
 
 /// The base of the watchdog factors in milliseconds, without and with WD_Base_1ms.
@@ -81,7 +81,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         Watchdog { period_tbit, deadline: self.now + period_tbit }
     }
 
-    /// 0 keeps the present value; a value below 11 is raised to 11. free choice: a value above max T_SDR is lowered to it,
+    /// 0 keeps the present value; a value below 11 is raised to 11. chosen: a value above max T_SDR is lowered to it,
     /// since the slave declares never to answer later.
     fn set_min_tsdr(&mut self, min_tsdr: u8) {
         if min_tsdr != 0 {
@@ -100,7 +100,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
 /// DPV1_Status_1, and whether a DP-V1 slave accepts the three octets: all absent, or without reserved bits. It refuses one
 /// or two octets (profibus-wire 10, point 37).
 ///
-/// free choice: it accepts the other bits of the second and third octet, although it has no alarms, isochronous mode or
+/// chosen: it accepts the other bits of the second and third octet, although it has no alarms, isochronous mode or
 /// PrmCmd: profibus-wire 2.4 refuses reserved bits only, and masters set Prm_Structure for DP-V1 slaves. The device gets the
 /// octets and may refuse them.
 fn dpv1_status(user: &[u8]) -> (Dpv1Status1, bool) {

@@ -7,10 +7,10 @@ use super::{
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
 
-/// The largest block that is read: 16 MiB. free choice: the limit of libpcap; a telegram has at most 255 octets.
+/// The largest block that is read: 16 MiB. chosen: the limit of libpcap; a telegram has at most 255 octets.
 const LARGEST: u32 = 1 << 24;
 
-/// The most interfaces of a section. free choice: a capture has one for each captured line.
+/// The most interfaces of a section. chosen: a capture has one for each captured line.
 const MOST_INTERFACES: usize = 1 << 12;
 
 /// Octets of a block beside its body: type and length before, length after.

@@ -1385,7 +1385,7 @@ export interface components {
          * @description The action of an audit entry.
          * @enum {string}
          */
-        AuditAction: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup";
+        AuditAction: "execute" | "outcome" | "refused" | "disarmed" | "control-authority" | "acknowledged" | "shelved" | "unshelved" | "taken-out-of-service" | "returned-to-service" | "alarm-settings" | "plant-state-declared" | "plant-state-extended" | "plant-state-ended" | "backup" | "file-changed";
         /** @description An entry of the audit trail. */
         AuditEntry: {
             /** @description The action. */

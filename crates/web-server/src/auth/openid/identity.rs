@@ -12,7 +12,7 @@ use unicode_security::{RestrictionLevel, RestrictionLevelDetection};
 /// What the names of these users begin with. No user of the file is called so: names there have no colon.
 pub const NAME_PREFIX: &str = "openid:";
 
-/// The most characters of a name at the provider. free choice: an e-mail address of usual length.
+/// The most characters of a name at the provider. chosen: an e-mail address of usual length.
 const MAX_NAME: usize = 64;
 
 /// The longest `sub` (OpenID Connect Core 1.0, 2).

@@ -18,7 +18,7 @@ use ring::signature::{
 use serde::Deserialize;
 use serde_json::Value;
 
-/// The most keys of a provider that are considered. free choice: providers have two or three.
+/// The most keys of a provider that are considered. chosen: providers have two or three.
 const MAX_KEYS: usize = 32;
 
 /// A signature algorithm that the station knows.

@@ -9,10 +9,10 @@ use std::collections::HashMap;
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
-/// A login must return within this time. free choice: enough for a second factor.
+/// A login must return within this time. chosen: enough for a second factor.
 pub const LIFETIME: Duration = Duration::from_secs(10 * 60);
 
-/// The most pending logins. free choice: more than a group has computers.
+/// The most pending logins. chosen: more than a group has computers.
 const MAX_PENDING: usize = 512;
 
 /// The secrets of a login that has begun.

@@ -42,19 +42,19 @@ use tokio_rustls::rustls;
 /// The page of the dashboard to which the provider sends the browser back.
 pub const RETURN_PATH: &str = "/openid";
 
-/// The most octets of an answer. free choice: some times what providers send.
+/// The most octets of an answer. chosen: some times what providers send.
 const MAX_ANSWER: usize = 256 << 10;
 
-/// Description and keys are read again when they are older. free choice: a withdrawn key is refused after an hour.
+/// Description and keys are read again when they are older. chosen: a withdrawn key is refused after an hour.
 const MAX_AGE: Duration = Duration::from_secs(3600);
 
-/// The keys are read again for a token with an unknown key, this many times at once and then once in [`RELOAD_PERIOD`]. free choice.
+/// The keys are read again for a token with an unknown key, this many times at once and then once in [`RELOAD_PERIOD`]. chosen.
 const RELOADS: u32 = 3;
 
 /// See [`RELOADS`].
 const RELOAD_PERIOD: Duration = Duration::from_secs(60);
 
-/// The most steps of logins at the same time. free choice.
+/// The most steps of logins at the same time. chosen.
 const MAX_STEPS: usize = 8;
 
 /// The most look-ups of a host name at the same time. Each holds a thread until the resolver gives up, also after a time-out.

@@ -5,7 +5,7 @@ use std::fmt;
 use std::time::Duration;
 use tokio_rustls::rustls::pki_types::CertificateDer;
 
-/// The longest time for all requests of one step of a login. free choice: a provider that takes longer is not usable.
+/// The longest time for all requests of one step of a login. chosen: a provider that takes longer is not usable.
 pub const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The secret of the station at the provider, which is never shown.

@@ -8,10 +8,10 @@ use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// The clocks of provider and station may differ by this, in seconds. free choice: computers without NTP are off by less.
+/// The clocks of provider and station may differ by this, in seconds. chosen: computers without NTP are off by less.
 const CLOCK_SKEW_S: f64 = 60.0;
 
-/// The longest ID token, in octets. free choice: Entra ID lists up to 200 groups, each with 36 characters.
+/// The longest ID token, in octets. chosen: Entra ID lists up to 200 groups, each with 36 characters.
 const MAX_TOKEN: usize = 32 << 10;
 
 /// The most characters of a value that an error repeats.
