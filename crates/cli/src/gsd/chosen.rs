@@ -1,6 +1,6 @@
 //! `gsd show --modules`: the octets of Set_Prm and Chk_Cfg for chosen modules and parameters, and what each octet of the data is.
 
-use super::file::hex;
+use profivac_client::values::hex;
 use profivac_gsd::{Configuration, Place};
 use profivac_gsd_slave::{Direction, GsdSlave, ModuleData};
 use serde::Serialize;

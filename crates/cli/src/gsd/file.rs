@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::gsd_slaves;
 use crate::output::{json, notice, out, visible};
 use clap::{Args, Subcommand};
+use profivac_client::values::hex;
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
 };
@@ -418,10 +419,6 @@ fn text(place: String, words: &profivac_gsd::Words) -> ShownText {
 /// Octets as text, nothing for none.
 fn octets(octets: &[u8]) -> Option<String> {
     (!octets.is_empty()).then(|| hex(octets))
-}
-
-pub fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

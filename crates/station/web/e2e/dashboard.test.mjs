@@ -768,7 +768,9 @@ test('times are typed and shown as 2026-01-31 14:03:22 in every language', async
 })
 
 test('times are those of the time zone of the browser', async () => {
-  const event = (await plant.json('/api/events?from=0&to=4102444800000')).find(({ text }) => text === 'the station starts')
+  const event = (await plant.json('/api/events?from=0&to=4102444800000')).find(
+    ({ text }) => text === 'the station starts',
+  )
   for (const timezoneId of ['Asia/Tokyo', 'America/St_Johns']) {
     const look = async (page) => {
       const row = page.locator('.events tbody tr', { hasText: event.text }).last()

@@ -5,7 +5,14 @@ import { test } from 'node:test'
 import { snapshotOf } from '../dist/test/lib/merge.js'
 import { pointText } from '../dist/test/lib/points.js'
 
-const point = (text, quality = 'valid') => ({ target: 'speed', name: 'slot 1', unit: 'Hz', number: 1000, text, quality })
+const point = (text, quality = 'valid') => ({
+  target: 'speed',
+  name: 'slot 1',
+  unit: 'Hz',
+  number: 1000,
+  text,
+  quality,
+})
 
 test('a point has its text with the unit, and none once it is stale', () => {
   assert.equal(pointText(point('1000 Hz'), false), '1000 Hz')

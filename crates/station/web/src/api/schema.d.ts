@@ -1652,7 +1652,7 @@ export interface components {
          * @description The kind of the condition of an alarm.
          * @enum {string}
          */
-        ConditionKind: "above" | "below" | "rise" | "several" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
+        ConditionKind: "above" | "below" | "rise" | "several" | "point" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
         /** @description A condition of a command, and whether it is met. */
         ConditionView: {
             /** @description The expected state. */
@@ -2131,24 +2131,6 @@ export interface components {
             };
             /** @description What happens, the latest sentence first. Only a demonstration tells a story. */
             story: components["schemas"]["StorySentence"][];
-        };
-        /** @description A point of a slave in the live stream. */
-        LivePoint: {
-            /** @description Its name. */
-            name: string;
-            /**
-             * Format: double
-             * @description The number; `null` without a value.
-             */
-            number: number | null;
-            /** @description Its place in the inputs. */
-            place: string;
-            /** @description The quality: `valid`, `fault`, `stale`. */
-            quality: string;
-            /** @description The value in words, with its unit. */
-            text: string;
-            /** @description The unit of its number. */
-            unit: string | null;
         };
         /** @description Name and password of a user. */
         Login: {
@@ -2864,7 +2846,10 @@ export interface components {
             directory_revision: number;
             /** @description The names of the gauges in the order of the station's file. */
             gauge_order: string[];
-            /** @description Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms` and `parameters`. */
+            /**
+             * @description Its gauges with their readings, by name: pressures with five digits, ages in whole seconds, without `read_ms`, and with
+             *     `parameters` of slaves only, which are their points.
+             */
             gauges: {
                 [key: string]: components["schemas"]["Gauge"];
             };
@@ -3129,7 +3114,7 @@ export interface components {
              */
             number: number | null;
             /** @description The quality: `valid`; `stale` without a value; `fault` for a point whose number is bad. */
-            quality: string;
+            quality: components["schemas"]["Quality"];
             /**
              * Format: int64
              * @description When it was read, in milliseconds since 1970.

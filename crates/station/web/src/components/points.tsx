@@ -25,7 +25,11 @@ function PointValue({ point, stale }: { point: Point; stale: boolean }): JSX.Ele
   return (
     <>
       <dt title={point.name}>{point.target}</dt>
-      <dd class={text === null ? 'no-pressure stale' : undefined} data-point={point.target} data-quality={point.quality}>
+      <dd
+        class={text === null ? 'no-pressure stale' : undefined}
+        data-point={point.target}
+        data-quality={point.quality}
+      >
         {text ?? t.common.noData}
       </dd>
     </>
