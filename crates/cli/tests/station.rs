@@ -296,13 +296,20 @@ fn the_dashboard_of_the_demonstration_shows_all_devices() {
     assert!(get(address, "/").contains("<div id=\"app\">"));
 }
 
+/// A segment in memory with one gauge, as the file of a station has it.
+fn one_gauge(port: &str) -> String {
+    format!(
+        "[[segment]]\nname = \"a\"\nport = {port:?}\n[[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n"
+    )
+}
+
 /// A station with a gateway for Prometheus on an address that a listener of this test has.
 fn taken_address() -> (Folder, String, TcpListener) {
-    let folder = Folder::new();
+    let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
-    fs::write(&file, format!("[prometheus]\nlisten = \"{address}\"\n")).unwrap();
+    private(&file, &format!("{}[prometheus]\nlisten = \"{address}\"\n", one_gauge(&port)));
     (folder, file, listener)
 }
 
@@ -323,9 +330,11 @@ fn a_gateway_whose_address_is_taken_is_a_notice_and_an_event_and_the_station_goe
 
 #[test]
 fn a_dashboard_whose_address_is_taken_is_a_notice() {
-    let (_folder, file, listener) = taken_address();
+    let (folder, port) = memory_segment();
+    let file = folder.name("plant.toml");
+    private(&file, &one_gauge(&port));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let listen = listener.local_addr().unwrap().to_string();
-    fs::write(&file, "").unwrap();
     let station = Program::start(&["run", &file, "--listen", &listen]);
     let complaint = station.complaint();
     assert!(complaint.contains(&format!("the dashboard does not run: cannot listen on {listen}")), "{complaint}");
@@ -348,10 +357,8 @@ fn the_check_tries_the_addresses_unless_a_station_runs_on_the_database() {
 fn a_limit_and_a_gauge_that_change_in_the_file_are_events_and_rows_of_the_audit_trail() {
     let (folder, port) = memory_segment();
     let file = folder.name("plant.toml");
-    let text = format!(
-        "[[segment]]\nname = \"a\"\nport = {port:?}\n[[segment.gauge]]\nname = \"chamber\"\naddress = 5\n\
-         device = \"bcg450\"\n[[alarm]]\nname = \"too high\"\ngauge = \"chamber\"\nabove = \"1e-3 mbar\"\n"
-    );
+    let text =
+        format!("{}[[alarm]]\nname = \"too high\"\ngauge = \"chamber\"\nabove = \"1e-3 mbar\"\n", one_gauge(&port));
     fs::write(&file, &text).unwrap();
     let station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     let url = station.ready();
@@ -359,9 +366,9 @@ fn a_limit_and_a_gauge_that_change_in_the_file_are_events_and_rows_of_the_audit_
     fs::write(&file, text.replace("1e-3 mbar", "2e-3 mbar").replace("address = 5\n", "address = 5\npoll = \"1 s\"\n"))
         .unwrap();
     station.hang_up();
-    let events = until(address, "/api/events", "the file changes segment");
+    let events = until(address, "/api/events?from=0&to=4102444800000", "the file changes segment");
     assert!(events.contains("the file changes alarm \\\"too high\\\" above"), "{events}");
-    let audit = until(address, "/api/audit", "\"target\":\"segment \\\"a\\\" gauge");
+    let audit = until(address, "/api/audit?from=0&to=4102444800000", "\"target\":\"segment \\\"a\\\" gauge");
     let row =
         "\"target\":\"alarm \\\"too high\\\" above\",\"before\":\"\\\"1e-3 mbar\\\"\",\"after\":\"\\\"2e-3 mbar\\\"\"";
     assert!(audit.contains(row) && audit.contains("\"user\":\"file\""), "{audit}");
