@@ -94,14 +94,14 @@ pub struct Console {
     stdin: io::Stdin,
     /// Whether standard input has not ended.
     open: bool,
-    partial_line: Vec<u8>,
+    partial_line: PartialLine,
     signals: Signals,
 }
 
 impl Console {
     /// Opens standard input and catches signals.
     pub fn open() -> io::Result<Self> {
-        Ok(Self { stdin: io::stdin(), open: true, partial_line: Vec::new(), signals: Signals::catch()? })
+        Ok(Self { stdin: io::stdin(), open: true, partial_line: PartialLine::default(), signals: Signals::catch()? })
     }
 
     /// The descriptors to wait for.
@@ -126,23 +126,47 @@ impl Console {
         let mut buffer = [0; MAX_LINE];
         match rustix::io::read(&self.stdin, &mut buffer) {
             Ok(0) => self.open = false,
-            Ok(length) => self.partial_line.extend(buffer.iter().take(length)),
+            Ok(length) => self.partial_line.push(buffer.get(..length).unwrap_or(&buffer), input),
             Err(Errno::INTR | Errno::AGAIN) => {}
             Err(_) => self.open = false,
         }
-        lines(&mut self.partial_line, input);
-        // The last line may lack a line end.
-        if (!self.open && !self.partial_line.is_empty()) || self.partial_line.len() > MAX_LINE {
-            input.push(line(&std::mem::take(&mut self.partial_line)));
+        if !self.open {
+            self.partial_line.end(input);
         }
     }
 }
 
-/// Removes the complete lines from `partial`.
-fn lines(partial: &mut Vec<u8>, input: &mut Vec<Input>) {
-    while let Some(end) = partial.iter().position(|octet| *octet == b'\n') {
-        let complete: Vec<u8> = partial.drain(..=end).collect();
-        input.push(line(&complete));
+/// The beginning of a line that has not ended.
+#[derive(Debug, Default)]
+struct PartialLine {
+    octets: Vec<u8>,
+    /// The line is too long and was passed on as far as it was read: the rest of it is no line of its own.
+    is_too_long: bool,
+}
+
+impl PartialLine {
+    /// Takes octets, and passes on the lines that have ended.
+    fn push(&mut self, octets: &[u8], input: &mut Vec<Input>) {
+        self.octets.extend(octets);
+        while let Some(end) = self.octets.iter().position(|octet| *octet == b'\n') {
+            let complete: Vec<u8> = self.octets.drain(..=end).collect();
+            if !std::mem::take(&mut self.is_too_long) {
+                input.push(line(&complete));
+            }
+        }
+        if self.is_too_long {
+            self.octets.clear();
+        } else if self.octets.len() > MAX_LINE {
+            input.push(line(&std::mem::take(&mut self.octets)));
+            self.is_too_long = true;
+        }
+    }
+
+    /// Passes on the last line, which may lack a line end.
+    fn end(&mut self, input: &mut Vec<Input>) {
+        if !self.octets.is_empty() {
+            input.push(line(&std::mem::take(&mut self.octets)));
+        }
     }
 }
 
@@ -156,10 +180,22 @@ mod tests {
 
     #[test]
     fn complete_lines_are_taken_and_a_partial_line_stays() {
-        let mut partial = b"state 5\r\n\nqui".to_vec();
-        let mut input = Vec::new();
-        lines(&mut partial, &mut input);
+        let (mut partial, mut input) = (PartialLine::default(), Vec::new());
+        partial.push(b"state 5\r\n\nqui", &mut input);
         assert_eq!(input, [Input::Line("state 5".to_owned()), Input::Line(String::new())]);
-        assert_eq!(partial, b"qui");
+        partial.end(&mut input);
+        assert_eq!(input.last(), Some(&Input::Line("qui".to_owned())));
+    }
+
+    #[test]
+    fn the_rest_of_a_line_that_is_too_long_is_no_line() {
+        let (mut partial, mut input) = (PartialLine::default(), Vec::new());
+        partial.push(&[b'A'; MAX_LINE], &mut input);
+        assert_eq!(input, []);
+        for octets in [&[b'A'; MAX_LINE], &[b'B'; MAX_LINE]] {
+            partial.push(octets, &mut input);
+        }
+        partial.push(b"power 9 off\nstate 9\n", &mut input);
+        assert_eq!(input, [Input::Line("A".repeat(2 * MAX_LINE)), Input::Line("state 9".to_owned())]);
     }
 }

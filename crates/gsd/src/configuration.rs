@@ -149,6 +149,15 @@ pub enum ConfigurationError {
         /// Its slot; none if the slots of the file say where it may be.
         slot: Option<u32>,
     },
+    /// The station has no slot with this number.
+    NoSlot {
+        /// The number.
+        slot: u32,
+        /// The slots that it has by Max_Module; those of a SlotDefinition are slots too.
+        first: u32,
+        /// The last one.
+        last: u32,
+    },
     /// Two modules in one slot.
     SlotTwice {
         /// The number of the slot.
@@ -190,6 +199,9 @@ impl fmt::Display for ConfigurationError {
                 write!(f, "{module} is always plugged, in slot {slot}; put it there")
             }
             Self::Fixed { module, slot: None } => write!(f, "{module} is always plugged; add it to the modules"),
+            Self::NoSlot { slot, first, last } => {
+                write!(f, "the station has no slot {slot}; by Max_Module it has the slots {first} to {last}")
+            }
             Self::SlotTwice { slot } => write!(f, "two modules in slot {slot}; put one into another slot"),
             Self::SlotNumber { slot, module, possible } => {
                 write!(f, "{module} sends the number of its slot, which cannot be {slot}; possible are {possible}")
@@ -376,10 +388,21 @@ impl<'a> Configuration<'a> {
         if given > most {
             return Err(ConfigurationError::TooManyModules { given, most });
         }
+        self.check_slots_exist(most)?;
         self.check_fixed()?;
         self.check_slots()?;
         self.check_slot_numbers()?;
         self.check_lengths()
+    }
+
+    fn check_slots_exist(&self, most: usize) -> Result<(), ConfigurationError> {
+        let first = first_slot(self.device);
+        let last = first.saturating_add(u32::try_from(most).unwrap_or(u32::MAX)).saturating_sub(1);
+        let exists = |slot: &u32| (first..=last).contains(slot) || self.device.slots.contains_key(slot);
+        match self.plugged.iter().map(|plugged| plugged.slot).find(|slot| !exists(slot)) {
+            Some(slot) => Err(ConfigurationError::NoSlot { slot, first, last }),
+            None => Ok(()),
+        }
     }
 
     fn check_fixed(&self) -> Result<(), ConfigurationError> {

@@ -149,6 +149,23 @@ fn modules_are_in_the_slots_that_are_given_and_slots_may_be_free() {
 }
 
 #[test]
+fn slots_end_with_max_module_unless_the_file_defines_more() {
+    let of = |definition: &str, slot: u32| {
+        let file = file(&format!("Modular_Station=1\nMax_Module=2\n{definition}Module=\"in\" 0x10\n1\nEndModule"));
+        let modules = file.device().modules.iter().map(|module| (slot, module));
+        Configuration::in_slots(file.device(), modules).map(|one| one.chk_cfg()).map_err(|error| error.to_string())
+    };
+    for slot in [1, 2] {
+        assert_eq!(of("", slot), Ok(vec![0x10]));
+    }
+    for slot in [0, 3] {
+        let error = format!("the station has no slot {slot}; by Max_Module it has the slots 1 to 2");
+        assert_eq!(of("", slot), Err(error));
+    }
+    assert_eq!(of("SlotDefinition\nSlot(9)=\"ninth\" 1 1\nEndSlotDefinition\n", 9), Ok(vec![0x10]));
+}
+
+#[test]
 fn a_configuration_with_a_module_for_safety_says_that_its_octets_lack_parameters() {
     let safe = "Module=\"safe\" 0x30\n20\nF_Ext_Module_Prm_Data_Len=1\nF_Ext_User_Prm_Data_Const(0)=5\nEndModule";
     let file = modular(safe);

@@ -137,6 +137,11 @@ fn a_name_that_occurs_several_times_asks_for_slot_and_offset() {
         configuration.set(Target { name: "Limit", place: Some(Place::Slot(2)), offset: None, bit: None }, "1"),
         Ok(())
     );
+    let elsewhere = Target { name: "Limit", place: Some(Place::Slot(1)), ..Target::default() };
+    assert_eq!(
+        configuration.set(elsewhere, "1").expect_err("no such place").to_string(),
+        "Limit is not at this place; it is at the station offset 0, the station offset 2, slot 2 offset 1"
+    );
     let station = Target { name: "Limit", place: Some(Place::Station), offset: Some(2), bit: None };
     assert_eq!(configuration.set(station, "2"), Ok(()));
     assert_eq!(configuration.user_prm(), Ok(vec![0xFF, 0xFE, 0, 2, 0xA0, 0, 1]));

@@ -5,7 +5,7 @@ use crate::bus;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
 use crate::gsd_slaves::{GsdOptions, Wanted, selection};
-use crate::output::visible;
+use crate::output::{notice, visible};
 use crate::values::{self, Octets, ValueError};
 use clap::Args;
 use profivac_client::identify::device_names;
@@ -79,6 +79,7 @@ impl GsdSlaves {
         }
         for plan in plans.iter_mut() {
             plan.outputs.clone_from(&choices.outputs);
+            plan.chosen = choices.modules.keys().chain(choices.changes.keys()).copied().collect();
         }
         if !self.files.is_given() {
             return Ok(());
@@ -131,6 +132,11 @@ fn find(
     let is_gauge = !device_names(status.ident).is_empty();
     let is_known = !is_gauge && !catalog.by_ident(status.ident).is_empty();
     let is_owned = status.owner.is_some_and(|owner| owner != master);
+    if is_owned && choices.is_about(address) {
+        notice(&format_args!(
+            "the slave at address {address} belongs to another master: it is read, and --modules, --set and --outputs are not used"
+        ));
+    }
     if is_owned || !(is_known || choices.is_about(address)) {
         return Ok(None);
     }

@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long)]
     own: bool,
     /// The user parameters of slaves that are no known devices, in hex, from their GSD files; default: none
-    #[arg(long, value_name = "HEX", value_parser = values::octets)]
+    #[arg(long, value_name = "HEX", value_parser = values::octets, conflicts_with = "paths")]
     prm: Option<Octets>,
     #[command(flatten)]
     gsd: GsdSlaves,
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn announce(arguments: &Arguments, is_screen: bool) -> Result<(), Failure> {
     match (arguments.own, is_screen) {
         (true, _) => {}
-        (false, true) => notice(&"the slaves are parameterised now, keep their units, and are unlocked at the end"),
+        (false, true) => notice(&"the slaves will be parameterised, keep their units, and are unlocked at the end"),
         (false, false) => {
             return Err(Failure::usage(
                 "monitor parameterises the slaves and takes ownership of them; without a terminal add --own",

@@ -23,6 +23,8 @@ pub struct Plan {
     pub outputs: BTreeMap<u8, Vec<u8>>,
     /// The slaves that the command owns by their GSD files.
     pub by_gsd: BTreeMap<u8, OwnedByGsd>,
+    /// The addresses of --modules and --set.
+    pub chosen: Vec<u8>,
     /// The GSD files, which describe slaves of other masters too.
     pub files: Files,
 }
@@ -56,6 +58,7 @@ impl Arguments {
                     user_prm: self.user_prm(),
                     outputs: BTreeMap::new(),
                     by_gsd: BTreeMap::new(),
+                    chosen: Vec::new(),
                     files: Files::default(),
                 }]
             }
@@ -82,6 +85,7 @@ impl Arguments {
             user_prm: self.user_prm(),
             outputs: BTreeMap::new(),
             by_gsd: BTreeMap::new(),
+            chosen: Vec::new(),
             files: Files::default(),
         };
         let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();

@@ -95,6 +95,9 @@ impl MonitoredSlave {
                 let cfg = bus::present_cfg(session, address)?;
                 let cfg = cfg.ok_or_else(|| Failure::refused(without_configuration(address, ident)))?;
                 let described = described(plan, ident, &cfg);
+                if described.is_known() || plan.chosen.contains(&address) {
+                    return Err(Failure::refused(released(address)));
+                }
                 let outputs = outputs_of_unknown(plan, address, &cfg)?;
                 let access = Access::Exchange { cfg, user_prm: plan.user_prm.clone(), outputs };
                 Ok(Self::Unknown(UnknownSlave { address, ident, access, described }))
@@ -254,6 +257,15 @@ impl UnknownSlave {
     }
 }
 
+/// The slave belonged to another master when its GSD file was read, and has no master now. It must not get parameters that are not those
+/// of its file.
+fn released(address: u8) -> String {
+    format!(
+        "the master of the slave at address {address} has released it while the command started; nothing was sent; look whether that master \
+         comes back, then run the command again"
+    )
+}
+
 /// A slave in the words of the GSD files.
 fn described(plan: &Plan, ident: u16, cfg: &[u8]) -> Described {
     let mut described = Described::new(plan.files.clone());
@@ -330,4 +342,47 @@ fn without_configuration(address: u8, ident: u16) -> String {
         "the slave at address {address} has the ident number 0x{ident:04X}, which no known device has, and does not answer \
          Get_Cfg; without its configuration its inputs cannot be shown"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test")]
+
+    use super::*;
+    use crate::bus::{BusOptions, MasterOptions};
+    use profivac_dp::link::Baud;
+    use profivac_explain::gsd::Files;
+    use profivac_gsd::GsdFile;
+    use std::collections::BTreeMap;
+    use std::fs;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    /// A slave that had a master when its GSD file was read, and has none now.
+    #[test]
+    fn a_released_slave_of_a_gsd_file_does_not_get_other_parameters() {
+        let folder = tempfile::tempdir().unwrap();
+        let gsd = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/support/gsd/pressure.gsd"));
+        fs::copy(gsd, folder.path().join("pressure.gsd")).unwrap();
+        let file = folder.path().join("bus.toml");
+        fs::write(&file, "devices = [\"pressure.gsd@9\"]\n").unwrap();
+        let line = MasterOptions::new(Baud::B19200, 0, 126);
+        let find = |files: Files, chosen: Vec<u8>| {
+            let bus = BusOptions::new(&format!("sim:{}", file.display()), &line);
+            let (outputs, by_gsd) = (BTreeMap::new(), BTreeMap::new());
+            let plan =
+                Plan { name: None, bus, addresses: vec![9], user_prm: Vec::new(), outputs, by_gsd, chosen, files };
+            let mut session = plan.bus.open().unwrap();
+            MonitoredSlave::find(&mut session, 9, &plan).map(|slave| slave.is_owned())
+        };
+        assert!(
+            find(Files::default(), Vec::new()).is_ok_and(|is_owned| is_owned),
+            "without a file its octets are enough"
+        );
+        let files = Files::new([Arc::new(GsdFile::read(&fs::read(gsd).unwrap()))]);
+        for (files, chosen) in [(files, Vec::new()), (Files::default(), vec![9])] {
+            let failure = find(files, chosen).err().map(|failure| failure.to_string()).unwrap_or_default();
+            assert!(failure.contains("has released it while the command started"), "{failure}");
+        }
+    }
 }

@@ -86,6 +86,13 @@ pub enum PrmError {
         /// The parameters that can be changed there.
         possible: String,
     },
+    /// The parameter is in other places only.
+    Elsewhere {
+        /// The name.
+        name: String,
+        /// Its places.
+        possible: String,
+    },
     /// Several parameters have this name.
     Ambiguous {
         /// The name.
@@ -136,6 +143,7 @@ impl fmt::Display for PrmError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unknown { name, possible } => write!(f, "no parameter {name}; there are {possible}"),
+            Self::Elsewhere { name, possible } => write!(f, "{name} is not at this place; it is at {possible}"),
             Self::Ambiguous { name, possible } => {
                 write!(f, "several parameters {name}; say slot, offset and first bit: {possible}")
             }
@@ -271,6 +279,13 @@ impl<'a> Configuration<'a> {
         let found: Vec<_> = all.iter().filter(|one| one.parameter.name == name && there(one)).copied().collect();
         match found.as_slice() {
             [only] => Ok(*only),
+            [] if all.iter().any(|one| one.parameter.name == name) => {
+                let same = all.iter().filter(|one| one.parameter.name == name);
+                Err(PrmError::Elsewhere {
+                    name: name.to_owned(),
+                    possible: words::list(same.map(PlacedParameter::words)),
+                })
+            }
             [] => {
                 let possible: std::collections::BTreeSet<_> =
                     all.iter().map(|one| one.parameter.name.clone()).collect();

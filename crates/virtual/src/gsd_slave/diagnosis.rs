@@ -18,6 +18,9 @@ const CHANNEL_BLOCK: u8 = 0x80;
 /// A DP-V1 block without further meaning: a status message of slot 0. profibus-wire 2.3.2.
 const STATUS_MESSAGE: [u8; 3] = [0x81, 0, 0];
 
+/// The type of a channel of one bit, in the upper bits of its error.
+const CHANNEL_IS_BIT: u8 = 1 << 5;
+
 /// An error of a channel, as its block has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ChannelError {
@@ -175,9 +178,9 @@ impl Reported {
 }
 
 impl ChannelError {
-    /// chosen: the organisation of the channel is 0, because no file says it.
+    /// chosen: the channel is a bit, because no file says how wide it is and 0 is reserved (profibus-wire 2.3.2).
     fn octets(&self) -> [u8; 3] {
-        [CHANNEL_BLOCK | self.identifier, self.direction << 6 | self.channel, self.error]
+        [CHANNEL_BLOCK | self.identifier, self.direction << 6 | self.channel, CHANNEL_IS_BIT | self.error]
     }
 
     fn words(&self, plan: &Plan) -> String {

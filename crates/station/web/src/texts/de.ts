@@ -1061,7 +1061,7 @@ export const de: Texts = {
     running: 'läuft',
     starting: 'läuft an',
     failed: (problem) => `läuft nicht, versucht es wieder: ${problem}`,
-    stopped: (names) => `${names} läuft nicht`,
+    stopped: (names) => `läuft nicht: ${names}`,
   },
 
   archive: {

@@ -1078,7 +1078,7 @@ export const en = {
     running: 'running',
     starting: 'starting',
     failed: (problem: string) => `does not run, tries again: ${problem}`,
-    stopped: (names: string) => `${names} does not run`,
+    stopped: (names: string) => `not running: ${names}`,
   },
 
   archive: {
