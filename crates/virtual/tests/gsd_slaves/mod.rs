@@ -170,9 +170,9 @@ fn a_channel_error_has_its_identifier_and_its_direction() {
     let text = order(&mut rig.slave, "channel-error 2 3 short circuit on").unwrap();
     assert_eq!(text, "slot 2 channel 3: Short circuit");
     // Identifier 1 of two, an input.
-    assert_eq!(rig.diag(), "08 04 00 02 F0 01 42 02 81 43 01");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 01 42 02 81 43 21");
     order(&mut rig.slave, "channel-error 1 0 6 on").unwrap();
-    assert_eq!(rig.diag(), "08 04 00 02 F0 01 42 03 80 80 26 81 43 01");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 01 42 03 80 80 26 81 43 21");
     let refused = order(&mut rig.slave, "channel-error 1 0 burnt on").unwrap_err().to_string();
     assert!(refused.ends_with("got \"burnt\"; texts of the file: 1 (Short circuit), 6 (Line break)"), "{refused}");
     order(&mut rig.slave, "diagnosis none").unwrap();
