@@ -201,10 +201,10 @@ impl Rate {
     /// The rate in bit/s.
     #[must_use]
     pub fn bits_per_second(&self) -> Option<u32> {
-        let (number, factor) = self.name.strip_suffix('M').map_or((self.name, 1_000), |number| (number, 1_000_000));
+        let (number, factor) = self.name.strip_suffix('M').map_or((self.name, 1_000), |number| (number, 1_000_000_u64));
         let (whole, part) = number.split_once('.').unwrap_or((number, "0"));
-        let part = format!("{part:0<6}").parse::<u32>().ok()?.checked_mul(factor)?.checked_div(1_000_000)?;
-        whole.parse::<u32>().ok()?.checked_mul(factor)?.checked_add(part)
+        let part = format!("{part:0<6}").parse::<u64>().ok()?.checked_mul(factor)?.checked_div(1_000_000)?;
+        whole.parse::<u64>().ok()?.checked_mul(factor)?.checked_add(part)?.try_into().ok()
     }
 }
 
