@@ -15,7 +15,8 @@ set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"
-"$folder/venv/bin/pip" install --quiet --disable-pip-version-check asyncua==2.1.0
+"$folder/venv/bin/pip" install --quiet --disable-pip-version-check asyncua==2.1.0 anyio==4.16.0 wait_for2==0.4.1 \
+    sortedcontainers==2.4.0 cryptography==50.0.2
 
 timeout 120 "$folder/venv/bin/python" - <<'PYTHON'
 import asyncio
@@ -49,7 +50,8 @@ class Heard:
 
     def datachange_notification(self, node, value, data):
         name = "mark" if node == self.mark else "pressure"
-        self.told[name].append(f"{value:g} {data.monitored_item.Value.StatusCode.name}")
+        text = "null" if value is None else f"{value:g}"
+        self.told[name].append(f"{text} {data.monitored_item.Value.StatusCode.name}")
         if name == "mark":
             self.marked.set()
 
@@ -72,6 +74,8 @@ async def main():
         # The mark is written after the pressures and shares their subscription: when it is heard, so is everything before it.
         await heard.marked.wait()
         print("first value:", heard.told["pressure"])
+        if heard.told["pressure"] != ["1 Good"]:
+            sys.exit(f"asyncua changed: the first value was {heard.told['pressure'] or 'nothing'}")
         for number, (what, values, expected) in enumerate(STEPS, 1):
             heard.told["pressure"].clear()
             heard.marked.clear()
