@@ -75,6 +75,13 @@ pub enum PortError {
         /// The timeout.
         seconds: u64,
     },
+    /// The server closes each connection before it has passed anything.
+    ServerBusy {
+        /// The port.
+        name: String,
+        /// What the server says; may be empty.
+        words: String,
+    },
     /// The file that describes the port is wrong. Only ports of other crates are described by files.
     File(Box<dyn Error + Send + Sync>),
     /// The port was open and is gone.
@@ -197,6 +204,9 @@ impl PortError {
             Self::AlreadyExists(_) => Some("remove it, or stop the program that serves it"),
             Self::NotCreatable { .. } => Some("choose a path in a folder that exists and takes new files"),
             Self::Unreachable { .. } => Some("check that the serial server is switched on and in this network"),
+            Self::ServerBusy { .. } => {
+                Some("another program may be connected to it: end that program, or let the server take more clients")
+            }
             Self::UnknownScheme(_) => Some(
                 "a port is a path such as /dev/ttyUSB0, tcp://HOST:PORT for raw octets, telnet://HOST:PORT, rfc2217://HOST:PORT for a server whose rate is set from here, or sim:FILE.toml",
             ),
@@ -259,6 +269,12 @@ impl PortError {
                 write!(f, "{name}: the name of the host cannot be resolved: {source}")
             }
             Self::Unreachable { name, seconds } => write!(f, "{name} does not answer within {seconds} s"),
+            Self::ServerBusy { name, words } if words.is_empty() => {
+                write!(f, "the server at {name} closes each connection at once")
+            }
+            Self::ServerBusy { name, words } => {
+                write!(f, "the server at {name} closes each connection at once and says '{words}'")
+            }
             Self::File(error) => write!(f, "{error}"),
             Self::Lost(name) => write!(f, "lost {name}: it was unplugged, or its other side was closed"),
             Self::System { name, source } => write!(f, "{name}: {source}"),

@@ -76,7 +76,11 @@ pub enum Notice {
     },
     /// A server at a `tcp://` port begins with commands of telnet.
     TelnetServer(String),
-    /// A server at a `tcp://` port begins with words, which no line does.
+    /// A server at a `telnet://` or `rfc2217://` port does not answer the commands of telnet.
+    NoTelnetServer(String),
+    /// A server that speaks telnet refuses binary transmission.
+    NotBinary(String),
+    /// A server begins with words, which no line does.
     ServerBanner {
         /// The port.
         name: String,
@@ -167,6 +171,11 @@ impl Notice {
                 let address = name.trim_start_matches("tcp://");
                 Some(format!("use telnet://{address}, or rfc2217://{address}, which also sets its rate and 8E1"))
             }
+            Self::NoTelnetServer(name) => {
+                let address = name.split_once("://").map_or(name.as_str(), |(_, address)| address);
+                Some(format!("if it passes raw octets, use tcp://{address}"))
+            }
+            Self::NotBinary(_) => Some("switch on binary transmission in the server, or use a port for raw octets".to_owned()),
             Self::ServerBanner { .. } => {
                 Some("switch off its banner and its login, or use the port on which it passes raw octets".to_owned())
             }
@@ -223,6 +232,10 @@ impl Notice {
             }
             Self::PtyNotReady { name, reason } => format!("{name} is not ready for the next program ({reason})"),
             Self::TelnetServer(name) => format!("the server at {name} speaks telnet, which changes octets of the line"),
+            Self::NoTelnetServer(name) => format!("the server at {name} does not answer in telnet"),
+            Self::NotBinary(name) => {
+                format!("the server at {name} refuses binary transmission and may change octets of the line")
+            }
             Self::ServerBanner { name, words } => format!("the server at {name} begins with words: '{words}'"),
             Self::NoPortControl(name) => format!("the server at {name} does not let the rate be set from here"),
             Self::ServerRate { name, rate, baud } => {

@@ -1,6 +1,7 @@
 //! Octets over a socket: the client side of a TCP connection, and the port of a segment in memory.
 
 use super::notice::{DropCounter, Notice, Notices};
+use super::server::words;
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
 use std::io::{ErrorKind, Read, Write};
@@ -28,6 +29,16 @@ impl<S> Stream<S> {
     /// Examines the first octets for the greeting of a server that does not pass octets alone.
     pub(super) fn with_greeting(self) -> Self {
         Self { greeting: Some(Vec::new()), ..self }
+    }
+
+    /// Gives a notice if `heard`, the octets since the connection, are words.
+    pub(super) fn check_server(&mut self, heard: &[u8]) {
+        if self.greeting.is_some()
+            && let Some(words) = words(heard)
+        {
+            self.greeting = None;
+            self.notices.extend([Notice::ServerBanner { name: self.name.clone(), words }]);
+        }
     }
 
     /// Examines the next octets while they may be a greeting.
@@ -86,12 +97,9 @@ fn greeting(octets: &[u8], name: &str) -> Option<Notice> {
     if let [0xFF, 0xFB..=0xFE, 0..=50, ..] = octets {
         return Some(Notice::TelnetServer(name.to_owned()));
     }
-    let is_text = |octet: &u8| octet.is_ascii_graphic() || matches!(octet, b' ' | b'\r' | b'\n' | b'\t');
-    let letters = octets.iter().filter(|octet| octet.is_ascii_alphabetic()).count();
     let is_whole = octets.len() >= GREETING_OCTETS || octets.ends_with(b"\n");
-    let is_banner = is_whole && letters >= 8 && octets.iter().all(is_text);
-    let words = String::from_utf8_lossy(octets).split_whitespace().collect::<Vec<_>>().join(" ");
-    is_banner.then(|| Notice::ServerBanner { name: name.to_owned(), words })
+    let words = words(octets).filter(|_| is_whole)?;
+    Some(Notice::ServerBanner { name: name.to_owned(), words })
 }
 
 /// The number of `octets` that the other side takes now. `None` if the connection is closed.

@@ -4,12 +4,14 @@
 //! octets pass all the same, at the rate that the server is configured for.
 
 use super::notice::{DropCounter, Notice, Notices};
+use super::server::words;
 use super::stream::{is_temporary, write_now};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
 use profivac_dp::link::Baud;
 use std::collections::BTreeSet;
 use std::io::Read;
+use std::mem::{Discriminant, discriminant};
 use std::net::TcpStream;
 
 const IAC: u8 = 0xFF;
@@ -44,6 +46,8 @@ const LONGEST: usize = 64;
 enum Answer {
     /// It gives no control of the port.
     NoControl,
+    /// It does not pass all octets as they are.
+    NotBinary,
     /// The rate of the port, in bit/s.
     Rate(u32),
     /// The parity of the port, as RFC 2217 numbers it.
@@ -72,6 +76,8 @@ struct Telnet {
     /// Options of this side that are offered or on, and options of the server.
     ours: BTreeSet<u8>,
     theirs: BTreeSet<u8>,
+    /// The server has sent a command.
+    has_heard_command: bool,
 }
 
 impl Telnet {
@@ -82,7 +88,7 @@ impl Telnet {
         let theirs = BTreeSet::from([BINARY, NO_GO_AHEAD]);
         let offers = ours.iter().flat_map(|option| [IAC, WILL, *option]);
         let opening = offers.chain(theirs.iter().flat_map(|option| [IAC, DO, *option])).collect();
-        (Self { state: State::Data, baud, ours, theirs }, opening)
+        (Self { state: State::Data, baud, ours, theirs, has_heard_command: false }, opening)
     }
 
     /// The octets of the line among `octets`; appends the replies of this side and what the server has said.
@@ -118,7 +124,9 @@ impl Telnet {
                     answers.extend(answer(&text));
                     State::Data
                 }
-                // The subnegotiation was cut off.
+                // The subnegotiation was cut off, and another command follows.
+                (State::InsideCommand(_), verb @ WILL..=DONT) => State::Option(verb),
+                (State::InsideCommand(_), SUBNEGOTIATION) => State::Inside(Vec::new()),
                 (State::InsideCommand(_), _) => State::Data,
             };
         }
@@ -127,13 +135,14 @@ impl Telnet {
 
     /// Answers a command with an option. A command that changes nothing has no answer, or both sides would go on for ever (RFC 854).
     fn option(&mut self, verb: u8, option: u8, replies: &mut Vec<u8>, answers: &mut Vec<Answer>) {
+        self.has_heard_command = true;
         match verb {
             DO if option == COM_PORT && self.baud.is_some() => replies.extend(self.settings()),
             DO if self.ours.contains(&option) => {}
             DO => replies.extend([IAC, WONT, option]),
             DONT => {
-                if self.ours.remove(&option) && option == COM_PORT {
-                    answers.push(Answer::NoControl);
+                if self.ours.remove(&option) {
+                    answers.extend(refused(option));
                 }
             }
             // The server may echo what it likes: the master hears its own telegrams only on an RS-485 line.
@@ -145,7 +154,9 @@ impl Telnet {
             WILL if option == ECHO => replies.extend([IAC, DONT, ECHO]),
             WILL => replies.extend([IAC, DONT, option]),
             _ => {
-                self.theirs.remove(&option);
+                if self.theirs.remove(&option) && option == BINARY {
+                    answers.push(Answer::NotBinary);
+                }
             }
         }
     }
@@ -168,6 +179,15 @@ impl Telnet {
             octets.extend([IAC, END]);
         }
         octets
+    }
+}
+
+/// What follows if the server does not let this side use the option.
+fn refused(option: u8) -> Option<Answer> {
+    match option {
+        COM_PORT => Some(Answer::NoControl),
+        BINARY => Some(Answer::NotBinary),
+        _ => None,
     }
 }
 
@@ -196,6 +216,10 @@ pub struct TelnetClient {
     baud: Option<Baud>,
     drops: DropCounter,
     notices: Notices,
+    /// The kinds of notices about the server that were given: it may send its answers again and again.
+    told: Vec<Discriminant<Notice>>,
+    /// The rest of what the server did not take at once. Half a command or half a doubled FF would change the meaning of what follows.
+    unsent: Vec<u8>,
 }
 
 impl TelnetClient {
@@ -205,27 +229,78 @@ impl TelnetClient {
     /// [`PortError::Lost`] if the server has closed the connection.
     pub(super) fn begin(name: String, socket: TcpStream, baud: Option<Baud>) -> Result<Self, PortError> {
         let (telnet, opening) = Telnet::begin(baud);
-        let mut client =
-            Self { name, socket, telnet, baud, drops: DropCounter::default(), notices: Notices::default() };
+        let mut client = Self {
+            name,
+            socket,
+            telnet,
+            baud,
+            drops: DropCounter::default(),
+            notices: Notices::default(),
+            told: Vec::new(),
+            unsent: Vec::new(),
+        };
         client.write(&opening)?;
         Ok(client)
     }
 
+    /// Gives a notice if `heard`, the octets since the connection, are words, and if the server has not answered the opening: it passes
+    /// octets alone, and the opening was on the line.
+    pub(super) fn check_server(&mut self, heard: &[u8]) {
+        let name = self.name.clone();
+        self.notices.extend(words(heard).map(|words| Notice::ServerBanner { name, words }));
+        if !self.telnet.has_heard_command {
+            self.notices.extend([Notice::NoTelnetServer(self.name.clone())]);
+        }
+    }
+
+    /// Sends `octets` whole, now or later, or drops them whole while the rest of others waits.
     fn write(&mut self, octets: &[u8]) -> Result<(), PortError> {
-        let taken = write_now(&mut self.socket, octets).ok_or_else(|| PortError::Lost(self.name.clone()))?;
-        self.notices.extend(self.drops.sent(&self.name, octets.len(), taken));
+        self.complete()?;
+        let taken = if self.unsent.is_empty() { self.write_now(octets)? } else { 0 };
+        let rest = octets.get(taken..).filter(|_| taken > 0).unwrap_or_default();
+        self.unsent.extend(rest);
+        let kept = if taken > 0 { octets.len() } else { 0 };
+        self.notices.extend(self.drops.sent(&self.name, octets.len(), kept));
         Ok(())
+    }
+
+    /// Sends what the server did not take before.
+    fn complete(&mut self) -> Result<(), PortError> {
+        if !self.unsent.is_empty() {
+            let rest = std::mem::take(&mut self.unsent);
+            let taken = self.write_now(&rest)?;
+            self.unsent.extend(rest.get(taken..).unwrap_or_default());
+        }
+        Ok(())
+    }
+
+    fn write_now(&mut self, octets: &[u8]) -> Result<usize, PortError> {
+        write_now(&mut self.socket, octets).ok_or_else(|| PortError::Lost(self.name.clone()))
     }
 
     /// The notice about a setting that the server does not take.
     fn notice(&self, answer: Answer) -> Option<Notice> {
-        let baud = self.baud?;
         let name = self.name.clone();
-        match answer {
-            Answer::NoControl => Some(Notice::NoPortControl(name)),
-            Answer::Rate(rate) if rate != baud.bits_per_second() => Some(Notice::ServerRate { name, rate, baud }),
-            Answer::Parity(parity) if parity != EVEN => Some(Notice::ServerParity(name)),
-            Answer::Rate(_) | Answer::Parity(_) => None,
+        match (answer, self.baud) {
+            (Answer::NotBinary, _) => Some(Notice::NotBinary(name)),
+            (Answer::NoControl, Some(_)) => Some(Notice::NoPortControl(name)),
+            (Answer::Rate(rate), Some(baud)) if rate != baud.bits_per_second() => {
+                Some(Notice::ServerRate { name, rate, baud })
+            }
+            (Answer::Parity(parity), Some(_)) if parity != EVEN => Some(Notice::ServerParity(name)),
+            _ => None,
+        }
+    }
+
+    /// Gives the notices about `answers` whose kind was not given before.
+    fn tell(&mut self, answers: Vec<Answer>) {
+        for answer in answers {
+            if let Some(notice) = self.notice(answer)
+                && !self.told.contains(&discriminant(&notice))
+            {
+                self.told.push(discriminant(&notice));
+                self.notices.extend([notice]);
+            }
         }
     }
 }
@@ -249,23 +324,13 @@ impl Port for TelnetClient {
         let (mut replies, mut answers) = (Vec::new(), Vec::new());
         let octets = self.telnet.decode(buffer.get(..length).unwrap_or_default(), &mut replies, &mut answers);
         characters.extend(octets.into_iter().map(Character::Octet));
-        let notices: Vec<Notice> = answers.into_iter().filter_map(|answer| self.notice(answer)).collect();
-        self.notices.extend(notices);
+        self.tell(answers);
+        self.complete()?;
         if replies.is_empty() { Ok(()) } else { self.write(&replies) }
     }
 
     fn send(&mut self, octets: &[u8]) -> Result<(), PortError> {
         self.write(&doubled(octets))
-    }
-
-    fn set_baud(&mut self, baud: Baud) -> Result<(), PortError> {
-        if self.baud.is_none() {
-            return Err(PortError::NoBaudRate(self.name.clone()));
-        }
-        self.baud = Some(baud);
-        self.telnet.baud = Some(baud);
-        let settings = self.telnet.settings();
-        self.write(&settings)
     }
 
     fn next_notice(&mut self) -> Option<Notice> {
@@ -310,11 +375,15 @@ mod tests {
             (&[IAC, DO, COM_PORT], &[IAC, WONT, COM_PORT]),
             (&[IAC, WILL, COM_PORT], &[IAC, DO, COM_PORT]),
             (&[IAC, WILL, COM_PORT], &[]),
-            (&[IAC, DONT, BINARY], &[]),
-            (&[IAC, WONT, BINARY], &[]),
+            (&[IAC, DONT, NO_GO_AHEAD], &[]),
+            (&[IAC, WONT, NO_GO_AHEAD], &[]),
             (&[IAC, 0xF6], &[]),
         ] {
             assert_eq!(decode(&mut telnet, command), (vec![], reply.to_vec(), vec![]), "{command:?}");
+        }
+        for refusal in [[IAC, DONT, BINARY], [IAC, WONT, BINARY]] {
+            assert_eq!(decode(&mut telnet, &refusal), (vec![], vec![], vec![Answer::NotBinary]));
+            assert_eq!(decode(&mut telnet, &refusal), (vec![], vec![], vec![]), "said once");
         }
         assert_eq!(decode(&mut telnet, &[0xE5]).0, [0xE5]);
     }
@@ -352,21 +421,87 @@ mod tests {
         }
     }
 
-    /// A server over a real connection: what it refuses becomes a notice, and the octets pass.
+    /// A command inside a subnegotiation ends it, and its option is no octet of the line.
     #[test]
-    fn a_server_that_runs_at_another_rate_is_named() {
+    fn a_subnegotiation_that_is_cut_off_loses_no_command() {
+        let (mut telnet, _) = Telnet::begin(Some(Baud::B19200));
+        let cut = [IAC, SUBNEGOTIATION, COM_PORT, 101, IAC, WONT, BINARY, 0xE5];
+        assert_eq!(decode(&mut telnet, &cut), (vec![0xE5], vec![], vec![Answer::NotBinary]));
+        let rate = [COM_PORT, ANSWER + SET_BAUD, 0, 0, 0x4B, 0, IAC, END, 0xE5];
+        let cut = [&[IAC, SUBNEGOTIATION, 9, IAC, SUBNEGOTIATION][..], &rate].concat();
+        assert_eq!(decode(&mut telnet, &cut), (vec![0xE5], vec![], vec![Answer::Rate(19_200)]));
+    }
+
+    fn connected(baud: Option<Baud>) -> (TelnetClient, TcpStream) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let socket = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         socket.set_nonblocking(true).unwrap();
-        let mut client = TelnetClient::begin("rfc2217://x:1".to_owned(), socket, Some(Baud::B93750)).unwrap();
-        let (mut server, _) = listener.accept().unwrap();
-        server.write_all(&[IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_BAUD, 0, 1, 0xC2, 0, IAC, END]).unwrap();
-        server.write_all(&[IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_PARITY, 1, IAC, END, IAC, IAC, 0xE5]).unwrap();
+        let client = TelnetClient::begin("rfc2217://x:1".to_owned(), socket, baud).unwrap();
+        (client, listener.accept().unwrap().0)
+    }
+
+    fn receive(client: &mut TelnetClient, count: usize) -> Vec<Character> {
         let mut characters = Vec::new();
-        while characters.len() < 2 {
+        while characters.len() < count {
             crate::readiness::wait(&client.readiness(), std::time::Duration::from_secs(60)).unwrap();
             client.receive(&mut characters).unwrap();
         }
+        characters
+    }
+
+    /// The server reads nothing until the system takes no octet more; then it reads everything.
+    #[test]
+    fn a_telegram_reaches_a_slow_server_whole_or_not_at_all() {
+        let (mut client, mut server) = connected(None);
+        let telegram: Vec<u8> = std::iter::repeat_n(0xFF, 61).chain([0x16]).collect();
+        let mut sent = 0;
+        while client.next_notice().is_none() {
+            client.send(&telegram).unwrap();
+            sent += 1;
+        }
+        let opening = Telnet::begin(None).1.len();
+        let whole = doubled(&telegram);
+        let mut heard = vec![0; opening];
+        server.read_exact(&mut heard).unwrap();
+        for _ in 0..sent - 1 {
+            let mut part = vec![0; whole.len()];
+            client.complete().unwrap();
+            server.read_exact(&mut part).unwrap();
+            assert_eq!(part, whole);
+        }
+        client.send(&[0x10]).unwrap();
+        drop(client);
+        let mut rest = Vec::new();
+        server.read_to_end(&mut rest).unwrap();
+        assert_eq!(rest, [0x10]);
+    }
+
+    #[test]
+    fn a_server_that_repeats_an_answer_is_named_once() {
+        let (mut client, mut server) = connected(Some(Baud::B19200));
+        let answer = [IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_BAUD, 0, 1, 0xC2, 0, IAC, END];
+        server.write_all(&answer.repeat(40)).unwrap();
+        server
+            .write_all(&[IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_BAUD, 0, 0, 0x25, 0x80, IAC, END, 0xE5])
+            .unwrap();
+        receive(&mut client, 1);
+        let notices: Vec<Notice> = std::iter::from_fn(|| client.next_notice()).collect();
+        assert_eq!(notices.len(), 1, "{notices:?}");
+    }
+
+    #[test]
+    fn no_rate_is_searched_behind_a_server() {
+        let (mut client, _server) = connected(Some(Baud::B19200));
+        assert!(matches!(client.set_baud(Baud::B93750), Err(PortError::NoBaudRate(_))));
+    }
+
+    /// A server over a real connection: what it refuses becomes a notice, and the octets pass.
+    #[test]
+    fn a_server_that_runs_at_another_rate_is_named() {
+        let (mut client, mut server) = connected(Some(Baud::B93750));
+        server.write_all(&[IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_BAUD, 0, 1, 0xC2, 0, IAC, END]).unwrap();
+        server.write_all(&[IAC, SUBNEGOTIATION, COM_PORT, ANSWER + SET_PARITY, 1, IAC, END, IAC, IAC, 0xE5]).unwrap();
+        let characters = receive(&mut client, 2);
         assert_eq!(characters, [Character::Octet(0xFF), Character::Octet(0xE5)]);
         let notices: Vec<String> =
             std::iter::from_fn(|| client.next_notice()).map(|notice| notice.to_string()).collect();
