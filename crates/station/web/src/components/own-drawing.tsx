@@ -98,7 +98,7 @@ function useShown(plant: PlantPicture): Record<Kind, (name: string) => Shown> {
 
 const named = (svg: Element, kind: Kind): NodeListOf<SVGElement> => svg.querySelectorAll<SVGElement>(`[data-${kind}]`)
 
-/** The least height of the letters of a pressure, in pixels. free choice: below it a phone scrolls. */
+/** The least height of the letters of a pressure, in pixels. chosen: below it a phone scrolls. */
 const LEAST_LETTERS = 11
 
 /** A drawing is at least so wide that its pressures can be read. */
@@ -123,7 +123,7 @@ function freeColours(element: SVGElement): void {
 
 const SVG = 'http://www.w3.org/2000/svg'
 
-/** Stripes across the width of a drawing. free choice: they are a few pixels wide, whatever the units of the drawing are. */
+/** Stripes across the width of a drawing. chosen: they are a few pixels wide, whatever the units of the drawing are. */
 const STRIPES = 120
 
 /** The hatching of a volume that shows the end of a range; the styles name it. */

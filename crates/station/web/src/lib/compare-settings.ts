@@ -29,7 +29,7 @@ export function compared(own: Block[], other: Block[]): Comparison {
 
 const parametersOf = (blocks: Block[]): Parameter[] => blocks.flatMap(({ parameters }) => parameters)
 
-/** The same text, or the same pressure in two units. free choice: a millionth, which the 32 bits of a gauge do not distinguish. */
+/** The same text, or the same pressure in two units. chosen: a millionth, which the 32 bits of a gauge do not distinguish. */
 function isSame(one: string | null, other: string): boolean {
   if (one === other) return true
   const [first, second] = [pascals(one ?? ''), pascals(other)]

@@ -2,7 +2,7 @@
 
 import type { Webhook } from '../api/types.ts'
 
-/** free choice: a server that starts again answers within this time. */
+/** chosen: a server that starts again answers within this time. */
 const TOLERATED_MS = 60_000
 
 /** Those with a notification that has not been delivered for longer than a minute: no user learns of an alarm that way. */

@@ -3,13 +3,13 @@
 import type { Alarm } from '../api/types.ts'
 import { byUrgency, isActive } from './alarms.ts'
 
-/** The narrowest tile in pixels. free choice: its digits are 35 pixels high, readable from three metres on a usual screen. */
+/** The narrowest tile in pixels. chosen: its digits are 35 pixels high, readable from three metres on a usual screen. */
 const NARROWEST = 340
 
 /** The height of a tile as a part of its width: at least that of its texts, with two lines for an alarm. */
 const HEIGHT = { least: 0.46, most: 0.6 }
 
-/** Pages turn after this time. free choice: a page of twenty values is read in it. */
+/** Pages turn after this time. chosen: a page of twenty values is read in it. */
 export const TURN_MS = 12_000
 
 export interface Grid {
@@ -117,7 +117,7 @@ export function tilesOf<R extends { series: string }>(
   return whole.length > 0 || hasFault ? [{ reading: null, alarms: whole }, ...tiles] : tiles
 }
 
-/** A page has this many lines for alarms. free choice: on a phone they leave two thirds for the tiles of the display. */
+/** A page has this many lines for alarms. chosen: on a phone they leave two thirds for the tiles of the display. */
 const MOST_LINES = 3
 
 /** Whether the alarm is of none of these gauges: of a segment, of the station. */
