@@ -56,6 +56,26 @@ pub fn wait(sources: &[Readiness<'_>], timeout: Duration) -> io::Result<Vec<bool
     }
 }
 
+/// Waits until the other side of the socket `source` has closed it, at most for `timeout`, whether octets of it are waiting or not. Returns
+/// whether it has.
+///
+/// # Errors
+/// The error of the system call.
+pub(crate) fn wait_until_closed(source: Readiness<'_>, timeout: Duration) -> io::Result<bool> {
+    // Linux reports HUP only when both directions are closed.
+    #[cfg(target_os = "linux")]
+    let closed = PollFlags::RDHUP;
+    #[cfg(not(target_os = "linux"))]
+    let closed = PollFlags::HUP;
+    let mut event = [PollFd::from_borrowed_fd(source.0, closed)];
+    let timeout = Timespec::try_from(timeout).ok();
+    match poll(&mut event, timeout.as_ref()) {
+        Ok(number) => Ok(number > 0),
+        Err(Errno::INTR) => Ok(false),
+        Err(errno) => Err(errno.into()),
+    }
+}
+
 /// Wakes the thread that waits for the [`WakeSource`]. When the last clone is dropped, the source stays readable.
 #[derive(Clone, Debug)]
 pub struct Waker(Arc<UnixStream>);

@@ -134,28 +134,17 @@ pub trait Port: Send {
     }
 }
 
-/// The longest wait for the first octet of a server. chosen: a server of raw octets says nothing unless it has a client already, and each
-/// command of the user waits as long; one that speaks telnet answers the opening.
-const RAW_GREETING: Duration = Duration::from_millis(100);
-const TELNET_GREETING: Duration = Duration::from_secs(1);
-
 /// Opens the port `name`: `tcp://`, `telnet://` or `rfc2217://` with HOST:PORT, or the name of a serial device or pty.
 ///
 /// # Errors
 /// A [`PortError`] that names the port and says what to do.
 pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
     Ok(match name.split_once("://") {
-        Some(("tcp", address)) => {
-            let (mut client, heard) = server::open(RAW_GREETING, || TcpClient::connect(address))?;
-            client.check_server(&heard);
-            Box::new(client)
-        }
+        Some(("tcp", address)) => Box::new(server::open(name, || TcpClient::connect(address))?),
         Some((scheme @ ("telnet" | "rfc2217"), address)) => {
             let baud = (scheme == "rfc2217").then_some(baud);
             let begin = || TelnetClient::begin(name.to_owned(), tcp::connect(name, address)?, baud);
-            let (mut client, heard) = server::open(TELNET_GREETING, begin)?;
-            client.check_server(&heard);
-            Box::new(client)
+            Box::new(server::open(name, begin)?)
         }
         Some((scheme, _)) if !scheme.contains('/') => return Err(PortError::UnknownScheme(name.to_owned())),
         _ => Box::new(Serial::open(name, baud)?),

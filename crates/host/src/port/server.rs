@@ -3,71 +3,71 @@
 //! A server that has another client takes a new connection and closes it at once, often with a line of words. So does one whose client has
 //! just gone, until its own port is closed. A command that began its work on such a connection would lose telegrams, or the whole bus.
 
-use super::{Character, Port, PortError};
-use crate::readiness;
+use super::PortError;
+use crate::readiness::{self, Readiness};
+use std::net::TcpStream;
 use std::time::Duration;
 
-/// The silence after which a connection counts as open. chosen: a refusal comes together with the connection, or with the first answer.
-const QUIET: Duration = Duration::from_millis(100);
-
-/// The most octets and the most waits of an opening: a bus that is in operation is never silent. chosen: a greeting fits, and the waits end
-/// after two seconds.
-const LONGEST_GREETING: usize = 256;
-const MOST_WAITS: usize = 20;
+/// The time in which a server that has another client closes a connection. chosen: it does so at once, and each command waits as long.
+const REFUSAL: Duration = Duration::from_millis(100);
 
 /// The connections that are tried, and the pause between them. chosen: a server that closes its port is waited for some five seconds.
 const ATTEMPTS: usize = 25;
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Connects until the server keeps the connection. Waits at most `patience` for its first octet. Returns what it has sent meanwhile, too.
+/// A connection to a serial server.
+pub(super) trait Connection: Sized {
+    /// The longest wait for the first octet of the server.
+    const PATIENCE: Duration;
+
+    fn socket(&self) -> &TcpStream;
+
+    /// Appends the octets that the server has sent since the connection, or since the last call.
+    ///
+    /// # Errors
+    /// [`PortError::Lost`] if the server has closed the connection.
+    fn hear(&mut self, heard: &mut Vec<u8>) -> Result<(), PortError>;
+
+    /// Gives the notices about a server that keeps the connection and has sent `heard`.
+    fn check_server(&mut self, heard: &[u8]);
+}
+
+/// Connects until the server keeps the connection.
 ///
 /// # Errors
 /// The error of `connect`, and [`PortError::ServerBusy`] if the server closes each connection.
-pub(super) fn open<P: Port>(
-    patience: Duration,
-    mut connect: impl FnMut() -> Result<P, PortError>,
-) -> Result<(P, Vec<u8>), PortError> {
+pub(super) fn open<C: Connection>(
+    name: &str,
+    mut connect: impl FnMut() -> Result<C, PortError>,
+) -> Result<C, PortError> {
     let mut heard = Vec::new();
-    let mut name = String::new();
     for attempt in 0..ATTEMPTS {
         if attempt > 0 {
             std::thread::sleep(PAUSE);
         }
         heard.clear();
-        let lost = match connect() {
-            Ok(mut port) => match listen(&mut port, patience, &mut heard) {
-                Ok(()) => return Ok((port, heard)),
-                Err(error) => error,
-            },
-            Err(error) => error,
-        };
-        match lost {
-            PortError::Lost(port) => name = port,
-            error => return Err(error),
+        match connect().and_then(|connection| kept(name, connection, &mut heard)) {
+            Err(PortError::Lost(_)) => {}
+            outcome => return outcome,
         }
     }
-    Err(PortError::ServerBusy { name, words: words(&heard).unwrap_or_default() })
+    Err(PortError::ServerBusy { name: name.to_owned(), words: words(&heard).unwrap_or_default() })
 }
 
-/// Appends what the server sends until it is silent.
-fn listen(port: &mut impl Port, patience: Duration, heard: &mut Vec<u8>) -> Result<(), PortError> {
-    let mut timeout = patience;
-    for _ in 0..MOST_WAITS {
-        let ready =
-            readiness::wait(&port.readiness(), timeout).map_err(|error| PortError::system(port.name(), error))?;
-        if !ready.contains(&true) || heard.len() >= LONGEST_GREETING {
-            break;
-        }
-        let mut characters = Vec::new();
-        port.receive(&mut characters)?;
-        let octets = characters.iter().filter_map(|character| match character {
-            Character::Octet(octet) => Some(*octet),
-            Character::Error => None,
-        });
-        heard.extend(octets.take(LONGEST_GREETING.saturating_sub(heard.len())));
-        timeout = QUIET;
+/// The connection, if the server keeps it.
+fn kept<C: Connection>(name: &str, mut connection: C, heard: &mut Vec<u8>) -> Result<C, PortError> {
+    let system = |error| PortError::system(name, error);
+    if !C::PATIENCE.is_zero() {
+        readiness::wait(&[Readiness::of(connection.socket())], C::PATIENCE).map_err(system)?;
+        connection.hear(heard)?;
     }
-    Ok(())
+    let is_closed = readiness::wait_until_closed(Readiness::of(connection.socket()), REFUSAL).map_err(system)?;
+    connection.hear(heard)?;
+    if is_closed {
+        return Err(PortError::Lost(name.to_owned()));
+    }
+    connection.check_server(heard);
+    Ok(connection)
 }
 
 /// The words of a server, if `octets` are words and no telegrams.
@@ -81,7 +81,7 @@ pub(super) fn words(octets: &[u8]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::port::{self, Notice};
+    use crate::port::{self, Notice, Port};
     use profivac_dp::link::Baud;
     use std::io::{Read, Write};
     use std::net::TcpListener;
@@ -157,6 +157,22 @@ mod tests {
             assert!(told.contains(&banner), "{told:?}");
             assert_eq!(told.contains(&Notice::NoTelnetServer(name)), scheme == "telnet", "{told:?}");
         }
+    }
+
+    #[test]
+    fn what_a_line_sends_before_it_is_open_is_received() {
+        let telegram = [0xDC, 2, 1];
+        let address = server(move |_, mut socket| {
+            socket.write_all(&telegram).ok();
+            drain(socket);
+        });
+        let mut port = port::open(&format!("tcp://{address}"), Baud::B19200).unwrap();
+        let mut characters = Vec::new();
+        while characters.len() < telegram.len() {
+            readiness::wait(&port.readiness(), Duration::from_secs(60)).unwrap();
+            port.receive(&mut characters).unwrap();
+        }
+        assert_eq!(characters, telegram.map(port::Character::Octet));
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Octets over a socket: the client side of a TCP connection, and the port of a segment in memory.
 
 use super::notice::{DropCounter, Notice, Notices};
-use super::server::words;
+use super::server::{Connection, words};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
 use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::os::fd::AsFd;
+use std::time::Duration;
 
 /// A connected socket that does not block.
 #[derive(Debug)]
@@ -31,16 +33,6 @@ impl<S> Stream<S> {
         Self { greeting: Some(Vec::new()), ..self }
     }
 
-    /// Gives a notice if `heard`, the octets since the connection, are words.
-    pub(super) fn check_server(&mut self, heard: &[u8]) {
-        if self.greeting.is_some()
-            && let Some(words) = words(heard)
-        {
-            self.greeting = None;
-            self.notices.extend([Notice::ServerBanner { name: self.name.clone(), words }]);
-        }
-    }
-
     /// Examines the next octets while they may be a greeting.
     fn examine(&mut self, octets: &[u8]) {
         let Some(mut seen) = self.greeting.take() else { return };
@@ -49,6 +41,34 @@ impl<S> Stream<S> {
             Some(notice) => self.notices.extend([notice]),
             None if seen.len() < GREETING_OCTETS => self.greeting = Some(seen),
             None => {}
+        }
+    }
+}
+
+impl Connection for Stream<TcpStream> {
+    // chosen: a server of raw octets says nothing.
+    const PATIENCE: Duration = Duration::ZERO;
+
+    fn socket(&self) -> &TcpStream {
+        &self.socket
+    }
+
+    /// The octets stay: they may be telegrams.
+    fn hear(&mut self, heard: &mut Vec<u8>) -> Result<(), PortError> {
+        let mut buffer = [0; GREETING_OCTETS];
+        match self.socket.peek(&mut buffer) {
+            Ok(0) => return Err(PortError::Lost(self.name.clone())),
+            Ok(length) => *heard = buffer.get(..length).unwrap_or_default().to_vec(),
+            Err(error) if is_temporary(&error) => {}
+            Err(_) => return Err(PortError::Lost(self.name.clone())),
+        }
+        Ok(())
+    }
+
+    fn check_server(&mut self, heard: &[u8]) {
+        if let Some(words) = words(heard) {
+            self.greeting = None;
+            self.notices.extend([Notice::ServerBanner { name: self.name.clone(), words }]);
         }
     }
 }

@@ -4,7 +4,7 @@
 //! octets pass all the same, at the rate that the server is configured for.
 
 use super::notice::{DropCounter, Notice, Notices};
-use super::server::words;
+use super::server::{Connection, words};
 use super::stream::{is_temporary, write_now};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 use std::io::Read;
 use std::mem::{Discriminant, discriminant};
 use std::net::TcpStream;
+use std::time::Duration;
 
 const IAC: u8 = 0xFF;
 const DONT: u8 = 0xFE;
@@ -243,16 +244,6 @@ impl TelnetClient {
         Ok(client)
     }
 
-    /// Gives a notice if `heard`, the octets since the connection, are words, and if the server has not answered the opening: it passes
-    /// octets alone, and the opening was on the line.
-    pub(super) fn check_server(&mut self, heard: &[u8]) {
-        let name = self.name.clone();
-        self.notices.extend(words(heard).map(|words| Notice::ServerBanner { name, words }));
-        if !self.telnet.has_heard_command {
-            self.notices.extend([Notice::NoTelnetServer(self.name.clone())]);
-        }
-    }
-
     /// Sends `octets` whole, now or later, or drops them whole while the rest of others waits.
     fn write(&mut self, octets: &[u8]) -> Result<(), PortError> {
         self.complete()?;
@@ -301,6 +292,35 @@ impl TelnetClient {
                 self.told.push(discriminant(&notice));
                 self.notices.extend([notice]);
             }
+        }
+    }
+}
+
+impl Connection for TelnetClient {
+    // chosen: a server that speaks telnet answers the opening.
+    const PATIENCE: Duration = Duration::from_secs(1);
+
+    fn socket(&self) -> &TcpStream {
+        &self.socket
+    }
+
+    /// The octets of the line among them are lost, as before a plug is in.
+    fn hear(&mut self, heard: &mut Vec<u8>) -> Result<(), PortError> {
+        let mut characters = Vec::new();
+        self.receive(&mut characters)?;
+        heard.extend(characters.into_iter().filter_map(|character| match character {
+            Character::Octet(octet) => Some(octet),
+            Character::Error => None,
+        }));
+        Ok(())
+    }
+
+    fn check_server(&mut self, heard: &[u8]) {
+        let name = self.name.clone();
+        self.notices.extend(words(heard).map(|words| Notice::ServerBanner { name, words }));
+        // A server of raw octets has put the opening on the line.
+        if !self.telnet.has_heard_command {
+            self.notices.extend([Notice::NoTelnetServer(self.name.clone())]);
         }
     }
 }
