@@ -46,7 +46,7 @@ class Bus:
         self._core = core
         if via not in ("ms2", "ms1", "pkw"):
             core.close()
-            raise Usage(f"expected via out of ms2, ms1, pkw, got {via!r}")
+            raise Usage(f"expected via to be one of ms2, ms1, pkw, got {via!r}")
         self._names = dict(names)
         self._via = via
         self._gauges: dict[int, Gauge] = {}
@@ -274,7 +274,7 @@ class Gauge:
     def set(self, name: str, value: Words, *, force: bool = False, confirm: bool = False) -> Change:
         """Writes a parameter and reads it back.
 
-        ``value`` is a word out of ``gauge.parameters[name].choices``, a number, a Boolean, or a pressure with its unit: ``"2e-3 mbar"``.
+        ``value`` is one of the words ``gauge.parameters[name].choices``, a number, a Boolean, or a pressure with its unit: ``"2e-3 mbar"``.
         ``force`` allows a pressure outside the measuring range. ``confirm`` allows a command that can do damage.
 
         >>> import profivac as pv

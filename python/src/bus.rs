@@ -114,7 +114,7 @@ impl Bus {
             "ms2" => Access::Shared(bus.gauge(address)),
             "ms1" => Access::Owning { bus, path: AccessPath::Class1 },
             "pkw" => Access::Owning { bus, path: AccessPath::ParameterChannel },
-            _ => return Err(Failure::usage(format!("expected via out of ms2, ms1, pkw, got {via:?}")).into()),
+            _ => return Err(Failure::usage(format!("expected via to be one of ms2, ms1, pkw, got {via:?}")).into()),
         };
         Ok(Gauge { access: Owned::new(access, "gauge"), address, master: self.1.master })
     }

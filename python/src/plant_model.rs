@@ -483,7 +483,7 @@ impl PlantModel {
     ) -> PyResult<usize> {
         let found = Material::named(material).ok_or_else(|| {
             let known = MATERIALS.each_ref().map(|material| material.name).join(", ");
-            Failure::usage(format!("expected a material out of {known}, got {material:?}"))
+            Failure::usage(format!("expected a material, one of {known}, got {material:?}"))
         })?;
         let surface = Surface::fresh(within("area_m2", area_m2, bounds::AREA_M2)?, found)
             .aged(within("aged_s", aged_s, bounds::TIME_S)?, within("aged_at_k", aged_at_k, bounds::TEMPERATURE_K)?);
