@@ -192,7 +192,7 @@ impl PointToml {
     /// The texts of the codes. A float has no codes.
     fn texts(&self, kind: PointType) -> Result<Vec<(i64, String)>, Located> {
         let text = |(code, text): (&Spanned<String>, &Spanned<String>)| {
-            if !kind.is_whole() {
+            if kind.codes().is_none() {
                 return Err(self.wrong(code.span(), "texts only for whole numbers and bits", self.kind.get_ref()));
             }
             let number = code.get_ref().parse::<i64>().ok();
