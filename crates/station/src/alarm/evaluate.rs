@@ -5,7 +5,6 @@
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
 use super::rule::{BusQuantity, Condition, PointTest, Rule, Series};
-use crate::config::without_remark;
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text, mbar};
 use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
@@ -355,7 +354,7 @@ fn point_test(inputs: &Inputs, gauge: &str, name: &str, test: &PointTest) -> Eva
     let holds = match test {
         PointTest::Above(limit) => point.number.map(|number| number > *limit),
         PointTest::Below(limit) => point.number.map(|number| number < *limit),
-        PointTest::Is(text) => Some(point.text == *text || without_remark(&point.text) == text),
+        PointTest::Is(text) => Some(point.text == *text || point.text_without_remark() == text),
     };
     Evaluation { holds, value: point.number, text: format!("{gauge}: {name} is {}", point.text) }
 }

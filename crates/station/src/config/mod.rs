@@ -24,7 +24,7 @@ pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity, Mailbox};
-pub use slave::{PointType, PointValue, Slave, SlavePoint, unit, without_remark};
+pub use slave::{PointType, PointValue, Slave, SlavePoint, unit};
 pub use source::{ConfigSource, Parse};
 pub use webhooks::Webhook;
 

@@ -1,5 +1,6 @@
 //! A slave by its GSD file, and the points in its inputs.
 
+use crate::view::UNCERTAIN;
 use profivac_gsd_slave::GsdSlave;
 use profivac_recorder::Quality;
 use std::collections::BTreeSet;
@@ -170,15 +171,6 @@ pub struct PointValue {
     pub text: String,
     /// `Valid` or `Fault`; a number that the status octet calls uncertain is valid, and its text says so.
     pub quality: Quality,
-}
-
-/// The remark behind the text of a value that the status octet calls uncertain.
-const UNCERTAIN: &str = " (uncertain)";
-
-/// The text of a value without the remark about its status: an uncertain value is the same value to an alarm and to an event.
-#[must_use]
-pub fn without_remark(text: &str) -> &str {
-    text.strip_suffix(UNCERTAIN).unwrap_or(text)
 }
 
 impl SlavePoint {

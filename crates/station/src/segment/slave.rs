@@ -5,7 +5,7 @@
 
 use super::moment::{LineMoment, Moment};
 use super::slave_words::reports;
-use crate::config::{self, without_remark};
+use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState, GaugeKind, WatchedParameter};
 use profivac_dp::link::BitTime;
@@ -309,7 +309,7 @@ impl SegmentSlave {
             if !settings.has_texts() || point.quality != Quality::Valid {
                 continue;
             }
-            let text = without_remark(&point.text);
+            let text = point.text_without_remark();
             let is_known = told
                 .as_ref()
                 .is_some_and(|(told, at)| told == text || now.at.saturating_duration_since(*at) < TOLD_INTERVAL);
