@@ -176,6 +176,17 @@ fn the_last_diagnosis_of_a_slave_without_values_is_no_flood_of_events() {
     assert_eq!(fixture.events("turbo: Bearing is hot").len(), 2, "it still has the fault");
 }
 
+/// Identifiers 2 and 20 belong to no module of the file, and neither stands for the other.
+#[test]
+fn each_identifier_without_a_module_is_reported() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(true), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+    device.report(&[0x44, 0x04, 0x00, 0x10]);
+    let turbo = fixture.until("turbo", Duration::from_secs(5), |gauge| gauge.state == BusStationState::Fault);
+    assert_eq!(turbo.exceptions, ["identifier 2 reports a diagnosis", "identifier 20 reports a diagnosis"]);
+}
+
 #[test]
 fn a_diagnosis_that_toggles_is_no_flood_and_its_last_texts_are_told() {
     let device = TestSlave::new(12, &pump());
