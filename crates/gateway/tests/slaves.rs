@@ -115,6 +115,11 @@ fn a_bad_number_is_a_fault_and_old_values_are_stale() {
     let snapshot = Modeller::default().next(measuring(GOOD, 60_000), Micros(8));
     let (number, state, _) = value(&snapshot, "position", Signal::ParameterNumber);
     assert_eq!((number, state), (Value::None, State::Stale));
+    // An archiver that keeps one value for each time would miss a loss with the time of the last value.
+    let is_position =
+        |point: &profivac_gateway::Point| point.subject.name() == "position" && point.signal == Signal::ParameterNumber;
+    let (_, position) = snapshot.iter().find(|(point, _)| is_position(point)).unwrap();
+    assert_eq!(position.at, Some(Micros(7 + 3 * Micros::SECOND)), "when it became stale");
 }
 
 /// A file without a vendor may have the name of a gauge as its model.
