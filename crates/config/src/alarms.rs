@@ -115,7 +115,12 @@ pub fn rules(
 ) -> Result<Vec<Rule>, Located> {
     unique(NamedItem::Alarm, alarms.iter().map(|alarm| &alarm.name))?;
     let mut rules = alarms.iter().map(|alarm| rule(alarm, segments)).collect::<Result<Vec<_>, _>>()?;
-    rules.extend(slaves::rules(segments.iter().flat_map(|segment| &segment.slave))?);
+    for (place, rule) in slaves::rules(segments.iter().flat_map(|segment| &segment.slave))? {
+        if rules.iter().any(|other| other.name == rule.name) {
+            return Err(Located::new(place, ConfigProblem::Duplicate { item: NamedItem::Alarm, name: rule.name }));
+        }
+        rules.push(rule);
+    }
     let defaults = default_alarms(&rules, defaults, segments)?;
     let taken: HashSet<_> = defaults.iter().map(|rule| rule.name.as_str()).collect();
     if let Some(alarm) = alarms.iter().find(|alarm| taken.contains(alarm.name.get_ref().as_str())) {

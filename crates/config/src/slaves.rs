@@ -18,6 +18,7 @@ use profivac_station::alarm::Rule;
 use profivac_station::config::{POLL, Slave};
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -51,7 +52,7 @@ pub struct SlaveToml {
 }
 
 /// The error at this place.
-fn at(span: std::ops::Range<usize>, problem: SlaveProblem) -> Located {
+fn at(span: Range<usize>, problem: SlaveProblem) -> Located {
     Located::new(span, ConfigProblem::Slave(Box::new(problem)))
 }
 
@@ -60,8 +61,8 @@ pub fn slaves(slaves: &[SlaveToml], listen_only: bool, folder: &Path) -> Result<
     slaves.iter().map(|slave| slave.settings(folder, listen_only)).collect()
 }
 
-/// The alarms of all points.
-pub fn rules<'a>(slaves: impl Iterator<Item = &'a SlaveToml>) -> Result<Vec<Rule>, Located> {
+/// The alarms of all points, with the places of their conditions.
+pub fn rules<'a>(slaves: impl Iterator<Item = &'a SlaveToml>) -> Result<Vec<(Range<usize>, Rule)>, Located> {
     let points = slaves.flat_map(|slave| slave.point.iter().map(move |point| (slave.name.get_ref(), point)));
     let rules = points.flat_map(|(slave, point)| point.rules(slave));
     rules.collect()

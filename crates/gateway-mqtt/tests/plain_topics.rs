@@ -52,6 +52,22 @@ fn config() -> Config {
     profivac_config::parse(FILE, Path::new("plant.toml")).unwrap()
 }
 
+/// A counter of 32 bits of a slave has ten digits; the digits of a converted float mean nothing.
+#[test]
+fn the_number_of_a_parameter_has_all_its_digits_and_no_others() {
+    let mut inputs = measuring(Some(1.0), Micros(7));
+    let numbers = [("setpoint-a.status", 4_294_967_294.0), ("ba.emission-status", f64::from(2.5e-5_f32))];
+    for parameter in Arc::make_mut(&mut inputs.gauges[0].parameters) {
+        let number = numbers.iter().find(|(target, _)| *target == parameter.target).map(|(_, number)| *number);
+        (parameter.number, parameter.quality, parameter.read_at) = (number, Quality::Valid, Some(Micros(1)));
+    }
+    let messages = all(&Modeller::default().next(inputs, Micros(1)));
+    let number =
+        |name: &str| object(&messages, &format!("profivac/target-hall/chamber/parameter/{name}"))["number"].clone();
+    assert_eq!(number("setpoint-a.status"), json!(4_294_967_294.0));
+    assert_eq!(number("ba.emission-status"), json!(2.5e-5));
+}
+
 fn measuring(pa: Option<f64>, at: Micros) -> Inputs {
     let mut inputs = Inputs::planned(&config());
     let gauge = &mut inputs.gauges[0];

@@ -6,6 +6,7 @@ use crate::signal::Signal;
 use crate::state::State;
 use profivac_recorder::Micros;
 use profivac_station::services::Services;
+use profivac_station::view::GaugeKind;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -129,7 +130,7 @@ impl Modeller {
     /// Gives a gauge without readings those that it had, or those of its default configuration, without their values.
     fn keep_readings(&mut self, inputs: &mut Inputs) {
         self.readings.retain(|name, _| inputs.gauges.iter().any(|gauge| gauge.name == *name));
-        for gauge in &mut inputs.gauges {
+        for gauge in inputs.gauges.iter_mut().filter(|gauge| gauge.kind == GaugeKind::Gauge) {
             if gauge.parameters.is_empty() {
                 gauge.parameters = plant::default_parameters(gauge).into();
             }

@@ -504,7 +504,10 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     let is_fresh = gauge.kind == GaugeKind::Gauge || gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms);
     let is_read = read_at.is_some() && is_fresh;
     let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
-    let at = read_at.or(gauge.lost_at);
+    let at = match gauge.kind {
+        GaugeKind::Gauge => read_at.or(gauge.lost_at),
+        GaugeKind::Slave => decided_at(gauge, state),
+    };
     let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
         Some("Pa") => Signal::ParameterPressure,

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Signal, Snapshot, State, Value};
+use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::view::{BusStationState, GaugeKind};
 use std::fs;
@@ -115,6 +115,23 @@ fn a_bad_number_is_a_fault_and_old_values_are_stale() {
     let snapshot = Modeller::default().next(measuring(GOOD, 60_000), Micros(8));
     let (number, state, _) = value(&snapshot, "position", Signal::ParameterNumber);
     assert_eq!((number, state), (Value::None, State::Stale));
+    // An archiver that keeps one value for each time would miss a loss with the time of the last value.
+    let is_position =
+        |point: &profivac_gateway::Point| point.subject.name() == "position" && point.signal == Signal::ParameterNumber;
+    let (_, position) = snapshot.iter().find(|(point, _)| is_position(point)).unwrap();
+    assert_eq!(position.at, Some(Micros(7 + 3 * Micros::SECOND)), "when it became stale");
+}
+
+/// A file without a vendor may have the name of a gauge as its model.
+#[test]
+fn a_slave_without_points_has_no_parameters_and_readings_of_a_gauge() {
+    let mut inputs = planned();
+    let gate = inputs.gauges.iter_mut().find(|gauge| gauge.name == "gate").unwrap();
+    (gate.device, gate.parameters) = ("bcg450".to_owned(), Arc::default());
+    let snapshot = Modeller::default().next(inputs, Micros(8));
+    let subjects = snapshot.iter().filter(|(point, _)| point.subject.gauge() == Some("gate"));
+    let of_gauge = subjects.filter(|(point, _)| !matches!(point.subject, Subject::Gauge(_)));
+    assert_eq!(of_gauge.count(), 0);
 }
 
 #[test]

@@ -215,6 +215,8 @@ impl Station {
         }
         if let Some(more) = changes.len().checked_sub(MAX_CHANGES).filter(|more| *more > 0) {
             self.record_event(&format!("the file changes {more} more keys"));
+            let outcome = Some(format!("{more} more keys have changed"));
+            let _queued = recorder.audit(AuditEntry { outcome, ..actor.audit_entry(AuditAction::FileChanged) });
         }
     }
 

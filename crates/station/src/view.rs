@@ -248,6 +248,17 @@ pub struct Reading {
     pub cause: Option<String>,
 }
 
+/// The remark behind the text of a point that its status octet calls uncertain.
+pub const UNCERTAIN: &str = " (uncertain)";
+
+impl WatchedParameter {
+    /// The text without the remark about the status: an uncertain value is the same value to an alarm and to an event.
+    #[must_use]
+    pub fn text_without_remark(&self) -> &str {
+        self.text.strip_suffix(UNCERTAIN).unwrap_or(&self.text)
+    }
+}
+
 impl Reading {
     /// The pressure, or the end of the range beyond which it is, in Pa.
     #[must_use]

@@ -4,7 +4,8 @@
 
 use crate::support::until;
 use profivac_devices::Principle;
-use profivac_recorder::{Micros, Quality};
+use profivac_recorder::audit::AuditQuery;
+use profivac_recorder::{AuditAction, Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::control::AuthorityAction;
 use profivac_station::control::operation::OperationRequest;
@@ -99,6 +100,28 @@ fn gauges_are_found_sampled_and_recorded() {
     let samples = services.recorder().open_reader().unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
     assert_eq!(samples.first().unwrap().quality, Quality::Valid);
     assert_eq!(samples.last().unwrap().quality, Quality::Stale, "the end of the station is a gap");
+}
+
+#[test]
+fn a_file_with_very_many_changes_has_a_row_that_counts_the_others() {
+    let fixture = Fixture::new();
+    fixture.memory_segment("hall", &["bcg450@5"]);
+    fixture.memory_segment("lab", &["bcg450@5"]);
+    let mut station = Station::start(fixture.config(&[("hall", &["chamber bcg450 5"])])).unwrap();
+    let services = station.services();
+    let gauges =
+        |segment: &str| (6..76).map(|address| format!("{segment}{address} bcg450 {address}")).collect::<Vec<_>>();
+    let (hall, lab) = (gauges("h"), gauges("l"));
+    let hall: Vec<&str> = hall.iter().map(String::as_str).collect();
+    let lab: Vec<&str> = lab.iter().map(String::as_str).collect();
+    station.reconfigure(fixture.config(&[("hall", &hall), ("lab", &lab)])).unwrap();
+    station.stop().unwrap();
+    let all = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 1000 };
+    let mut rows = services.recorder().open_reader().unwrap().audit(&all).unwrap();
+    rows.retain(|row| row.action == AuditAction::FileChanged);
+    // 140 gauges, one segment and the gauge that is gone have four keys each.
+    assert_eq!(rows.len(), 501);
+    assert_eq!(rows[0].outcome.as_deref(), Some("68 more keys have changed"));
 }
 
 #[test]

@@ -47,13 +47,14 @@ pub struct AlarmedPoint<'a> {
 }
 
 impl PointAlarmToml {
-    pub fn rule(&self, point: &AlarmedPoint<'_>) -> Result<Rule, Located> {
-        let (test, words) = self.test(point)?;
+    /// The rule, with the place of its condition.
+    pub fn rule(&self, point: &AlarmedPoint<'_>) -> Result<(Range<usize>, Rule), Located> {
+        let (test, words, place) = self.test(point)?;
         if let Some(text) = &self.message {
             check_lines(text.get_ref()).map_err(|problem| Located::new(text.span(), ConfigProblem::Text(problem)))?;
         }
         let name = point.name.get_ref();
-        Ok(Rule {
+        let rule = Rule {
             name: format!("{}: {name} {words}", point.slave),
             condition: Condition::Point {
                 gauge: point.slave.to_owned(),
@@ -65,25 +66,28 @@ impl PointAlarmToml {
             delay: delay(self.delay.as_ref(), DELAY)?,
             off_delay: delay(self.off_delay.as_ref(), OFF_DELAY)?,
             message: self.message.as_ref().map(|text| text.get_ref().clone()),
-        })
+        };
+        Ok((place, rule))
     }
 
-    /// The test, and its words in the name of the alarm.
-    fn test(&self, point: &AlarmedPoint<'_>) -> Result<(PointTest, String), Located> {
+    /// The test, its words in the name of the alarm, and its place.
+    fn test(&self, point: &AlarmedPoint<'_>) -> Result<(PointTest, String, Range<usize>), Located> {
         let unit = point.unit.map(|unit| format!(" {unit}")).unwrap_or_default();
         let limit = |limit: &Spanned<f64>| {
             let number = *limit.get_ref();
             if number.is_finite() { Ok(number) } else { Err(point.wrong(limit.span(), "a number", number.to_string())) }
         };
         match (&self.above, &self.below, &self.is) {
-            (Some(above), None, None) => {
-                limit(above).map(|above| (PointTest::Above(above), format!("above {above}{unit}")))
+            (Some(given), None, None) => {
+                let above = limit(given)?;
+                Ok((PointTest::Above(above), format!("above {above}{unit}"), given.span()))
             }
-            (None, Some(below), None) => {
-                limit(below).map(|below| (PointTest::Below(below), format!("below {below}{unit}")))
+            (None, Some(given), None) => {
+                let below = limit(given)?;
+                Ok((PointTest::Below(below), format!("below {below}{unit}"), given.span()))
             }
             (None, None, Some(is)) if point.texts.contains(is.get_ref()) => {
-                Ok((PointTest::Is(is.get_ref().clone()), format!("is {}", is.get_ref())))
+                Ok((PointTest::Is(is.get_ref().clone()), format!("is {}", is.get_ref()), is.span()))
             }
             (None, None, Some(is)) => {
                 let (name, found) = (point.name.get_ref().clone(), is.get_ref().clone());

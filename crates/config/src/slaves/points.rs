@@ -83,7 +83,7 @@ impl PointToml {
             octet: data.start.saturating_add(octet),
             bit,
             is_little_endian: self.is_little_endian()?,
-            scale: self.finite(self.scale.as_ref(), 1.0)?,
+            scale: self.scale()?,
             offset: self.finite(self.offset.as_ref(), 0.0)?,
             unit: self.unit()?,
             texts: self.texts(kind)?,
@@ -122,11 +122,10 @@ impl PointToml {
         length: usize,
         span: Range<usize>,
     ) -> Result<(), Located> {
-        let end = octet.saturating_add(length);
-        if end <= data.octets {
+        let last = octet.saturating_add(length.saturating_sub(1));
+        if last < data.octets {
             return Ok(());
         }
-        let last = end.saturating_sub(1);
         let needed = if length == 1 { format!("octet {octet}") } else { format!("the octets {octet} to {last}") };
         Err(at(
             span,
@@ -144,8 +143,8 @@ impl PointToml {
         at(span, SlaveProblem::PointValue { point, expected, found })
     }
 
-    /// The alarms of the point of `slave`.
-    pub fn rules(&self, slave: &str) -> Vec<Result<Rule, Located>> {
+    /// The alarms of the point of `slave`, with the places of their conditions.
+    pub fn rules(&self, slave: &str) -> Vec<Result<(Range<usize>, Rule), Located>> {
         let unit = self.unit.as_ref().map(|text| unit(text.get_ref()));
         let point = AlarmedPoint { slave, name: &self.name, unit, texts: self.possible_texts() };
         self.alarm.iter().map(|alarm| alarm.rule(&point)).collect()
@@ -153,9 +152,13 @@ impl PointToml {
 
     /// The texts that the value may have, apart from numbers.
     fn possible_texts(&self) -> Vec<String> {
-        let given: Vec<String> = self.texts.values().map(|text| text.get_ref().clone()).collect();
-        let is_bit = self.kind.get_ref() == "bool";
-        if given.is_empty() && is_bit { vec!["on".to_owned(), "off".to_owned()] } else { given }
+        let given = self.texts.values().map(|text| text.get_ref().clone());
+        if self.kind.get_ref() != "bool" {
+            return given.collect();
+        }
+        let has_text = |bit: &str| self.texts.keys().any(|code| code.get_ref() == bit);
+        let usual = [("0", "off"), ("1", "on")].into_iter().filter(|(bit, _)| !has_text(bit));
+        usual.map(|(_, text)| text.to_owned()).chain(given).collect()
     }
 
     fn bit(&self, kind: PointType) -> Result<u8, Located> {
@@ -183,6 +186,14 @@ impl PointToml {
         if number.is_finite() { Ok(number) } else { Err(self.wrong(given.span(), "a number", number)) }
     }
 
+    /// With 0 every value of the point would be `offset`.
+    fn scale(&self) -> Result<f64, Located> {
+        match &self.scale {
+            Some(given) if *given.get_ref() == 0.0 => Err(self.wrong(given.span(), "a number other than 0", 0)),
+            given => self.finite(given.as_ref(), 1.0),
+        }
+    }
+
     fn unit(&self) -> Result<Option<&'static str>, Located> {
         let Some(given) = &self.unit else { return Ok(None) };
         names::check_length(NamedItem::Unit, given, MAX_UNIT)?;
@@ -192,12 +203,17 @@ impl PointToml {
     /// The texts of the codes. A float has no codes.
     fn texts(&self, kind: PointType) -> Result<Vec<(i64, String)>, Located> {
         let text = |(code, text): (&Spanned<String>, &Spanned<String>)| {
-            if !kind.is_whole() {
-                return Err(self.wrong(code.span(), "texts only for whole numbers and bits", self.kind.get_ref()));
-            }
-            let number = code.get_ref().parse::<i64>().ok();
+            let word = self.kind.get_ref();
+            let codes = kind.codes();
+            let codes = codes.ok_or_else(|| self.wrong(code.span(), "texts only for whole numbers and bits", word))?;
+            // One code has one key: 1, 01 and +1 are not three of them.
+            let number = code.get_ref().parse::<i64>().ok().filter(|number| number.to_string() == *code.get_ref());
             let number = number
                 .ok_or_else(|| self.wrong(code.span(), "a whole number as code", format!("{:?}", code.get_ref())))?;
+            if !codes.contains(&number) {
+                let found = format!("{number}, {word} has {} to {}", codes.start(), codes.end());
+                return Err(self.wrong(code.span(), "a code of the type", found));
+            }
             names::check_length(NamedItem::CodeText, text, MAX_TEXT)?;
             Ok((number, text.get_ref().clone()))
         };

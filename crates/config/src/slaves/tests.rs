@@ -152,6 +152,15 @@ fn an_error_has_the_place_in_the_file_and_what_is_possible() {
         ("bit = 3\n", "", "24:8", &["the key bit"]),
         ("unit = \"Hz\"", "order = \"middle\"", "19:9", &["big or little", "middle"]),
         ("unit = \"Hz\"", "scale = inf", "19:9", &["expected a number, found inf"]),
+        ("unit = \"Hz\"", "scale = 0", "19:9", &["a number other than 0", "found 0"]),
+        (
+            "unit = \"Hz\"",
+            "texts = { 65536 = \"fast\" }",
+            "19:11",
+            &["a code of the type", "65536", "u16 has 0 to 65535"],
+        ),
+        ("unit = \"Hz\"", "texts = { 1 = \"slow\", 01 = \"fast\" }", "19:23", &["a whole number as code", "01"]),
+        ("1 = \"running\"", "2 = \"running\"", "26:26", &["a code of the type", "bool has 0 to 1"]),
         ("unit = \"Hz\"", "status = 8", "19:10", &["needs octet 8", "0 to 7"]),
         ("1 = \"running\"", "on = \"running\"", "26:26", &["a whole number as code"]),
         ("name = \"state\"", "name = \"speed\"", "22:8", &["point \"speed\" is defined twice"]),
@@ -221,6 +230,27 @@ fn the_alarms_of_points_have_their_limits_or_texts() {
     let text = format!("{FILE}[[segment.slave.point.alarm]]\nis = \"stopped\"\n");
     let config = read_in(&folder(), &text).unwrap();
     assert!(config.alarms.iter().any(|rule| rule.name == "turbo: state is stopped"));
+}
+
+/// An alarm is known by its name: of two with one name an operator would acknowledge and shelve only one.
+#[test]
+fn two_alarms_of_points_never_have_one_name() {
+    let alarm = |text: &str| format!("{FILE}[[segment.slave.point.alarm]]\n{text}\n");
+    let twice = alarm("is = \"stopped\"\n[[segment.slave.point.alarm]]\nis = \"stopped\"\npriority = \"high\"");
+    let (place, sentence) = error(&twice);
+    assert_eq!(place, "30:6");
+    assert!(sentence.contains("\"turbo: state is stopped\" is defined twice"), "{sentence}");
+    let other = "[[alarm]]\nname = \"turbo: state is stopped\"\nsegment = \"hall\"\nstation = 12\nlost = 5";
+    assert!(error(&alarm(&format!("is = \"stopped\"\n{other}"))).1.contains("defined twice"));
+}
+
+#[test]
+fn a_bit_with_one_text_has_the_usual_word_for_the_other() {
+    let text = FILE.replace("0 = \"stopped\", ", "");
+    let config = read_in(&folder(), &format!("{text}[[segment.slave.point.alarm]]\nis = \"off\"\n")).unwrap();
+    assert!(config.alarms.iter().any(|rule| rule.name == "turbo: state is off"));
+    let (_, sentence) = error(&format!("{text}[[segment.slave.point.alarm]]\nis = \"on\"\n"));
+    assert!(sentence.contains("its texts: off, running"), "{sentence}");
 }
 
 #[test]

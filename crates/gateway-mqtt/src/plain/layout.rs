@@ -182,6 +182,7 @@ fn limits(limits: Limits) -> Json {
 fn json_of(signal: Signal, value: &Value) -> Json {
     match (value, signal.kind()) {
         (Value::None, _) => Json::Null,
+        (Value::Float(number), _) if signal == Signal::ParameterNumber => json!(parameter(*number)),
         (Value::Float(number), _) => json!(seven_digits(*number)),
         (Value::Integer(number), _) => json!(number),
         (Value::Boolean(value), _) => json!(value),
@@ -190,6 +191,13 @@ fn json_of(signal: Signal, value: &Value) -> Json {
         (Value::Choice(number), _) => json!(number),
         (Value::Time(at), _) => time(*at),
     }
+}
+
+/// The number of a parameter. A point of a slave has up to twelve digits, all of them right; more digits come from the conversion of a
+/// float.
+fn parameter(number: f64) -> f64 {
+    let has_twelve_digits = format!("{number:.11e}").parse() == Ok(number);
+    if has_twelve_digits { number } else { seven_digits(number) }
 }
 
 /// A time as RFC 3339 in UTC.

@@ -354,7 +354,7 @@ fn point_test(inputs: &Inputs, gauge: &str, name: &str, test: &PointTest) -> Eva
     let holds = match test {
         PointTest::Above(limit) => point.number.map(|number| number > *limit),
         PointTest::Below(limit) => point.number.map(|number| number < *limit),
-        PointTest::Is(text) => Some(point.text == *text),
+        PointTest::Is(text) => Some(point.text == *text || point.text_without_remark() == text),
     };
     Evaluation { holds, value: point.number, text: format!("{gauge}: {name} is {}", point.text) }
 }

@@ -7,6 +7,7 @@ use crate::view::{ControlAuthorityView, Gauge, GaugeKind, ReadProgress, Reading,
 use axum::extract::State;
 use axum::http::{Extensions, HeaderMap};
 use axum::response::Response;
+use profivac_devices::reading::is_pressure;
 use profivac_web_server::live_source::{Changes, LiveSource, LiveState, stream};
 use serde::Serialize;
 use serde_json::Value;
@@ -106,8 +107,11 @@ fn for_live(gauge: Gauge) -> Gauge {
     Gauge { readings, age_ms, read_at: None, parameters: points, ..gauge }
 }
 
-/// The pressure with [`DIGITS`] digits.
+/// The pressure with [`DIGITS`] digits. A number that is no pressure stays as it is.
 fn rounded(pa: f64) -> f64 {
+    if !is_pressure(pa) {
+        return pa;
+    }
     let decimals = DIGITS - 1 - pa.log10().floor() as i32;
     let scale = 10_f64.powi(decimals.abs());
     // Powers of ten up to 1e22 are exact, so that the quotient is the nearest number to the digits.
@@ -280,6 +284,7 @@ mod tests {
             let pa = 10_f64.powf(-12.0 + 18.0 * random.f64());
             assert_eq!(rounded(pa).to_string(), format!("{pa:.4e}").parse::<f64>().unwrap().to_string(), "{pa}");
         }
+        assert_eq!([0.0, -1.0, f64::MIN_POSITIVE].map(rounded), [0.0, -1.0, f64::MIN_POSITIVE], "no pressure");
         assert_eq!([99_999.9, 1e5, 123_456.0, 9.999_96e-9].map(rounded), [1e5, 1e5, 123_460.0, 1e-8]);
     }
 

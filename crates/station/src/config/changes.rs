@@ -34,14 +34,18 @@ pub fn changes(before: &str, after: &str) -> Vec<FileChange> {
     let changed = all.into_iter().filter(|key| before.get(*key) != after.get(*key));
     changed
         .map(|key| {
-            let shown = |value: &String| if is_secret(key) { "(not shown)".to_owned() } else { short(value) };
+            let shown = |value: &String| if is_secret(key, value) { "(not shown)".to_owned() } else { short(value) };
             FileChange { key: key.clone(), before: before.get(key).map(shown), after: after.get(key).map(shown) }
         })
         .collect()
 }
 
-fn is_secret(key: &str) -> bool {
-    key.rsplit(' ').next().is_some_and(|last| SECRET.iter().any(|word| last.contains(word)))
+/// Whether the value must not be shown: for its key, or for a key of a table in a list within a list, which stays one value.
+fn is_secret(key: &str, value: &str) -> bool {
+    let last = key.rsplit(' ').next().unwrap_or_default();
+    let is_list_of_tables = value.starts_with('[') && value.contains('{');
+    let has_word = |text: &str| SECRET.iter().any(|word| text.contains(word));
+    has_word(last) || (is_list_of_tables && has_word(value))
 }
 
 fn short(value: &str) -> String {
@@ -65,22 +69,35 @@ fn add_table(table: &dyn TableLike, path: &str, keys: &mut BTreeMap<String, Stri
         match item {
             Item::None => {}
             Item::Table(table) => add_table(table, &path, keys),
-            Item::Value(Value::InlineTable(table)) => add_table(table, &path, keys),
-            Item::Value(value) => {
-                // Blanks and comments around a value are no part of it.
-                let mut value = value.clone();
-                value.decor_mut().clear();
-                keys.insert(path, value.to_string());
-            }
+            Item::Value(value) => add_value(value, path, keys),
             Item::ArrayOfTables(tables) => {
-                for (index, table) in tables.iter().enumerate() {
-                    let name = table.get("name").and_then(Item::as_str);
-                    let name = name.map_or_else(|| format!("{}", index + 1), |name| format!("{name:?}"));
-                    add_table(table, &format!("{path} {name}"), keys);
-                }
+                tables.iter().enumerate().for_each(|(index, table)| add_entry(table, index, &path, keys));
             }
         }
     }
+}
+
+fn add_value(value: &Value, path: String, keys: &mut BTreeMap<String, String>) {
+    match value {
+        Value::InlineTable(table) => add_table(table, &path, keys),
+        Value::Array(array) if array.iter().all(Value::is_inline_table) && !array.is_empty() => {
+            let tables = array.iter().filter_map(Value::as_inline_table).enumerate();
+            tables.for_each(|(index, table)| add_entry(table, index, &path, keys));
+        }
+        value => {
+            // Blanks and comments around a value are no part of it.
+            let mut value = value.clone();
+            value.decor_mut().clear();
+            keys.insert(path, value.to_string());
+        }
+    }
+}
+
+/// Adds the keys of a table of a list: below its name, or below its number if it has none.
+fn add_entry(table: &dyn TableLike, index: usize, path: &str, keys: &mut BTreeMap<String, String>) {
+    let name = table.get("name").and_then(Item::as_str);
+    let name = name.map_or_else(|| index.saturating_add(1).to_string(), |name| format!("{name:?}"));
+    add_table(table, &format!("{path} {name}"), keys);
 }
 
 #[cfg(test)]
@@ -117,6 +134,9 @@ mod tests {
     fn a_secret_is_not_shown_and_a_long_value_is_cut() {
         let after = BEFORE.replace("s1", "s2");
         assert_eq!(changes(BEFORE, &after), [change("openid client-secret", Some("(not shown)"), Some("(not shown)"))]);
+        let inline = "webhook = [{ name = \"a\", url = \"https://b/1\", token = \"s1\" }]\nlevels = [1, [{ password = \"s1\" }]]\n";
+        let hidden = ["levels", "webhook \"a\" token"].map(|key| change(key, Some("(not shown)"), Some("(not shown)")));
+        assert_eq!(changes(inline, &inline.replace("s1", "s2")), hidden);
         let long = format!("a = \"{}\"", "ä".repeat(MAX_VALUE));
         let value = changes("", &long).remove(0).after.unwrap();
         assert_eq!(value.chars().count(), MAX_VALUE + 4);

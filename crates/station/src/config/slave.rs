@@ -1,8 +1,10 @@
 //! A slave by its GSD file, and the points in its inputs.
 
+use crate::view::UNCERTAIN;
 use profivac_gsd_slave::GsdSlave;
 use profivac_recorder::Quality;
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -101,10 +103,19 @@ impl PointType {
         }
     }
 
-    /// Whether the number is a whole one.
+    /// The codes that a number of this type may be; `None` for a float, which is no code.
     #[must_use]
-    pub const fn is_whole(self) -> bool {
-        !matches!(self, Self::F32 | Self::Pa)
+    pub fn codes(self) -> Option<RangeInclusive<i64>> {
+        Some(match self {
+            Self::Bool => 0..=1,
+            Self::U8 => 0..=u8::MAX.into(),
+            Self::I8 => i8::MIN.into()..=i8::MAX.into(),
+            Self::U16 => 0..=u16::MAX.into(),
+            Self::I16 => i16::MIN.into()..=i16::MAX.into(),
+            Self::U32 => 0..=u32::MAX.into(),
+            Self::I32 => i32::MIN.into()..=i32::MAX.into(),
+            Self::F32 | Self::Pa => return None,
+        })
     }
 
     /// The number in these octets, the most significant octet first. A bit is bit `bit` of the first octet.
@@ -118,7 +129,8 @@ impl PointType {
             Self::I16 => i16::from_be_bytes(octets.try_into().ok()?).into(),
             Self::U32 => u32::from_be_bytes(octets.try_into().ok()?).into(),
             Self::I32 => i32::from_be_bytes(octets.try_into().ok()?).into(),
-            Self::F32 | Self::Pa => f32::from_be_bytes(octets.try_into().ok()?).into(),
+            // Its shortest decimal number: 0.1 as a float of 32 bits is 0.10000000149 as one of 64.
+            Self::F32 | Self::Pa => f32::from_be_bytes(octets.try_into().ok()?).to_string().parse().ok()?,
         })
     }
 }
@@ -173,20 +185,21 @@ impl SlavePoint {
         if self.is_little_endian {
             octets.reverse();
         }
-        let raw = self.kind.number(&octets, self.bit).filter(|raw| raw.is_finite());
+        let raw = self.kind.number(&octets, self.bit);
+        let numbers = raw.and_then(|raw| Some((raw, self.scaled(raw)?)));
         let status = self.status.map(|at| inputs.get(at).copied().unwrap_or_default());
         // The two highest bits are the quality: bad, uncertain, good, good in a cascade (PROFIBUS PA profile 3.02, status octet).
         let (is_bad, remark) = match status.map(|status| status >> 6) {
             Some(0) => (true, ""),
-            Some(1) => (false, " (uncertain)"),
+            Some(1) => (false, UNCERTAIN),
             _ => (false, ""),
         };
-        match raw {
+        match numbers {
             _ if is_bad => fault(&format!("bad, status {:02X}h", status.unwrap_or_default())),
             None => fault("not a number"),
-            Some(raw) => {
-                let text = self.text(raw) + remark;
-                PointValue { number: Some(self.scaled(raw)), text, quality: Quality::Valid }
+            Some((raw, number)) => {
+                let text = self.text(raw, number) + remark;
+                PointValue { number: Some(number), text, quality: Quality::Valid }
             }
         }
     }
@@ -197,26 +210,33 @@ impl SlavePoint {
         matches!(self.kind, PointType::Bool) || !self.texts.is_empty()
     }
 
-    fn scaled(&self, raw: f64) -> f64 {
-        raw.mul_add(self.scale, self.offset)
+    /// The number in the unit of the point; `None` if it is no number, or too large for one.
+    fn scaled(&self, raw: f64) -> Option<f64> {
+        Some(raw.mul_add(self.scale, self.offset)).filter(|number| number.is_finite()).map(rounded)
     }
 
     /// The text of a code, `on` or `off` of a bit, or the number with its unit.
-    fn text(&self, raw: f64) -> String {
+    fn text(&self, raw: f64, number: f64) -> String {
         #[expect(clippy::cast_precision_loss, reason = "codes have 32 bits")]
-        let code = self.texts.iter().find(|(code, _)| self.kind.is_whole() && *code as f64 == raw);
+        let code = self.texts.iter().find(|(code, _)| self.kind.codes().is_some() && *code as f64 == raw);
         match (code, self.kind, self.unit) {
             (Some((_, text)), ..) => text.clone(),
             (None, PointType::Bool, _) => if raw == 0.0 { "off" } else { "on" }.to_owned(),
-            (None, _, Some(unit)) => format!("{} {unit}", shown(self.scaled(raw))),
-            (None, _, None) => shown(self.scaled(raw)),
+            (None, _, Some(unit)) => format!("{} {unit}", shown(number)),
+            (None, _, None) => shown(number),
         }
     }
 }
 
-/// A number with seven significant digits at most, as a float of 32 bits has them.
+/// The number with twelve significant digits: a whole number of 32 bits has ten, and `scale` adds digits that mean nothing.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.11e}").parse().unwrap_or(number)
+}
+
+/// A number in words; a very large or small one with an exponent.
 fn shown(number: f64) -> String {
-    format!("{number:.6e}").parse::<f64>().unwrap_or(number).to_string()
+    let is_usual = number == 0.0 || (1e-6..1e12).contains(&number.abs());
+    if is_usual { number.to_string() } else { format!("{number:e}") }
 }
 
 /// The units that the files of this program have named so far.
@@ -294,9 +314,31 @@ mod tests {
     #[test]
     fn a_number_is_scaled_and_a_code_is_the_number_before() {
         let scaled = SlavePoint { scale: 0.1, offset: -40.0, ..point(PointType::U16) };
-        assert_eq!(valid(&scaled, &[0, 0x01, 0xF5]), (501.0_f64.mul_add(0.1, -40.0), "10.1 Hz".to_owned()));
+        assert_eq!(valid(&scaled, &[0, 0x01, 0xF5]), (10.1, "10.1 Hz".to_owned()));
         let code = SlavePoint { texts: vec![(501, "at speed".to_owned())], ..scaled };
         assert_eq!(valid(&code, &[0, 0x01, 0xF5]).1, "at speed");
+    }
+
+    #[test]
+    fn a_whole_number_and_a_float_have_all_their_digits() {
+        let counter = SlavePoint { unit: None, ..point(PointType::U32) };
+        assert_eq!(valid(&counter, &[0, 0xFF, 0xFF, 0xFF, 0xFE]), (4_294_967_294.0, "4294967294".to_owned()));
+        let energy = SlavePoint { scale: 0.1, unit: Some("kWh"), ..counter };
+        assert_eq!(valid(&energy, &[0, 0xFF, 0xFF, 0xFF, 0xFE]), (429_496_729.4, "429496729.4 kWh".to_owned()));
+        let float = |number: f32| {
+            let octets = [&[0][..], &number.to_be_bytes()].concat();
+            valid(&SlavePoint { unit: None, ..point(PointType::F32) }, &octets)
+        };
+        assert_eq!(float(0.1), (0.1, "0.1".to_owned()));
+        assert_eq!(float(16_777_215.0), (16_777_215.0, "16777215".to_owned()));
+        assert_eq!(float(f32::MAX), (3.402_823_5e38, "3.4028235e38".to_owned()));
+    }
+
+    #[test]
+    fn a_number_beyond_all_numbers_is_a_fault() {
+        let huge = SlavePoint { scale: 1e308, ..point(PointType::U16) };
+        let PointValue { number, text, quality } = huge.value(&[0, 0xFF, 0xFF]);
+        assert_eq!((number, text.as_str(), quality), (None, "not a number", Quality::Fault));
     }
 
     #[test]

@@ -212,9 +212,9 @@ impl PolledLine {
     /// Searches for one slave that gives no values, or reads it with RD_Inp, if its time has come.
     fn ask_slave(&self, context: &Context, session: &mut BusSession) -> Result<(), Lost> {
         let now = context.now();
-        let turn = slave::next_request(&mut self.slaves(), now).map(|slave| (slave.config.clone(), slave.has_values()));
-        let Some((config, is_known)) = turn else { return Ok(()) };
-        let answer = slave::ask(session, &config, context.config.master, is_known)?;
+        let turn = slave::next_request(&mut self.slaves(), now).map(|it| (it.config.clone(), it.is_verified(now)));
+        let Some((config, is_verified)) = turn else { return Ok(()) };
+        let answer = slave::ask(session, &config, context.config.master, is_verified)?;
         let line = LineMoment { now: context.now(), bus_time: session.now(), baud: session.baud() };
         if let Some(slave) = self.slaves().iter_mut().find(|slave| slave.config.address == config.address) {
             slave.take_answer(&context.services.recorder, session.master(), line, answer);

@@ -29,6 +29,36 @@ const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
 /// The shortest time between two events of a point. chosen: a bit that toggles with each sample must not fill the list of events.
 const TOLD_INTERVAL: Duration = Duration::from_secs(10);
 
+/// The time after which a slave that is read with RD_Inp is asked again for its modules and its diagnosis. chosen: its master may give it
+/// other modules between two requests, and each check takes four requests.
+const VERIFY_INTERVAL: Duration = Duration::from_secs(10);
+
+/// The most events about the diagnosis of a slave in a minute. chosen: a loose contact must not fill the list of events; the last texts
+/// are told a minute later.
+const EVENTS_PER_MINUTE: u8 = 6;
+
+/// How many events may still be recorded in this minute.
+struct Allowance {
+    began: Instant,
+    used: u8,
+}
+
+impl Allowance {
+    const fn new(now: Instant) -> Self {
+        Self { began: now, used: 0 }
+    }
+
+    /// Whether one more event is recorded.
+    fn take(&mut self, now: Instant) -> bool {
+        if now.saturating_duration_since(self.began) >= Duration::from_mins(1) {
+            *self = Self::new(now);
+        }
+        let is_allowed = self.used < EVENTS_PER_MINUTE;
+        self.used = self.used.saturating_add(u8::from(is_allowed));
+        is_allowed
+    }
+}
+
 /// A slave of the station's file.
 pub struct SegmentSlave {
     /// The configuration.
@@ -39,6 +69,9 @@ pub struct SegmentSlave {
     diagnosis: Vec<u8>,
     reports: Vec<String>,
     has_fault: bool,
+    /// The texts of the last event about the diagnosis, and how many of them may follow.
+    told_reports: Vec<String>,
+    allowance: Allowance,
     /// The points. Views share them: a view is made ten times a second.
     points: Arc<[WatchedParameter]>,
     /// The text of each point with texts, as the last event says it, and when.
@@ -50,6 +83,8 @@ pub struct SegmentSlave {
     lost_at: Option<Micros>,
     sample_at: Instant,
     search_at: Instant,
+    /// When its modules and its diagnosis are read again, with RD_Inp.
+    verify_at: Instant,
     /// The master has it in its list.
     is_added: bool,
     /// Another master exchanges data with it, and the line shows it.
@@ -68,11 +103,14 @@ impl SegmentSlave {
             diagnosis: Vec::new(),
             reports: Vec::new(),
             has_fault: false,
+            told_reports: Vec::new(),
+            allowance: Allowance::new(now.at),
             exchange: (None, now),
             read: None,
             lost_at: None,
             sample_at: now.at,
             search_at: now.at,
+            verify_at: now.at,
             is_added: false,
             is_heard: false,
         }
@@ -104,6 +142,11 @@ impl SegmentSlave {
         matches!(self.state, BusStationState::DataExchange | BusStationState::Fault)
     }
 
+    /// Whether its device and its modules are those of the station's file, as far as RD_Inp needs to know.
+    pub fn is_verified(&self, now: Moment) -> bool {
+        self.has_values() && now.at < self.verify_at
+    }
+
     /// Takes the present inputs of a slave that the station owns, if its time has come.
     pub fn sample_owned(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
@@ -115,22 +158,18 @@ impl SegmentSlave {
         if let Some(at) = master.exchanged_at(address).filter(|at| self.exchange.0 != Some(*at)) {
             self.exchange = (Some(at), line.of(at));
         }
-        if let Some(diag) = master.diagnosis(address) {
-            let mut octets = vec![0; diag.ext_diag.len().saturating_add(6)];
-            let length = diag.emit(&mut octets).unwrap_or_default();
-            octets.truncate(length);
-            self.take_diagnosis(recorder, &octets, now);
-        }
         let (is_exchanging, read) = self.exchange;
         match master.inputs(address).filter(|_| is_exchanging.is_some() && now.since(read) < MAX_SILENCE) {
             Some(inputs) => {
-                let inputs = inputs.to_vec();
-                self.take_inputs(recorder, &inputs, read, now);
+                let diagnosis = master.diagnosis(address).map(|diag| octets_of(&diag)).unwrap_or_default();
+                self.take_values(recorder, &diagnosis, inputs, read, now);
             }
             None => {
                 let problem = master.exchange_error(address).map(|error| error.to_string());
                 let state = if problem.is_some() { BusStationState::Missing } else { BusStationState::Starting };
                 self.lose(recorder, state, problem, now);
+                // It may have values soon, however seldom it is sampled.
+                self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
             }
         }
     }
@@ -142,7 +181,11 @@ impl SegmentSlave {
         let heard = station.and_then(|it| Some((it, it.knowledge.exchanged_at().filter(|at| *at > opened)?)));
         let heard = heard.map(|(station, at)| (station, at, duration_of(line.baud, line.bus_time - at)));
         let heard = heard.filter(|(_, _, silence)| *silence < MAX_SILENCE);
-        self.is_heard = heard.is_some();
+        let was_heard = std::mem::replace(&mut self.is_heard, heard.is_some());
+        if was_heard && !self.is_heard {
+            // Its silence is a loss at once, however seldom it is sampled.
+            self.sample_at = self.sample_at.min(now.at);
+        }
         let Some((station, at, silence)) = heard.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.config.poll;
         if let Some(problem) = self.contradiction(&station.knowledge) {
@@ -151,8 +194,7 @@ impl SegmentSlave {
         if self.exchange.0 != Some(at) {
             self.exchange = (Some(at), now.before(silence));
         }
-        self.take_diagnosis(recorder, &station.diagnosis_octets, now);
-        self.take_inputs(recorder, station.knowledge.inputs(), self.exchange.1, now);
+        self.take_values(recorder, &station.diagnosis_octets, station.knowledge.inputs(), self.exchange.1, now);
     }
 
     /// Another device or other modules than the station's file says.
@@ -161,13 +203,7 @@ impl SegmentSlave {
             return Some(other_device(ident, &self.config));
         }
         let heard = knowledge.heard_configuration();
-        (!heard.is_empty() && heard != self.config.gsd.chk_cfg()).then(|| {
-            format!(
-                "its master configures it with {}, the modules in the station's file give {}: correct modules",
-                Hex(heard),
-                Hex(self.config.gsd.chk_cfg())
-            )
-        })
+        (!heard.is_empty() && heard != self.config.gsd.chk_cfg()).then(|| other_modules(heard, &self.config))
     }
 
     /// Notes that nothing was heard on a line on which the station only listens.
@@ -189,8 +225,12 @@ impl SegmentSlave {
     ) {
         let taken = answer.and_then(|answer| match answer {
             Answer::Present => self.add(master, line),
-            Answer::Inputs(inputs) => {
-                self.take_inputs(recorder, &inputs, line.now, line.now);
+            Answer::Inputs { inputs, diagnosis } => {
+                if diagnosis.is_some() {
+                    self.verify_at = line.now.at + VERIFY_INTERVAL;
+                }
+                let diagnosis = diagnosis.unwrap_or_else(|| self.diagnosis.clone());
+                self.take_values(recorder, &diagnosis, &inputs, line.now, line.now);
                 Ok(())
             }
         });
@@ -217,20 +257,23 @@ impl SegmentSlave {
 
     /// Ends the values because the port is lost or the segment stops.
     pub fn disconnect(&mut self, problem: &str, now: Moment) {
-        (self.is_added, self.search_at, self.sample_at) = (false, now.at, now.at);
+        (self.is_added, self.is_heard, self.search_at, self.sample_at) = (false, false, now.at, now.at);
         self.end(BusStationState::Missing, now);
         self.problem = Some(problem.to_owned());
     }
 
-    fn take_inputs(&mut self, recorder: &RecorderHandle, inputs: &[u8], read: Moment, now: Moment) {
-        if inputs.len() != self.config.inputs() {
-            let (found, expected) = (inputs.len(), self.config.inputs());
-            let problem = format!(
-                "its inputs have {found} octets, the modules in the station's file {expected}: compare modules with the configuration \
-                 of its master"
-            );
+    /// Takes the inputs of an exchange, and the last diagnosis; empty octets if there is none.
+    fn take_values(&mut self, recorder: &RecorderHandle, diagnosis: &[u8], inputs: &[u8], read: Moment, now: Moment) {
+        let diag = SlaveDiag::parse(diagnosis).ok().filter(|diag| diag.ident == self.config.gsd.ident());
+        if let Some(problem) = self.unusable(inputs, diag.as_ref()) {
             return self.lose(recorder, BusStationState::Missing, Some(problem), now);
         }
+        if let Some(diag) = diag.filter(|_| self.diagnosis != diagnosis) {
+            self.diagnosis = diagnosis.to_vec();
+            self.reports = reports(&self.config, &diag);
+            self.has_fault = diag.status.contains(StationStatus::EXT_DIAG);
+        }
+        self.tell_diagnosis(recorder, now);
         self.note_problem(recorder, None, now);
         self.state = if self.has_fault { BusStationState::Fault } else { BusStationState::DataExchange };
         self.lost_at = None;
@@ -244,6 +287,21 @@ impl SegmentSlave {
         }
     }
 
+    /// Why the inputs are no values.
+    fn unusable(&self, inputs: &[u8], diag: Option<&SlaveDiag<'_>>) -> Option<String> {
+        if inputs.len() != self.config.inputs() {
+            let (found, expected) = (inputs.len(), self.config.inputs());
+            return Some(format!(
+                "its inputs have {found} octets, the modules in the station's file {expected}: compare modules with the configuration \
+                 of its master"
+            ));
+        }
+        // profibus-wire 2.3
+        let diag = diag.filter(|diag| diag.status.contains(StationStatus::STAT_DIAG))?;
+        let texts: String = reports(&self.config, diag).iter().map(|text| format!(": {text}")).collect();
+        Some(format!("it reports that its inputs are not valid (Stat_Diag){texts}"))
+    }
+
     /// Records an event for each point with texts that has another one: the state of a pump, the limit switch of a valve.
     fn tell_changes(&mut self, recorder: &RecorderHandle, now: Moment) {
         let points = self.config.points.iter().zip(self.points.iter()).zip(&mut self.told);
@@ -251,37 +309,29 @@ impl SegmentSlave {
             if !settings.has_texts() || point.quality != Quality::Valid {
                 continue;
             }
+            let text = point.text_without_remark();
             let is_known = told
                 .as_ref()
-                .is_some_and(|(text, at)| *text == point.text || now.at.saturating_duration_since(*at) < TOLD_INTERVAL);
+                .is_some_and(|(told, at)| told == text || now.at.saturating_duration_since(*at) < TOLD_INTERVAL);
             if is_known {
                 continue;
             }
-            if told.replace((point.text.clone(), now.at)).is_some() {
-                let text = format!("{}: {} is {}", self.config.name, point.target, point.text);
+            if told.replace((text.to_owned(), now.at)).is_some() {
+                let text = format!("{}: {} is {text}", self.config.name, point.target);
                 recorder.event_at(now.wall, Some(&self.config.name), EventKind::Gauge, text);
             }
         }
     }
 
-    /// Takes a diagnosis. Other texts than before are an event.
-    fn take_diagnosis(&mut self, recorder: &RecorderHandle, octets: &[u8], now: Moment) {
-        if self.diagnosis == octets {
+    /// Records an event if the diagnosis has other texts than the last event.
+    fn tell_diagnosis(&mut self, recorder: &RecorderHandle, now: Moment) {
+        if self.told_reports == self.reports || !self.allowance.take(now.at) {
             return;
         }
-        self.diagnosis = octets.to_vec();
-        let Ok(diag) = SlaveDiag::parse(octets) else { return };
-        if diag.ident != self.config.gsd.ident() {
-            return;
-        }
-        let texts = reports(&self.config, &diag);
-        self.has_fault = diag.status.contains(StationStatus::EXT_DIAG);
-        if self.reports != texts {
-            let sentence = if texts.is_empty() { "no diagnosis".to_owned() } else { texts.join(", ") };
-            let text = format!("{}: {sentence}", self.config.name);
-            recorder.event_at(now.wall, Some(&self.config.name), EventKind::Gauge, text);
-            self.reports = texts;
-        }
+        let sentence = if self.reports.is_empty() { "no diagnosis".to_owned() } else { self.reports.join(", ") };
+        let text = format!("{}: {sentence}", self.config.name);
+        recorder.event_at(now.wall, Some(&self.config.name), EventKind::Gauge, text);
+        self.told_reports.clone_from(&self.reports);
     }
 
     /// The slave gives no values: `state` and `problem` say why.
@@ -301,6 +351,7 @@ impl SegmentSlave {
             self.points = planned_points(&self.config).into();
         }
         self.reports.clear();
+        self.told_reports.clear();
         self.diagnosis.clear();
         self.has_fault = false;
     }
@@ -366,12 +417,17 @@ pub fn next_request(slaves: &mut [SegmentSlave], now: Moment) -> Option<&mut Seg
 pub enum Answer {
     /// It is the device of the GSD file, and no other master owns it.
     Present,
-    /// Its inputs.
-    Inputs(Vec<u8>),
+    /// It is the device of the GSD file with the modules of the station's file, and gave its inputs.
+    Inputs {
+        /// The inputs.
+        inputs: Vec<u8>,
+        /// Its diagnosis; empty without an answer, `None` if the slave was not verified again.
+        diagnosis: Option<Vec<u8>>,
+    },
 }
 
-/// Searches a slave that the station owns, or reads the inputs of another one with RD_Inp; unless it `is_known`, asks for its ident number
-/// first. The inner result has the problem of the slave, in a sentence.
+/// Searches a slave that the station owns, or reads the inputs of another one with RD_Inp; unless it `is_verified`, asks for its ident
+/// number, its modules and its diagnosis first. The inner result has the problem of the slave, in a sentence.
 ///
 /// # Errors
 /// When the port is lost.
@@ -379,9 +435,9 @@ pub fn ask(
     session: &mut BusSession,
     slave: &config::Slave,
     master: u8,
-    is_known: bool,
+    is_verified: bool,
 ) -> Result<Result<Answer, String>, PortError> {
-    let answer = if slave.is_owned { search(session, slave, master) } else { read_inputs(session, slave, is_known) };
+    let answer = if slave.is_owned { search(session, slave, master) } else { read_inputs(session, slave, is_verified) };
     match answer {
         Err(SessionError::Port(error)) => Err(error),
         Err(error) => Ok(Err(error.to_string())),
@@ -410,23 +466,58 @@ fn present(session: &mut BusSession, slave: &config::Slave) -> Result<Result<Opt
 fn read_inputs(
     session: &mut BusSession,
     slave: &config::Slave,
-    is_known: bool,
+    is_verified: bool,
 ) -> Result<Result<Answer, String>, SessionError> {
-    if !is_known && let Err(problem) = present(session, slave)? {
-        return Ok(Err(problem));
-    }
+    let diagnosis = if is_verified {
+        None
+    } else {
+        match verify(session, slave)? {
+            Ok(diagnosis) => Some(diagnosis),
+            Err(problem) => return Ok(Err(problem)),
+        }
+    };
     let Reply::Answer { status, du, .. } = session.request(&services::rd_inp(slave.address))? else {
         return Ok(Err("no slave answers".to_owned()));
     };
     Ok(match status {
-        Status::DataLow | Status::DataHigh => Ok(Answer::Inputs(du)),
+        Status::DataLow | Status::DataHigh => Ok(Answer::Inputs { inputs: du, diagnosis }),
         // A slave without inputs.
-        Status::NoReply => Ok(Answer::Inputs(Vec::new())),
+        Status::NoReply => Ok(Answer::Inputs { inputs: Vec::new(), diagnosis }),
         Status::ServiceNotActivated => {
             Err("it is in data exchange with no master: with own = true the station exchanges data with it".to_owned())
         }
         status => Err(format!("expected inputs as the answer to RD_Inp, got the status {status:?}")),
     })
+}
+
+/// The diagnosis of the slave, if it is the device of the GSD file and Get_Cfg gives the modules of the station's file. A slave that refuses
+/// Get_Cfg is believed. chosen: its inputs have the right length.
+fn verify(session: &mut BusSession, slave: &config::Slave) -> Result<Result<Vec<u8>, String>, SessionError> {
+    if let Err(problem) = present(session, slave)? {
+        return Ok(Err(problem));
+    }
+    let Reply::Answer { status, du: modules, .. } = session.request(&services::get_cfg(slave.address))? else {
+        return Ok(Err("no slave answers".to_owned()));
+    };
+    if matches!(status, Status::DataLow | Status::DataHigh) && modules != slave.gsd.chk_cfg() {
+        return Ok(Err(other_modules(&modules, slave)));
+    }
+    Ok(Ok(match session.request(&services::slave_diag(slave.address))? {
+        Reply::Answer { du, .. } => du,
+        Reply::NoAnswer(_) => Vec::new(),
+    }))
+}
+
+fn other_modules(octets: &[u8], slave: &config::Slave) -> String {
+    let (found, expected) = (Hex(octets), Hex(slave.gsd.chk_cfg()));
+    format!("its master configures it with {found}, the modules in the station's file give {expected}: correct modules")
+}
+
+fn octets_of(diag: &SlaveDiag<'_>) -> Vec<u8> {
+    let mut octets = vec![0; diag.ext_diag.len().saturating_add(6)];
+    let length = diag.emit(&mut octets).unwrap_or_default();
+    octets.truncate(length);
+    octets
 }
 
 fn other_device(ident: u16, slave: &config::Slave) -> String {

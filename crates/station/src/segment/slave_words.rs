@@ -22,8 +22,8 @@ pub fn reports(slave: &config::Slave, diag: &SlaveDiag<'_>) -> Vec<String> {
     // A channel says more than its module.
     let all: Vec<String> = texts.collect();
     let is_told = |text: &str| {
-        let module = text.strip_suffix(" reports a diagnosis");
-        module.is_some_and(|module| all.iter().any(|other| other != text && other.starts_with(module)))
+        let channel = text.strip_suffix(" reports a diagnosis").map(|module| format!("{module} channel "));
+        channel.is_some_and(|channel| all.iter().any(|other| other.starts_with(&channel)))
     };
     all.iter().filter(|text| !is_told(text)).cloned().collect()
 }

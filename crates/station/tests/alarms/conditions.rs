@@ -88,6 +88,8 @@ fn the_alarm_of_a_point_is_raised_beyond_its_limit_and_a_bad_value_decides_nothi
     let mut fixture = Fixture::new(vec![rule(condition(PointTest::Is("off".to_owned())), 0, 0)]);
     assert_eq!(fixture.evaluate(&speed(Some(1.0), "on", Quality::Valid)), []);
     assert_eq!(fixture.evaluate(&speed(Some(0.0), "off", Quality::Valid)), [AlarmChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&speed(Some(0.0), "off (uncertain)", Quality::Valid)), [], "it is off all the same");
+    assert_eq!(fixture.evaluate(&speed(Some(1.0), "on (uncertain)", Quality::Valid)), [AlarmChangeKind::Returned]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { snapshotOf } from '../dist/test/lib/merge.js'
-import { pointText } from '../dist/test/lib/points.js'
+import { pointText, slaveValue } from '../dist/test/lib/points.js'
 
 const point = (text, quality = 'valid') => ({
   target: 'speed',
@@ -22,6 +22,15 @@ test('a point has its text with the unit, and none once it is stale', () => {
 
 test('a point whose number is bad says why', () => {
   assert.equal(pointText(point('bad, status 00h', 'fault'), false), 'bad, status 00h')
+})
+
+test('the wall shows the first point of a slave, its fault, or that it gives no data', () => {
+  const slave = (state, quality = 'valid') => ({ state, parameters: [point('1000 Hz', quality), point('2')] })
+  assert.deepEqual(slaveValue(slave('data-exchange'), false), { text: '1000 Hz', isFault: false })
+  assert.deepEqual(slaveValue(slave('fault'), false), { text: '1000 Hz', isFault: true })
+  assert.deepEqual(slaveValue(slave('fault'), true), { text: null, isFault: false })
+  assert.deepEqual(slaveValue(slave('missing', 'stale'), false), { text: null, isFault: false })
+  assert.deepEqual(slaveValue({ state: 'data-exchange', parameters: [] }, false), { text: null, isFault: false })
 })
 
 test('the points of a slave keep the order of the file through the live stream', () => {

@@ -157,6 +157,63 @@ fn the_diagnosis_of_a_slave_is_a_fault_and_an_event_in_the_words_of_its_file() {
     assert_eq!(fixture.events("turbo: no diagnosis").len(), 1);
 }
 
+/// A pump that has reported a fault is switched off, or heard with other modules: its diagnosis is no news at each sample.
+#[test]
+fn the_last_diagnosis_of_a_slave_without_values_is_no_flood_of_events() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(true), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+    device.report(&[0x02, 0x02]);
+    fixture.until("turbo", Duration::from_secs(5), |gauge| gauge.state == BusStationState::Fault);
+    assert_eq!(fixture.events("turbo: Bearing is hot").len(), 1);
+    fixture.change(|plant| plant.is_silent = true);
+    let turbo = fixture.until("turbo", Duration::from_secs(30), |gauge| gauge.state == BusStationState::Missing);
+    fixture.run_for(Duration::from_secs(5));
+    assert_eq!(fixture.events("turbo: Bearing is hot").len(), 1);
+    assert!(turbo.exceptions.is_empty(), "{turbo:?}");
+    fixture.change(|plant| plant.is_silent = false);
+    fixture.until("turbo", Duration::from_secs(60), |gauge| gauge.state == BusStationState::Fault);
+    assert_eq!(fixture.events("turbo: Bearing is hot").len(), 2, "it still has the fault");
+}
+
+/// Identifiers 2 and 20 belong to no module of the file, and neither stands for the other.
+#[test]
+fn each_identifier_without_a_module_is_reported() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(true), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+    device.report(&[0x44, 0x04, 0x00, 0x10]);
+    let turbo = fixture.until("turbo", Duration::from_secs(5), |gauge| gauge.state == BusStationState::Fault);
+    assert_eq!(turbo.exceptions, ["identifier 2 reports a diagnosis", "identifier 20 reports a diagnosis"]);
+}
+
+#[test]
+fn a_diagnosis_that_toggles_is_no_flood_and_its_last_texts_are_told() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(true), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+    for round in 0..100 {
+        device.report(if round % 2 == 0 { &[0x02, 0x02] } else { &[] });
+        fixture.run_for(Duration::from_millis(100));
+    }
+    let count = |fixture: &Fixture<_>, text| fixture.events(text).len();
+    let told = count(&fixture, "turbo: Bearing is hot") + count(&fixture, "turbo: no diagnosis");
+    assert!((2..=6).contains(&told), "{told} events in 10 s");
+    device.report(&[0x02, 0x02]);
+    fixture.run_for(Duration::from_mins(1));
+    assert_eq!(fixture.events("turbo: ").last().unwrap().text, "turbo: Bearing is hot");
+}
+
+/// An owned slave that is sampled once an hour shows its values when it gives them.
+#[test]
+fn a_slave_that_is_sampled_seldom_has_values_soon_after_its_start() {
+    let device = TestSlave::new(12, &pump());
+    let seldom = config::Slave { poll: Duration::from_secs(3600), ..slave(true) };
+    let config = config::Segment { slaves: vec![seldom], ..polled(&[]) };
+    let mut fixture = Fixture::<PolledLine>::new(config, VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+}
+
 #[test]
 fn a_point_with_texts_that_changes_is_an_event_and_one_that_toggles_is_no_flood() {
     let device = TestSlave::new(12, &pump());
@@ -222,6 +279,38 @@ fn a_slave_of_a_master_that_is_not_heard_is_read_with_rd_inp() {
     assert_eq!(device.state().outputs.last(), Some(&Some(vec![0x05])), "its outputs too");
 }
 
+/// Set_Prm of master 7: locked, without a watchdog, min T_SDR 11.
+const SET_PRM: [u8; 8] = [0x80, 0, 0, 11, 0x0F, 0xA1, 0, 0x33];
+
+/// Modules with inputs of the same length, whose octets mean something else.
+fn other_modules() -> Arc<GsdSlave> {
+    let text = String::from_utf8(PUMP.to_vec()).unwrap().replace("\"Speed\" 0x51", "\"Current\" 0x13");
+    let modules = Modules::InOrder(vec![ModuleChoice::Number(1), ModuleChoice::Number(2)]);
+    let file = Arc::new(GsdFile::read(text.as_bytes()));
+    Arc::new(GsdSlave::new(file, &Selection { modules, changes: Vec::new() }).unwrap())
+}
+
+#[test]
+fn rd_inp_shows_no_values_of_a_slave_with_other_modules_of_the_same_length() {
+    let (own, other) = (pump(), other_modules());
+    assert_eq!(own.lengths().inputs, other.lengths().inputs);
+    let device = TestSlave::new(12, &other);
+    let mut fixture = Fixture::<PolledLine>::new(segment(false), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.edge.master_7_sends(12, &[(Some(61), &SET_PRM), (Some(62), other.chk_cfg()), (None, &[0x05])]);
+    let turbo = fixture.until_problem("turbo", "correct modules");
+    assert_eq!((turbo.state, shown(&turbo, "speed").2), (BusStationState::Missing, Quality::Stale));
+}
+
+#[test]
+fn a_slave_that_is_read_with_rd_inp_has_its_diagnosis() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(false), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    device.report(&[0x02, 0x02]);
+    fixture.edge.master_7_sends(12, &[(Some(61), &SET_PRM), (Some(62), pump().chk_cfg()), (None, &[0x05])]);
+    let turbo = fixture.until("turbo", Duration::from_secs(30), |gauge| gauge.state == BusStationState::Fault);
+    assert_eq!((turbo.exceptions, turbo.parameters.len()), (vec!["Bearing is hot".to_owned()], 2));
+}
+
 #[test]
 fn another_device_at_the_address_is_not_taken() {
     let other = GsdFile::read(&String::from_utf8(PUMP.to_vec()).unwrap().replace("0FA1", "0FA2").into_bytes());
@@ -238,12 +327,13 @@ fn exchange(inputs: &[u8], toggle: bool) -> Vec<u8> {
     let fc = if toggle { 0x7D } else { 0x5D };
     let request = DataTelegram { da: 12, sa: 1, dsap: None, ssap: None, fc, du: &[0x01] };
     let answer = DataTelegram { da: 1, sa: 12, dsap: None, ssap: None, fc: 0x08, du: inputs };
-    let octets = |telegram| {
-        let mut octets = [0; MAX_TELEGRAM];
-        let length = Telegram::Data(telegram).emit(&mut octets).unwrap();
-        octets[..length].to_vec()
-    };
     [octets(request), octets(answer)].concat()
+}
+
+fn octets(telegram: DataTelegram<'_>) -> Vec<u8> {
+    let mut octets = [0; MAX_TELEGRAM];
+    let length = Telegram::Data(telegram).emit(&mut octets).unwrap();
+    octets[..length].to_vec()
 }
 
 fn hears_until_exchanging<L: crate::segment::runner::Line>(fixture: &mut Fixture<L>, inputs: &[u8]) -> Gauge {
@@ -267,6 +357,34 @@ fn a_listener_hears_the_points_of_a_slave_of_another_master_and_their_loss() {
     assert_eq!(shown(&turbo, "speed"), (Some(500.0), "500 Hz".to_owned(), Quality::Valid));
     let turbo = fixture.until_problem("turbo", "not heard any more");
     assert_eq!(shown(&turbo, "speed").2, Quality::Stale);
+}
+
+/// Answer to Slave_Diag of master 1: the slave at address 12 with this second octet of the status.
+fn diagnosis(status_2: u8) -> Vec<u8> {
+    let du = [0, status_2, 0, 1, 0x0F, 0xA1];
+    let request = DataTelegram { da: 12, sa: 1, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] };
+    let answer = DataTelegram { da: 1, sa: 12, dsap: Some(62), ssap: Some(60), fc: 0x08, du: &du };
+    [octets(request), octets(answer)].concat()
+}
+
+/// profibus-wire 2.3: with Stat_Diag a slave has no valid process data.
+#[test]
+fn inputs_that_the_slave_calls_invalid_are_no_values() {
+    let config = config::Segment { listen_only: true, ..segment(false) };
+    let mut fixture = Fixture::<HeardLine>::new(config, VirtualEdge::with_slaves(&[]));
+    hears_until_exchanging(&mut fixture, &[0x01, 0xF4, 3, 0]);
+    for round in 0..20 {
+        fixture.change(|plant| plant.hear(diagnosis(0x06)));
+        fixture.run_for(Duration::from_millis(10));
+        fixture.change(|plant| plant.hear(exchange(&[0x01, 0xF4, 3, 0], round % 2 == 0)));
+        fixture.run_for(Duration::from_millis(20));
+    }
+    let turbo = fixture.gauge("turbo");
+    assert!(turbo.problem.as_deref().is_some_and(|problem| problem.contains("Stat_Diag")), "{turbo:?}");
+    assert_eq!(shown(&turbo, "speed"), (None, String::new(), Quality::Stale));
+    fixture.change(|plant| plant.hear(diagnosis(0x04)));
+    fixture.run_for(Duration::from_millis(10));
+    hears_until_exchanging(&mut fixture, &[0x01, 0xF4, 3, 0]);
 }
 
 #[test]

@@ -1,8 +1,17 @@
 // The value of a point in words.
 
-import type { Point } from '../api/types.ts'
+import type { Gauge, Point } from '../api/types.ts'
 
 /** The value with its unit, or why the number is bad; `null` without a value, and for one that is too old. */
 export function pointText({ text, quality }: Point, isStale: boolean): string | null {
   return isStale || quality === 'stale' ? null : text
+}
+
+/** What the wall shows of a slave: that it reports a fault, or its first point, which is the most important one of the station's file. */
+export function slaveValue(
+  { state, parameters }: Pick<Gauge, 'state' | 'parameters'>,
+  isStale: boolean,
+): { text: string | null; isFault: boolean } {
+  const [first] = parameters
+  return { text: first ? pointText(first, isStale) : null, isFault: state === 'fault' && !isStale }
 }

@@ -11,7 +11,7 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { countsText, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
-import { pointText } from '../lib/points.ts'
+import { slaveValue } from '../lib/points.ts'
 import { pressureRange } from '../lib/pressure-range.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
 import type { Unit } from '../lib/units.ts'
@@ -154,16 +154,16 @@ function WallTile(tile: TileProps): JSX.Element {
 
 /** The state of a gauge with several channels, in the place of a value. */
 function WholeGauge({ gauge, isStale }: { gauge: Gauge; isStale: boolean }): JSX.Element {
-  if (gauge.kind === 'slave' && gauge.state === 'data-exchange') return <SlaveValue gauge={gauge} isStale={isStale} />
+  if (gauge.kind === 'slave') return <SlaveValue gauge={gauge} isStale={isStale} />
   if (gauge.readings.length === 0 || isStale) return <span class="no-pressure stale">{t.common.noData}</span>
   if (gauge.state === 'fault') return <ReadingText pa={null} quality="fault" unit="Pa" />
   return <span class="no-pressure">{t.wall.whole}</span>
 }
 
-/** The first point of a slave: the station's file has the most important one first. */
+/** The first point of a slave, or its fault. */
 function SlaveValue({ gauge, isStale }: { gauge: Gauge; isStale: boolean }): JSX.Element {
-  const [first] = gauge.parameters
-  const text = first ? pointText(first, isStale) : null
+  const { text, isFault } = slaveValue(gauge, isStale)
+  if (isFault) return <ReadingText pa={null} quality="fault" unit="Pa" />
   return text === null ? <span class="no-pressure stale">{t.common.noData}</span> : <span>{text}</span>
 }
 
