@@ -196,6 +196,11 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if !is_interactive() {
         return Err(Failure::usage(format!("{risk}; nothing was sent; without a terminal add --yes")));
     }
+    if ask(risk)? { Ok(()) } else { Err(Failure::usage("nothing was sent")) }
+}
+
+/// Shows a risk on the terminal and asks whether to continue.
+pub fn ask(risk: &str) -> Result<bool, Failure> {
     // Signals are caught before the prompt is visible.
     let signals = Signals::catch()?;
     write!(io::stderr(), "profivac: {risk}. Continue? [y/N] ")?;
@@ -207,10 +212,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     }
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
-    match answer.trim() {
-        "y" | "Y" | "yes" => Ok(()),
-        _ => Err(Failure::usage("nothing was sent")),
-    }
+    Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
 }
 
 /// Waits for a line. Returns false if a signal arrives first.

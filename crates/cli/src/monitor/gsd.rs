@@ -5,8 +5,9 @@ use crate::bus;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
 use crate::gsd_slaves::{GsdOptions, Wanted, selection};
-use crate::output::{notice, visible};
+use crate::output::notice;
 use crate::values::{self, Octets, ValueError};
+use crate::zeros::{RISK, Zeros};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_client::values::hex;
@@ -14,7 +15,6 @@ use profivac_explain::gsd::Files;
 use profivac_gsd_slave::{Catalog, Change, GsdSlave, Selection};
 use profivac_host::scan::probe;
 use profivac_host::session::BusSession;
-use profivac_wire::cfg;
 use std::collections::BTreeMap;
 
 /// The options for slaves by their GSD files.
@@ -148,25 +148,19 @@ fn find(
 
 /// The outputs of a slave: those of the command line, else zeros if the user agrees.
 fn outputs(slave: &GsdSlave, address: u8, given: Option<&Vec<u8>>) -> Result<Vec<u8>, Failure> {
-    let length = usize::from(slave.lengths().outputs);
+    let zeros = Zeros::of_slave(address, slave);
     if let Some(given) = given {
-        return checked(given, length, address, &listed(slave, &vec![0; length]));
+        let listed = zeros.as_ref().map(Zeros::listed).unwrap_or_default();
+        return checked(given, usize::from(slave.lengths().outputs), address, &listed);
     }
-    let zeros = vec![0; length];
-    if length == 0 {
-        return Ok(zeros);
-    }
-    let risk = format!(
-        "the slave at address {address} gets these outputs{}; zeros can stop a pump or close a valve",
-        listed(slave, &zeros)
-    );
+    let Some(zeros) = zeros else { return Ok(Vec::new()) };
     if !is_interactive() {
         return Err(Failure::usage(format!(
-            "{risk}; nothing was sent; without a terminal give its outputs, for instance --outputs \"{address}={}\"",
-            hex(&zeros)
+            "{zeros}; nothing was sent; without a terminal give its outputs, for instance --outputs \"{address}={}\"",
+            hex(&zeros.octets())
         )));
     }
-    confirm(&risk, false).map(|()| zeros)
+    confirm(&zeros.to_string(), false).map(|()| zeros.octets())
 }
 
 /// The outputs of the command line, if they are as long as those of the slave.
@@ -182,23 +176,15 @@ fn checked(given: &[u8], length: usize, address: u8, modules: &str) -> Result<Ve
 
 /// The outputs of a slave without a GSD file, which its configuration `cfg` counts. They must be given.
 pub fn outputs_of_unknown(plan: &Plan, address: u8, cfg: &[u8]) -> Result<Vec<u8>, Failure> {
-    let length = cfg::lengths(cfg).map_or(0, |lengths| usize::from(lengths.outputs));
+    let zeros = Zeros::of_cfg(address, cfg).map(|zeros| zeros.octets()).unwrap_or_default();
     match plan.outputs.get(&address) {
-        Some(given) => checked(given, length, address, ""),
-        None if length == 0 => Ok(Vec::new()),
+        Some(given) => checked(given, zeros.len(), address, ""),
+        None if zeros.is_empty() => Ok(zeros),
         None => Err(Failure::usage(format!(
-            "the slave at address {address} is no known device and has {length} octets of outputs; zeros can stop a pump or close a \
-             valve; nothing was sent; give its outputs, for instance --outputs \"{address}={}\"",
-            hex(&vec![0; length])
+            "the slave at address {address} is no known device and has {} octets of outputs; {RISK}; nothing was sent; give its \
+             outputs, for instance --outputs \"{address}={}\"",
+            zeros.len(),
+            hex(&zeros)
         ))),
     }
-}
-
-/// ` (slot 2 4DO: 00, slot 3 2AO: 00 00 00 00)`; empty without outputs.
-fn listed(slave: &GsdSlave, outputs: &[u8]) -> String {
-    let of = |data: profivac_gsd_slave::ModuleData<'_>| {
-        data.of(outputs).map(|octets| visible(&format!("{}: {}", data.name(), hex(octets))))
-    };
-    let all: Vec<_> = slave.layout().outputs().filter_map(of).collect();
-    if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
 }
