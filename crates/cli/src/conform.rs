@@ -4,7 +4,7 @@ use crate::bus::{self, BusOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
-use crate::gsd_slaves::{GsdOptions, Wanted, rate_remark, selection};
+use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
 use crate::output::{json, notice, out};
 use crate::values::{self, Octets};
 use crate::zeros::Zeros;
@@ -164,8 +164,12 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
     }
     let present = bus::present_cfg(&mut session, address)?;
     let by_gsd = arguments.by_gsd(slave.ident, present.as_deref())?;
-    if let (Some(slave), Some(present), Some(_)) = (&by_gsd, &present, &arguments.modules) {
-        check_modules(address, present, slave.chk_cfg())?;
+    // A slave that refuses other modules than it has breaks no rule.
+    let other_modules = by_gsd.as_ref().and_then(|slave| modules_remark(slave, address, present.as_deref()));
+    if let Some(remark) = other_modules.filter(|_| arguments.modules.is_some()) {
+        return Err(Failure::usage(format!(
+            "{remark}; choose the plugged modules, or leave --modules out; --cfg HEX tests another configuration that the slave accepts"
+        )));
     }
     let user_prm = match (&arguments.prm, &by_gsd) {
         (Some(octets), _) => octets.0.clone(),
@@ -189,8 +193,10 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
 pub fn zeros(address: u8, ident: u16, by_gsd: Option<&GsdSlave>, cfg: &[u8]) -> Option<Zeros> {
     // The configuration of the command line may be another one than that of the file.
     let described = by_gsd.filter(|slave| slave.chk_cfg() == cfg);
-    let is_gauge = !device_names(ident).is_empty();
-    (!is_gauge).then(|| described.map_or_else(|| Zeros::of_cfg(address, cfg), |slave| Zeros::of_slave(address, slave)))?
+    if !device_names(ident).is_empty() {
+        return None;
+    }
+    described.map_or_else(|| Zeros::of_cfg(address, cfg), |slave| Zeros::of_slave(address, slave))
 }
 
 impl Arguments {
@@ -206,19 +212,6 @@ impl Arguments {
         let wanted = Wanted { address: self.address, ident, get_cfg, selection: chosen.as_ref(), changes: &changes };
         wanted.find(&catalog).map(Some)
     }
-}
-
-/// Fails if the chosen modules are not those of the slave: then it refuses Chk_Cfg rightly, and breaks no rule.
-fn check_modules(address: u8, present: &[u8], chosen: &[u8]) -> Result<(), Failure> {
-    if present == chosen {
-        return Ok(());
-    }
-    Err(Failure::usage(format!(
-        "the slave at address {address} has the configuration {}, the modules of --modules need {}; choose the plugged modules, or leave \
-         --modules out; --cfg HEX tests another configuration that the slave accepts",
-        hex(present),
-        hex(chosen)
-    )))
 }
 
 /// What the GSD file of a slave states.

@@ -139,11 +139,11 @@ impl GaugeOptions {
         }
         if !self.own && !is_interactive() {
             return Err(Failure::usage(
-                "--via ms1 and pkw parameterise the gauge and take ownership of it; without a terminal add --own",
+                "--via ms1 and pkw take ownership of the gauge and set its parameters; without a terminal add --own",
             ));
         }
         notice(&format_args!(
-            "{} at address {} is parameterised now, keeps its unit, and is unlocked at the end",
+            "{} at address {} gets its parameters from this master now, keeps its unit, and is unlocked at the end",
             model.name, self.address
         ));
         let cyclic = CyclicSlave::find(session, self.address, self.bus.master())?;

@@ -22,8 +22,8 @@ use std::time::{Duration, Instant};
 
 /// Run the station: segments, recorder, alarms and dashboard.
 ///
-/// The file is checked completely before anything starts. The station parameterises gauges, keeps their units, and releases them
-/// at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
+/// The file is checked completely before anything starts. The station sets the parameters of its gauges, keeps their units, and releases
+/// them at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
 /// gauges and reopens lost ports. On SIGHUP it reads the file, certificate and key again; unchanged segments continue. Without
 /// users (see `profivac user`) every user of this computer may view the dashboard.
 #[derive(Args, Debug)]

@@ -2,9 +2,10 @@
 
 use super::plan::{OwnedByGsd, Plan};
 use crate::bus;
+use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
-use crate::gsd_slaves::{GsdOptions, Wanted, selection};
+use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
 use crate::output::notice;
 use crate::values::{self, Octets, ValueError};
 use crate::zeros::{RISK, Zeros};
@@ -68,8 +69,8 @@ impl Choices {
 
 impl GsdSlaves {
     /// Reads the files and asks each slave of the plans who it is; shows the outputs of those that the command will own, and asks. Changes
-    /// nothing on the bus.
-    pub fn prepare(&self, plans: &mut [Plan]) -> Result<(), Failure> {
+    /// nothing on the bus. While the user thinks, no session is open: this master would be in the ring and not pass the token on.
+    pub fn prepare(&self, plans: &mut [Plan], signals: &Signals) -> Result<(), Failure> {
         let choices = self.choices()?;
         let missing = choices.addresses().find(|address| !plans.iter().any(|plan| plan.addresses.contains(address)));
         if let Some(address) = missing {
@@ -86,15 +87,13 @@ impl GsdSlaves {
         }
         let catalog = self.files.read()?;
         let files = Files::new(catalog.entries().map(|(_, entry)| entry.file.clone()));
-        for plan in plans {
+        for plan in plans.iter_mut() {
             plan.files = files.clone();
-            let mut session = plan.bus.open()?;
-            for address in &plan.addresses {
-                if let Some(slave) = find(&mut session, *address, plan.bus.master(), &catalog, &choices)? {
-                    let outputs = outputs(&slave, *address, choices.outputs.get(address))?;
-                    plan.by_gsd.insert(*address, OwnedByGsd { slave, outputs });
-                }
-            }
+            plan.by_gsd = find_all(plan, &catalog, &choices, signals)?;
+        }
+        for (address, owned) in plans.iter_mut().flat_map(|plan| &mut plan.by_gsd) {
+            signals.check()?;
+            owned.outputs = outputs(&owned.slave, *address, choices.outputs.get(address))?;
         }
         Ok(())
     }
@@ -117,6 +116,26 @@ impl GsdSlaves {
         }
         Ok(choices)
     }
+}
+
+/// The slaves of a segment that the command will own by a GSD file, with outputs of zero.
+fn find_all(
+    plan: &Plan,
+    catalog: &Catalog,
+    choices: &Choices,
+    signals: &Signals,
+) -> Result<BTreeMap<u8, OwnedByGsd>, Failure> {
+    signals.check()?;
+    let mut session = plan.bus.open()?;
+    let mut found = BTreeMap::new();
+    for address in &plan.addresses {
+        signals.check()?;
+        if let Some(slave) = find(&mut session, *address, plan.bus.master(), catalog, choices)? {
+            let outputs = vec![0; slave.lengths().outputs.into()];
+            found.insert(*address, OwnedByGsd { slave, outputs });
+        }
+    }
+    Ok(found)
 }
 
 /// The slave at an address, if the command will own it by a GSD file. A known gauge stays one, unless an option is about it.
@@ -143,7 +162,14 @@ fn find(
     let get_cfg = bus::present_cfg(session, address)?;
     let changes = choices.changes.get(&address).map(Vec::as_slice).unwrap_or_default();
     let (ident, selection) = (status.ident, choices.modules.get(&address));
-    Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog).map(Some)
+    let slave = Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog)?;
+    if let Some(remark) = modules_remark(&slave, address, get_cfg.as_deref()) {
+        notice(&format_args!("{remark}; the slave may refuse them"));
+    }
+    if let Some(remark) = rate_remark(&slave, session.baud()) {
+        notice(&format_args!("slave at address {address}: {remark}"));
+    }
+    Ok(Some(slave))
 }
 
 /// The outputs of a slave: those of the command line, else zeros if the user agrees.
@@ -186,5 +212,34 @@ pub fn outputs_of_unknown(plan: &Plan, address: u8, cfg: &[u8]) -> Result<Vec<u8
             zeros.len(),
             hex(&zeros)
         ))),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use crate::bus::{BusOptions, MasterOptions};
+    use clap::Parser;
+    use profivac_dp::link::Baud;
+    use signal_hook::consts::SIGUSR1;
+
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        slaves: GsdSlaves,
+    }
+
+    /// The port does not exist: to open it would be another error.
+    #[test]
+    fn a_signal_that_has_come_before_the_slaves_are_asked_ends_the_command() {
+        let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/support/gsd/pressure.gsd");
+        let Line { slaves } = Line::try_parse_from(["monitor", "--gsd", gsd]).unwrap();
+        let bus = BusOptions::new("/nowhere", &MasterOptions::new(Baud::B19200, 0, 126));
+        let mut plans = [Plan::new(None, bus, vec![9])];
+        let signals = Signals::of(&[SIGUSR1]).unwrap();
+        assert!(!slaves.prepare(&mut plans, &signals).err().unwrap().is_interrupted());
+        signal_hook::low_level::raise(SIGUSR1).unwrap();
+        assert!(slaves.prepare(&mut plans, &signals).err().unwrap().is_interrupted());
     }
 }

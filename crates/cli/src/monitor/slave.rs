@@ -353,7 +353,6 @@ mod tests {
     use profivac_dp::link::Baud;
     use profivac_explain::gsd::Files;
     use profivac_gsd::GsdFile;
-    use std::collections::BTreeMap;
     use std::fs;
     use std::path::Path;
     use std::sync::Arc;
@@ -369,9 +368,7 @@ mod tests {
         let line = MasterOptions::new(Baud::B19200, 0, 126);
         let find = |files: Files, chosen: Vec<u8>| {
             let bus = BusOptions::new(&format!("sim:{}", file.display()), &line);
-            let (outputs, by_gsd) = (BTreeMap::new(), BTreeMap::new());
-            let plan =
-                Plan { name: None, bus, addresses: vec![9], user_prm: Vec::new(), outputs, by_gsd, chosen, files };
+            let plan = Plan { chosen, files, ..Plan::new(None, bus, vec![9]) };
             let mut session = plan.bus.open().unwrap();
             MonitoredSlave::find(&mut session, 9, &plan).map(|slave| slave.is_owned())
         };
