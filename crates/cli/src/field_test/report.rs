@@ -61,7 +61,7 @@ pub struct Options {
     pub hsa: u8,
     /// Measured requests of each service to each slave.
     pub cycles: usize,
-    /// Whether rules were tested that parameterise the slave.
+    /// Whether rules that set parameters and outputs of the slave may be tested.
     pub allow_writes: bool,
     /// Whether records keep their contents in the capture.
     pub with_serial_numbers: bool,
@@ -127,8 +127,7 @@ impl PortFacts {
 
 /// The name of a port without a host, a path or a serial number: links in `/dev/serial/by-id` contain one.
 fn public_name(name: &str, delivery: Delivery) -> String {
-    let (scheme, rest) = scheme_of(name);
-    match scheme.filter(|_| !rest.is_empty()) {
+    match scheme_of(name).0 {
         Some(scheme) => scheme.to_owned(),
         None if !delivery.is_timed() => "pty".to_owned(),
         None => {
