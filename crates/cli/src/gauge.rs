@@ -4,7 +4,7 @@ use crate::advice;
 use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::notice;
+use crate::output::{notice, visible};
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use profivac_client::class1::Class1Session;
@@ -203,7 +203,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
 pub fn ask(risk: &str) -> Result<bool, Failure> {
     // Signals are caught before the prompt is visible.
     let signals = Signals::catch()?;
-    write!(io::stderr(), "profivac: {risk}. Continue? [y/N] ")?;
+    write!(io::stderr(), "profivac: {}. Continue? [y/N] ", visible(risk))?;
     io::stderr().flush()?;
     // The user may also answer with Ctrl-C.
     if !wait_for_line(&signals)? {
