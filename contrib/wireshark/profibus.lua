@@ -744,7 +744,24 @@ local function is_one_telegram(buffer)
     return length <= announced
 end
 
-function proto.dissector(buffer, pinfo, root)
+-- What the check octet of a telegram sums up, and the sum.
+local function body_and_sum(buffer)
+    local from = buffer(0, 1):uint() == 0x68 and 4 or 1
+    local body, sum = buffer(from, buffer:len() - from - 2), 0
+    for at = 0, body:len() - 1 do sum = (sum + body(at, 1):uint()) % 256 end
+    return body, sum
+end
+
+-- Whether octets can hardly be anything but a telegram. One octet E5 can.
+local function is_certain(buffer)
+    local first = buffer(0, 1):uint()
+    if defect(buffer) or first == 0xE5 then return false end
+    if first == 0xDC then return buffer(1, 1):uint() < 127 and buffer(2, 1):uint() < 127 end
+    local _, sum = body_and_sum(buffer)
+    return buffer(buffer:len() - 2, 1):uint() == sum
+end
+
+local function dissect(buffer, pinfo, root)
     if buffer:len() == 0 then return 0 end
     pinfo.cols.protocol = "PROFIBUS"
     pinfo.cols.src = ""
@@ -779,13 +796,11 @@ function proto.dissector(buffer, pinfo, root)
         if not pinfo.visited then end_pending() end
         return length
     end
-    local from = first == 0x68 and 4 or 1
     if first == 0x68 then
         tree:add(f["le"], buffer(1, 1))
         tree:add(f["ler"], buffer(2, 1))
     end
-    local body, sum = buffer(from, length - from - 2), 0
-    for at = 0, body:len() - 1 do sum = (sum + body(at, 1):uint()) % 256 end
+    local body, sum = body_and_sum(buffer)
     local fcs = buffer(length - 2, 1)
     if fcs:uint() ~= sum then
         local words = string.format("the check octet is %02X, the sum is %02X", fcs:uint(), sum)
@@ -805,6 +820,23 @@ function proto.dissector(buffer, pinfo, root)
     return length
 end
 
+proto.dissector = dissect
 DissectorTable.get("wtap_encap"):add(wtap.USER0, proto)
--- Wireshark has no name for LINKTYPE_PROFIBUS_DL (257): packets of pcapng files with it have the encapsulation 0, "unknown".
-DissectorTable.get("wtap_encap"):add(0, proto)
+
+-- Wireshark has no name for LINKTYPE_PROFIBUS_DL (257): packets of pcapng files with it have the encapsulation 0, "unknown", as those
+-- of every other link type without a name. So the first telegram must show that the file has PROFIBUS; damaged ones behind it are shown too.
+local unnamed = Proto("profibus_dl", "PROFIBUS DP with a link type that Wireshark does not name")
+local is_profibus = false
+
+function unnamed.init()
+    is_profibus = false
+end
+
+function unnamed.dissector(buffer, pinfo, root)
+    if buffer:len() == 0 then return 0 end
+    is_profibus = is_profibus or is_certain(buffer)
+    if not is_profibus then return 0 end
+    return dissect(buffer, pinfo, root)
+end
+
+DissectorTable.get("wtap_encap"):add(0, unnamed)

@@ -3,13 +3,16 @@
 use crate::bus::{self, BusOptions};
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::gsd_slaves::{GsdOptions, Wanted, rate_remark, selection};
+use crate::gauge::{confirm, is_interactive};
+use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
 use crate::output::{json, notice, out};
 use crate::values::{self, Octets};
+use crate::zeros::Zeros;
 use clap::Args;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
+use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest, Stated};
 use profivac_conform::expected::Reason;
@@ -19,14 +22,15 @@ use profivac_gsd_slave::GsdSlave;
 use profivac_host::scan::{SlaveStatus, probe_all};
 use profivac_host::session::BusSession;
 use serde::Serialize;
-use std::io::{IsTerminal, Write, stderr, stdin};
+use std::io::{Write, stderr};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Test a slave against the rules of PROFIBUS DP, and show request, answer and section for each.
 ///
-/// The slave may be any DP slave, not only a gauge. The command parameterises it, exchanges data with outputs of zero, and releases
-/// it, many times: the relays of a gauge open and close. It also sends damaged telegrams. The slave must not be in use, and no other
+/// The slave may be any DP slave, not only a gauge. The command sets its parameters, exchanges data with outputs of zero, and releases
+/// it, many times: the relays of a gauge open and close. It shows the outputs of any other slave and asks first, because zeros can stop a
+/// pump or close a valve. It also sends damaged telegrams. The slave must not be in use, and no other
 /// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested. A broken rule was
 /// reproduced several times. A rule that was not tested has its reason: the slave lacks the service, or breaks another rule that the test
 /// needs, or the line or the computer damaged or delayed octets in each repetition. With `--gsd` the slave gets the configuration and the
@@ -55,7 +59,8 @@ pub struct Arguments {
     /// A parameter of the slave by its name in the GSD file; the last `=` stands before the value
     #[arg(long, value_name = "NAME=VALUE", requires = "paths", conflicts_with = "prm")]
     set: Vec<String>,
-    /// Take ownership of the slave without an announcement; required without a terminal
+    /// Take ownership of the slave without an announcement, and send zeros as its outputs without a question; required without a
+    /// terminal
     #[arg(long)]
     own: bool,
     /// Print JSON
@@ -78,15 +83,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.bus.check_not_own_address(address, "--address")?;
     if arguments.own {
         // The user has agreed.
-    } else if stdin().is_terminal() {
-        notice(&format_args!("conform parameterises the slave at address {address} and releases it, many times"));
+    } else if is_interactive() {
+        notice(&format_args!(
+            "conform takes ownership of the slave at address {address}, sets its parameters and releases it, many times"
+        ));
     } else {
         return Err(Failure::usage(
-            "conform parameterises the slave and takes ownership of it; without a terminal add --own",
+            "conform takes ownership of the slave and sets its parameters; without a terminal add --own",
         ));
     }
     let signals = Signals::catch()?;
-    let (subject, slot_time) = subject(arguments)?;
+    let (subject, slot_time, zeros) = subject(arguments)?;
+    if let Some(zeros) = zeros.filter(|_| !arguments.own) {
+        confirm(&zeros.to_string(), false)?;
+    }
     let mut wire = arguments.bus.open_probe(slot_time)?;
     if let Some(master) = wire.listen()? {
         return Err(Failure::no_answer(format!(
@@ -143,8 +153,9 @@ fn verdict(address: u8, findings: &[CheckResult], late: Option<String>) -> Resul
     }
 }
 
-/// Reads identity, configuration and unit of the slave without changing it. Returns them with the slot time of the session.
-fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure> {
+/// Reads identity, configuration and unit of the slave without changing it. Returns them with the slot time of the session, and the
+/// outputs that a slave other than a known gauge gets.
+fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Zeros>), Failure> {
     let mut session = arguments.bus.open()?;
     let (address, master) = (arguments.address, arguments.bus.master());
     let slave = find_slave(&mut session, address)?;
@@ -153,6 +164,13 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure>
     }
     let present = bus::present_cfg(&mut session, address)?;
     let by_gsd = arguments.by_gsd(slave.ident, present.as_deref())?;
+    // A slave that refuses other modules than it has breaks no rule.
+    let other_modules = by_gsd.as_ref().and_then(|slave| modules_remark(slave, address, present.as_deref()));
+    if let Some(remark) = other_modules.filter(|_| arguments.modules.is_some()) {
+        return Err(Failure::usage(format!(
+            "{remark}; choose the plugged modules, or leave --modules out; --cfg HEX tests another configuration that the slave accepts"
+        )));
+    }
     let user_prm = match (&arguments.prm, &by_gsd) {
         (Some(octets), _) => octets.0.clone(),
         (None, Some(slave)) => slave.user_prm().to_vec(),
@@ -166,8 +184,19 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration), Failure>
     if let Some(remark) = by_gsd.as_ref().and_then(|slave| rate_remark(slave, session.baud())) {
         notice(&format_args!("slave at address {address}: {remark}"));
     }
+    let zeros = zeros(address, slave.ident, by_gsd.as_ref(), &cfg);
     let stated = by_gsd.as_ref().map(stated);
-    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated }, session.timing().slot_time))
+    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated }, session.timing().slot_time, zeros))
+}
+
+/// The outputs of zero that a test sends to a slave other than a known gauge, whose relays the help of the commands names.
+pub fn zeros(address: u8, ident: u16, by_gsd: Option<&GsdSlave>, cfg: &[u8]) -> Option<Zeros> {
+    // The configuration of the command line may be another one than that of the file.
+    let described = by_gsd.filter(|slave| slave.chk_cfg() == cfg);
+    if !device_names(ident).is_empty() {
+        return None;
+    }
+    described.map_or_else(|| Zeros::of_cfg(address, cfg), |slave| Zeros::of_slave(address, slave))
 }
 
 impl Arguments {

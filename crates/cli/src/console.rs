@@ -10,7 +10,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// The longest line in octets; a longer one is split.
+/// The longest line in octets; a longer one is no command.
 const MAX_LINE: usize = 4096;
 
 /// Input of a user or a script.
@@ -18,6 +18,8 @@ const MAX_LINE: usize = 4096;
 pub enum Input {
     /// A line, without white space at its ends.
     Line(String),
+    /// A line of more than [`MAX_LINE`] octets, to which [`too_long`] is the answer.
+    LongLine,
     /// A signal that ends the program.
     Stop,
 }
@@ -136,36 +138,40 @@ impl Console {
     }
 }
 
+/// The answer to a line that is too long. A part of it could be another command.
+pub fn too_long() -> String {
+    format!("error: expected a line of at most {MAX_LINE} octets; nothing was done")
+}
+
 /// The beginning of a line that has not ended.
 #[derive(Debug, Default)]
 struct PartialLine {
     octets: Vec<u8>,
-    /// The line is too long and was passed on as far as it was read: the rest of it is no line of its own.
+    /// The line has more octets than these.
     is_too_long: bool,
 }
 
 impl PartialLine {
     /// Takes octets, and passes on the lines that have ended.
     fn push(&mut self, octets: &[u8], input: &mut Vec<Input>) {
-        self.octets.extend(octets);
-        while let Some(end) = self.octets.iter().position(|octet| *octet == b'\n') {
-            let complete: Vec<u8> = self.octets.drain(..=end).collect();
-            if !std::mem::take(&mut self.is_too_long) {
-                input.push(line(&complete));
+        for octet in octets {
+            match octet {
+                b'\n' => self.end_line(input),
+                _ if self.octets.len() < MAX_LINE => self.octets.push(*octet),
+                _ => self.is_too_long = true,
             }
         }
-        if self.is_too_long {
-            self.octets.clear();
-        } else if self.octets.len() > MAX_LINE {
-            input.push(line(&std::mem::take(&mut self.octets)));
-            self.is_too_long = true;
-        }
+    }
+
+    fn end_line(&mut self, input: &mut Vec<Input>) {
+        let octets = std::mem::take(&mut self.octets);
+        input.push(if std::mem::take(&mut self.is_too_long) { Input::LongLine } else { line(&octets) });
     }
 
     /// Passes on the last line, which may lack a line end.
     fn end(&mut self, input: &mut Vec<Input>) {
         if !self.octets.is_empty() {
-            input.push(line(&std::mem::take(&mut self.octets)));
+            self.end_line(input);
         }
     }
 }
@@ -188,14 +194,21 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_of_a_line_that_is_too_long_is_no_line() {
+    fn a_line_that_is_too_long_is_one_input_and_no_command() {
         let (mut partial, mut input) = (PartialLine::default(), Vec::new());
-        partial.push(&[b'A'; MAX_LINE], &mut input);
-        assert_eq!(input, []);
-        for octets in [&[b'A'; MAX_LINE], &[b'B'; MAX_LINE]] {
+        for octets in [&[b'A'; MAX_LINE], &[b'B'; MAX_LINE], &[b'C'; MAX_LINE]] {
             partial.push(octets, &mut input);
+            assert_eq!(input, []);
         }
         partial.push(b"power 9 off\nstate 9\n", &mut input);
-        assert_eq!(input, [Input::Line("A".repeat(2 * MAX_LINE)), Input::Line("state 9".to_owned())]);
+        assert_eq!(input, [Input::LongLine, Input::Line("state 9".to_owned())]);
+        input.clear();
+        partial.push(&[b'A'; MAX_LINE], &mut input);
+        partial.push(b"\n", &mut input);
+        assert_eq!(input, [Input::Line("A".repeat(MAX_LINE))]);
+        input.clear();
+        partial.push(&[b'A'; MAX_LINE + 1], &mut input);
+        partial.end(&mut input);
+        assert_eq!(input, [Input::LongLine]);
     }
 }

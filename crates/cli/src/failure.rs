@@ -152,6 +152,7 @@ impl From<PortError> for Failure {
     fn from(error: PortError) -> Self {
         let kind = match error {
             PortError::InvalidAddress(_)
+            | PortError::UnknownScheme(_)
             | PortError::NoBaudRate(_)
             | PortError::File(_)
             | PortError::NotCreatable { .. } => Kind::Usage,

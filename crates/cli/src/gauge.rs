@@ -4,7 +4,7 @@ use crate::advice;
 use crate::bus::BusOptions;
 use crate::console::Signals;
 use crate::failure::Failure;
-use crate::output::notice;
+use crate::output::{notice, visible};
 use crate::values;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use profivac_client::class1::Class1Session;
@@ -139,11 +139,11 @@ impl GaugeOptions {
         }
         if !self.own && !is_interactive() {
             return Err(Failure::usage(
-                "--via ms1 and pkw parameterise the gauge and take ownership of it; without a terminal add --own",
+                "--via ms1 and pkw take ownership of the gauge and set its parameters; without a terminal add --own",
             ));
         }
         notice(&format_args!(
-            "{} at address {} is parameterised now, keeps its unit, and is unlocked at the end",
+            "{} at address {} gets its parameters from this master now, keeps its unit, and is unlocked at the end",
             model.name, self.address
         ));
         let cyclic = CyclicSlave::find(session, self.address, self.bus.master())?;
@@ -196,9 +196,14 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     if !is_interactive() {
         return Err(Failure::usage(format!("{risk}; nothing was sent; without a terminal add --yes")));
     }
+    if ask(risk)? { Ok(()) } else { Err(Failure::usage("nothing was sent")) }
+}
+
+/// Shows a risk on the terminal and asks whether to continue.
+pub fn ask(risk: &str) -> Result<bool, Failure> {
     // Signals are caught before the prompt is visible.
     let signals = Signals::catch()?;
-    write!(io::stderr(), "profivac: {risk}. Continue? [y/N] ")?;
+    write!(io::stderr(), "profivac: {}. Continue? [y/N] ", visible(risk))?;
     io::stderr().flush()?;
     // The user may also answer with Ctrl-C.
     if !wait_for_line(&signals)? {
@@ -207,10 +212,7 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
     }
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
-    match answer.trim() {
-        "y" | "Y" | "yes" => Ok(()),
-        _ => Err(Failure::usage("nothing was sent")),
-    }
+    Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
 }
 
 /// Waits for a line. Returns false if a signal arrives first.

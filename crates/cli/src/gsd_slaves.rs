@@ -90,15 +90,18 @@ impl Wanted<'_> {
         for warning in slave.warnings() {
             notice(&format_args!("slave at address {address}: {warning}"));
         }
-        if let Some(present) = self.get_cfg.filter(|present| *present != slave.chk_cfg()) {
-            notice(&format_args!(
-                "slave at address {address}: its configuration is {}, that of the chosen modules {}; it may refuse it",
-                hex(present),
-                hex(slave.chk_cfg())
-            ));
-        }
         Ok(slave)
     }
+}
+
+/// A sentence about modules that are not those of the slave, whose answer to Get_Cfg is `present`.
+pub fn modules_remark(slave: &GsdSlave, address: u8, present: Option<&[u8]>) -> Option<String> {
+    let present = present.filter(|present| *present != slave.chk_cfg())?;
+    Some(format!(
+        "the slave at address {address} has the configuration {}, the chosen modules need {}",
+        hex(present),
+        hex(slave.chk_cfg())
+    ))
 }
 
 /// A sentence about a rate that the file does not have.

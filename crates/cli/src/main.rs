@@ -48,6 +48,7 @@ mod values;
 mod whole_file;
 mod write;
 mod write_failure;
+mod zeros;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;

@@ -31,6 +31,19 @@ pub fn visible(line: &str) -> String {
     visible
 }
 
+/// JSON in one line without control characters. Those of ASCII are escaped already, and a text of a GSD file can have others.
+pub fn visible_json(json: &str) -> String {
+    let mut visible = String::with_capacity(json.len());
+    for one in json.chars() {
+        if one.is_control() {
+            visible.push_str(&format!("\\u{:04x}", u32::from(one)));
+        } else {
+            visible.push(one);
+        }
+    }
+    visible
+}
+
 /// Keeps the first write error for [`check`].
 fn keep_error(written: io::Result<()>) {
     if let Err(error) = written {
@@ -64,9 +77,13 @@ pub fn json(value: &impl serde::Serialize) -> String {
     serde_json::to_string_pretty(value).unwrap_or_default()
 }
 
-/// Prints a notice on standard error. A failure to do so is ignored.
+/// Prints a notice on standard error, which may have several lines. A failure to do so is ignored.
 pub fn notice(message: &impl Display) {
-    writeln!(io::stderr().lock(), "profivac: {message}").ok();
+    writeln!(io::stderr().lock(), "profivac: {}", visible_lines(&message.to_string())).ok();
+}
+
+fn visible_lines(text: &str) -> String {
+    text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }
 
 /// Prints all pending notices of a port.
@@ -123,6 +140,15 @@ mod tests {
         drop(progress);
         let text = String::from_utf8(terminal).unwrap();
         assert_eq!(text, "\rprofivac: 9 of 10 parameters\rprofivac: 10 of 10 parameters\r\x1b[K");
+    }
+
+    #[test]
+    fn control_characters_are_shown_and_lines_stay() {
+        assert_eq!(visible("a\u{1b}[2Jb\u{9b}c\n"), "a\\u{1b}[2Jb\\u{9b}c\\n");
+        assert_eq!(visible_lines("a\u{7}\nb"), "a\\u{7}\nb");
+        let json = serde_json::to_string("\u{1b}\u{9b}\u{7f} ä").unwrap();
+        assert_eq!(visible_json(&json), "\"\\u001b\\u009b\\u007f ä\"");
+        assert_eq!(serde_json::from_str::<String>(&visible_json(&json)).unwrap(), "\u{1b}\u{9b}\u{7f} ä");
     }
 
     #[test]

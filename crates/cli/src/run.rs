@@ -22,8 +22,8 @@ use std::time::{Duration, Instant};
 
 /// Run the station: segments, recorder, alarms and dashboard.
 ///
-/// The file is checked completely before anything starts. The station parameterises gauges, keeps their units, and releases them
-/// at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
+/// The file is checked completely before anything starts. The station sets the parameters of its gauges, keeps their units, and releases
+/// them at the end; a gauge that is released returns to IDLE, stops measuring and opens its relays. The station waits for missing
 /// gauges and reopens lost ports. On SIGHUP it reads the file, certificate and key again; unchanged segments continue. Without
 /// users (see `profivac user`) every user of this computer may view the dashboard.
 #[derive(Args, Debug)]
@@ -68,6 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.check {
         profivac_config::check_ports(&config)?;
         Server::check(&setup).map_err(|error| server_failure(&config, error))?;
+        check_distinct(&addresses(&config, listen))?;
         check_addresses(&config, listen)?;
         let gauges: usize = config.segments.iter().map(|segment| segment.gauges.len()).sum();
         let slaves: usize = config.segments.iter().map(|segment| segment.slaves.len()).sum();
@@ -102,7 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
-                    apply_config(&mut station, &started_with, config)?;
+                    if let Err(error) = apply_config(&mut station, &started_with, config) {
+                        let text = format!("the file is not applied as a whole: {error}; restart the station");
+                        notice(&text);
+                        services.recorder().event_now(None, EventKind::Station, text);
+                    }
                     if let Err(error) = gateways.apply(&wanted, &station.services()) {
                         notice(&error);
                     }
@@ -123,38 +128,50 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 struct Dashboard {
     setup: Setup,
     server: Option<Server>,
-    /// When the address was tried last, if the server could not listen.
-    tried: Option<Instant>,
+    /// The last attempt, if it failed.
+    failed: Option<Failed>,
+}
+
+/// An attempt to start the server that failed.
+struct Failed {
+    at: Instant,
+    reason: String,
 }
 
 impl Dashboard {
     const fn new(setup: Setup) -> Self {
-        Self { setup, server: None, tried: None }
+        Self { setup, server: None, failed: None }
     }
 
     /// Starts the server if it does not run, at most once in [`LISTEN_PERIOD`], and prints that it is ready. A failure to listen is a
-    /// notice and an event, once; every other failure ends the program.
+    /// notice and an event, once; every other failure of the first attempt ends the program. Later the station records, and no failure of
+    /// the dashboard ends it.
     fn start(&mut self, services: &Arc<Services>, now: Instant) -> Result<(), Failure> {
-        let is_due = self.tried.is_none_or(|tried| now.saturating_duration_since(tried) >= LISTEN_PERIOD);
+        let is_due =
+            self.failed.as_ref().is_none_or(|failed| now.saturating_duration_since(failed.at) >= LISTEN_PERIOD);
         if self.server.is_some() || !is_due {
             return Ok(());
         }
         match profivac_station::server::start(Arc::clone(services), self.setup.clone()) {
             Ok(server) => {
-                if self.tried.take().is_some() {
+                if self.failed.take().is_some() {
                     services.recorder().event_now(None, EventKind::Station, "the dashboard: the problem is over");
                 }
                 out(&format!("ready {}", server.url()));
                 self.server = Some(server);
             }
-            Err(error @ ServerError::Listen { .. }) => {
-                if self.tried.replace(now).is_none() {
+            Err(error) if self.failed.is_none() && !matches!(error, ServerError::Listen { .. }) => {
+                return Err(error.into());
+            }
+            Err(error) => {
+                let failed = Failed { at: now, reason: error.to_string() };
+                if self.failed.as_ref().is_none_or(|before| before.reason != failed.reason) {
                     let text = format!("the dashboard does not run: {error}; the station tries again");
                     notice(&text);
                     services.recorder().event_now(None, EventKind::Station, text);
                 }
+                self.failed = Some(failed);
             }
-            Err(error) => return Err(error.into()),
         }
         Ok(())
     }
@@ -178,16 +195,39 @@ fn server_failure(config: &Config, error: ServerError) -> Failure {
     }
 }
 
+/// The parts of the station that listen, and their addresses.
+fn addresses(config: &Config, listen: SocketAddr) -> Vec<(String, SocketAddr)> {
+    let gateways = config
+        .gateways
+        .iter()
+        .flat_map(|gateway| gateway.listens_on().into_iter().map(|address| (format!("[{}]", gateway.name()), address)));
+    std::iter::once(("the dashboard".to_owned(), listen)).chain(gateways).collect()
+}
+
+/// Fails if two parts have one address: the second one would not start.
+fn check_distinct(parts: &[(String, SocketAddr)]) -> Result<(), Failure> {
+    for (number, (part, address)) in parts.iter().enumerate() {
+        if let Some((other, taken)) = parts.iter().take(number).find(|(_, taken)| overlap(*taken, *address)) {
+            return Err(Failure::usage(format!(
+                "{other} listens on {taken} and {part} on {address}; give one of them another port with `listen`"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two parts cannot listen on these addresses together. Port 0 is any free port.
+fn overlap(one: SocketAddr, other: SocketAddr) -> bool {
+    let is_all = one.ip().is_unspecified() || other.ip().is_unspecified();
+    one.port() != 0 && one.port() == other.port() && (one.ip() == other.ip() || is_all)
+}
+
 /// Fails if an address of the station cannot be used. A station that runs on the same database has them, so they are not tried then.
 fn check_addresses(config: &Config, listen: SocketAddr) -> Result<(), Failure> {
     if is_in_use(&config.database) {
         return Ok(());
     }
-    let gateways = config
-        .gateways
-        .iter()
-        .flat_map(|gateway| gateway.listens_on().into_iter().map(|address| (format!("[{}]", gateway.name()), address)));
-    for (part, address) in std::iter::once(("the dashboard".to_owned(), listen)).chain(gateways) {
+    for (part, address) in addresses(config, listen) {
         if let Err(error) = TcpListener::bind(address) {
             return Err(Failure::no_answer(format!(
                 "{part} cannot listen on {address}: {error}; end the program that has the address, or change `listen`"
@@ -220,4 +260,59 @@ fn apply_config(station: &mut Station, started_with: &Config, config: Config) ->
     profivac_config::needs_restart(started_with, &config).iter().for_each(notice);
     profivac_config::notices(&config).iter().for_each(notice);
     Ok(station.reconfigure(config)?)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use profivac_web_server::server::TlsFiles;
+    use std::fs;
+
+    fn station(folder: &Path) -> Station {
+        fs::write(folder.join("bus.toml"), "devices = [\"bcg450@5\"]\n").unwrap();
+        let file = folder.join("plant.toml");
+        let segment = "[[segment]]\nname = \"a\"\nport = \"sim:bus.toml\"\n[[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n";
+        fs::write(&file, segment).unwrap();
+        Station::start(profivac_config::read(&file).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn parts_that_cannot_listen_together_have_one_port_and_one_address_or_all() {
+        let address = |text: &str| text.parse().unwrap();
+        for (one, other, expected) in [
+            ("127.0.0.1:80", "127.0.0.1:80", true),
+            ("0.0.0.0:80", "127.0.0.1:80", true),
+            ("[::]:80", "127.0.0.1:80", true),
+            ("127.0.0.1:80", "127.0.0.2:80", false),
+            ("127.0.0.1:80", "127.0.0.1:81", false),
+            ("0.0.0.0:80", "127.0.0.1:81", false),
+            ("127.0.0.1:0", "127.0.0.1:0", false),
+        ] {
+            assert_eq!(overlap(address(one), address(other)), expected, "{one} {other}");
+            assert_eq!(overlap(address(other), address(one)), expected, "{other} {one}");
+        }
+    }
+
+    /// The station records already when the second attempt fails for another reason, here a certificate that has gone.
+    #[test]
+    fn a_failure_of_a_later_attempt_does_not_end_the_station() {
+        let folder = tempfile::tempdir().unwrap();
+        let station = station(folder.path());
+        let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+        let config = profivac_config::read(&folder.path().join("plant.toml")).unwrap();
+        let setup = Setup::new(taken.local_addr().unwrap(), config.access());
+        let mut dashboard = Dashboard::new(setup);
+        let begun = Instant::now();
+        dashboard.start(&station.services(), begun).unwrap();
+        let reason = |dashboard: &Dashboard| dashboard.failed.as_ref().map(|failed| failed.reason.clone());
+        assert!(reason(&dashboard).unwrap().contains("cannot listen"));
+        let gone = folder.path().join("gone.pem");
+        dashboard.setup.tls = Some(TlsFiles { certificate: gone.clone(), key: gone });
+        dashboard.start(&station.services(), begun + LISTEN_PERIOD).unwrap();
+        assert!(reason(&dashboard).unwrap().contains("gone.pem"), "{:?}", reason(&dashboard));
+        let mut first = Dashboard::new(dashboard.setup.clone());
+        assert!(first.start(&station.services(), begun).is_err(), "a first attempt ends the command");
+        station.stop().unwrap();
+    }
 }

@@ -65,7 +65,7 @@ fn a_script_must_give_own() {
     let complaint = String::from_utf8(output.stderr).unwrap();
     assert_eq!(
         complaint.trim(),
-        "profivac: conform parameterises the slave and takes ownership of it; without a terminal add --own"
+        "profivac: conform takes ownership of the slave and sets its parameters; without a terminal add --own"
     );
 }
 

@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
-use crate::common::{Folder, Program, octets, run};
+use crate::common::{Folder, Program, octets, run, run_on_terminal};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::io::{Read, Write};
@@ -183,6 +183,88 @@ fn a_run_without_writes_measures_and_leaves_no_private_data_in_its_archive() {
         }
     }
     replay(out);
+}
+
+/// Two modules have the same configuration octets and different parameters.
+const UNCLEAR: &str = "#Profibus_DP
+Vendor_Name = \"Acme\"
+Model_Name = \"Valve station\"
+Ident_Number = 0x1234
+Modular_Station = 1
+Max_Module = 4
+19.2_supp = 1
+Module = \"4DO\" 0x20
+7
+EndModule
+Module = \"4DO HF\" 0x20
+8
+Ext_Module_Prm_Data_Len = 1
+Ext_User_Prm_Data_Const(0) = 0x55
+EndModule
+";
+
+/// A slave with outputs that is no gauge, its port, and the folder of its GSD file, which is called `customer`.
+fn valves(folder: &Folder) -> (Program, String, String) {
+    let gsd = folder.name("customer");
+    std::fs::create_dir(&gsd).unwrap();
+    std::fs::write(folder.path("customer/valves.gsd"), UNCLEAR).unwrap();
+    let (program, port) = gauges(&[&format!("{gsd}/valves.gsd@4:modules=7")]);
+    (program, port, gsd)
+}
+
+fn number_of_rules(slave: &Value, outcome: &str) -> usize {
+    slave["rules"].as_array().unwrap().iter().filter(|rule| rule["outcome"] == outcome).count()
+}
+
+#[test]
+fn a_gsd_file_that_leaves_the_modules_unclear_costs_no_rule_that_reads_and_is_not_named_in_the_archive() {
+    let folder = Folder::new();
+    let (_slave, port, gsd) = valves(&folder);
+    for (name, options) in [("reading.tar", &[][..]), ("writing.tar", &["--allow-writes", "--own"])] {
+        let path = folder.path(name);
+        let fixed = ["field-test", "--port", &port, "--hsa", "4", "--cycles", "1", PATIENTLY, "--gsd", &gsd];
+        let output = run(&[&fixed[..], &["--out", path.to_str().unwrap()], options].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+        assert!(complaint(&output).contains("customer/valves.gsd: modules with the same"), "{}", complaint(&output));
+        let slave = &report(&path)["slaves"][0];
+        assert!(number_of_rules(slave, "passed") > 0, "{slave}");
+        assert_eq!(slave["rules_note"], Value::Null);
+        assert!(
+            slave["limits_note"].as_str().unwrap().starts_with("the modules of the slave are not clear"),
+            "{slave}"
+        );
+        assert!(!decoded(&folder, &path).contains("sets its parameters"));
+        for (name, octets) in files(&path) {
+            assert!(!String::from_utf8_lossy(&octets).contains("customer"), "{name}");
+        }
+        replay(path.to_str().unwrap());
+    }
+}
+
+/// Zeros can stop a pump or close a valve.
+#[test]
+fn a_slave_that_is_no_gauge_gets_zeros_only_if_the_user_agrees() {
+    let folder = Folder::new();
+    let (_slave, port, _) = valves(&folder);
+    let fixed = ["field-test", "--port", &port, "--hsa", "4", "--cycles", "1", "--allow-writes", PATIENTLY];
+    let zeros = "the slave at address 4 gets 1 octets of outputs, all zero; zeros can stop a pump or close a valve";
+    let script = folder.path("script.tar");
+    let output = run(&[&fixed[..], &["--out", script.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let advice = format!("{zeros}; only rules that read are tested with it; without a terminal add --own to test all");
+    assert!(complaint(&output).contains(&advice), "{}", complaint(&output));
+    let asked = folder.path("asked.tar");
+    let arguments = [&fixed[..], &["--out", asked.to_str().unwrap()]].concat();
+    let (code, _, shown) = run_on_terminal(&arguments, "Continue? [y/N] ", "n\n");
+    assert_eq!(code, 0, "{shown}");
+    assert!(shown.contains(zeros), "{shown}");
+    for path in [script, asked] {
+        let slave = &report(&path)["slaves"][0];
+        assert!(slave["limits_note"].as_str().unwrap().starts_with("nobody has agreed to zeros"), "{slave}");
+        assert!(number_of_rules(slave, "passed") > 0, "{slave}");
+        assert!(!decoded(&folder, &path).contains("sets its parameters"));
+        replay(path.to_str().unwrap());
+    }
 }
 
 /// A line on which this test is the other side, one connection for each opening of the port.

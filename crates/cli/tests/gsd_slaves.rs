@@ -1,15 +1,20 @@
 //! Slaves of any vendor by their GSD files: `scan`, `monitor` and `conform` with `--gsd`.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use crate::common::slave_line::{ADDRESS, SlaveLine};
-use crate::common::{End, Folder, run, run_on_terminal, sd2};
+use crate::common::{End, Folder, on_terminal, run, run_on_terminal, sd2};
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault};
 use profivac_wire::cfg;
 use serde_json::Value;
 use std::fs;
+use std::io::{self, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::process::Output;
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
 
 /// An input module, an output module with a parameter, and one with the same octets and another parameter.
 const STATION: &str = "#Profibus_DP
@@ -176,7 +181,8 @@ fn monitor_owns_a_slave_with_the_modules_and_parameters_of_its_file() {
     assert!(said.contains(
         "it gets slot 1 4DI, slot 2 4DO with the configuration 10 20, the user parameters 09 and the outputs 0F"
     ));
-    assert!(bench.outputs.lock().unwrap().contains(&vec![0x0F]), "{:?}", bench.outputs);
+    let outputs = bench.outputs.lock().unwrap().clone();
+    assert!(!outputs.is_empty() && outputs.iter().all(|octets| octets == &[0x0F]), "{outputs:02X?}");
     assert_eq!(bench.line.owner(), Value::Null);
 }
 
@@ -234,6 +240,89 @@ fn on_a_terminal_monitor_shows_the_outputs_and_asks() {
     let (code, out, shown) = run_on_terminal(&arguments, "Continue? [y/N] ", "y\n");
     assert_eq!(code, 0, "{shown}");
     assert!(out.contains("\"module\":\"4DI\""), "{out}");
+}
+
+/// A line to the slave that tells when the program has closed it.
+fn watched_line(slave: &str) -> (String, Receiver<()>) {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp://{}", server.local_addr().unwrap());
+    let (slave, (sender, closed)) = (slave.to_owned(), channel());
+    thread::spawn(move || {
+        for master in server.incoming().map_while(Result::ok) {
+            let line = TcpStream::connect(&slave).unwrap();
+            let (mut to, mut from) = (line.try_clone().unwrap(), line);
+            let (mut back, mut master) = (master.try_clone().unwrap(), master);
+            for stream in [&master, &from] {
+                stream.set_nodelay(true).unwrap();
+            }
+            thread::spawn(move || io::copy(&mut from, &mut back));
+            io::copy(&mut master, &mut to).ok();
+            to.shutdown(Shutdown::Both).ok();
+            if sender.send(()).is_err() {
+                return;
+            }
+        }
+    });
+    (port, closed)
+}
+
+/// A master that waits for an answer of the user must not be in the token ring.
+#[test]
+fn while_the_user_is_asked_no_session_is_open() {
+    let bench = Bench::valves();
+    let gsd = bench.folder.name("");
+    for command in [
+        &["monitor", "--modules", "9=3+7", "--set", "9=Delay=9", "--own", "--json", "9"][..],
+        &["conform", "--modules", "3+7", "--set", "Delay=9", "--address", "9"],
+    ] {
+        let (port, closed) = watched_line(&bench.line.address);
+        let arguments = [command, &["--port", &port, "--gsd", &gsd]].concat();
+        let (code, _, shown, _) = on_terminal(&arguments, "Continue? [y/N] ", |_, terminal| {
+            closed.recv_timeout(Duration::from_secs(60)).expect("the session is open while the user is asked");
+            terminal.write_all(b"n\n").unwrap();
+        });
+        assert_eq!(code, 2, "{shown}");
+        assert!(shown.contains("slot 2 4DO: 00"), "{shown}");
+    }
+    assert!(bench.outputs.lock().unwrap().is_empty());
+}
+
+/// Without a GSD file the outputs are counted.
+#[test]
+fn conform_asks_before_it_sends_zeros_to_a_slave_that_is_no_gauge() {
+    let bench = Bench::valves();
+    let port = bench.line.port();
+    let arguments = ["conform", "--port", &port, "--address", "9"];
+    let (code, _, shown) = run_on_terminal(&arguments, "Continue? [y/N] ", "n\n");
+    assert_eq!(code, 2, "{shown}");
+    assert!(
+        shown.contains("the slave at address 9 gets 1 octets of outputs, all zero; zeros can stop a pump"),
+        "{shown}"
+    );
+    assert!(bench.outputs.lock().unwrap().is_empty());
+    assert_eq!(bench.line.owner(), Value::Null);
+}
+
+#[test]
+fn modules_that_the_slave_does_not_have_are_wrong_usage_of_conform() {
+    let bench = Bench::valves();
+    let said = refused(&bench.run(&["conform"], &["--address", "9", "--own", "--modules", "7+3"]));
+    let sentence =
+        "the slave at address 9 has the configuration 10 20, the chosen modules need 20 10; choose the plugged modules";
+    assert!(said.contains(sentence), "{said}");
+}
+
+#[test]
+fn monitor_says_that_the_slave_may_refuse_modules_and_that_the_file_lacks_the_rate() {
+    let file = STATION.replace("Ident_Number", "500_supp = 1\nIdent_Number");
+    let bench = Bench::new(&[0x10, 0x20], &[9], &[("valves.gsd", &file)]);
+    let output = bench.monitor(&["--modules", "9=7+3", "--outputs", "9=00"]);
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("the slave at address 9 has the configuration 10 20, the chosen modules need 20 10; the slave may refuse them"),
+        "{said}"
+    );
+    assert!(said.contains("slave at address 9: its GSD file does not have the rate 19.2 kbit/s; it has 500"), "{said}");
 }
 
 #[test]

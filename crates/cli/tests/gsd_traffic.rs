@@ -132,6 +132,23 @@ fn a_gsd_file_in_place_of_traffic_is_answered_with_the_command_to_use() {
 }
 
 #[test]
+fn what_a_file_is_follows_from_its_contents_and_not_from_its_name() {
+    let folder = folder("11", "20 10");
+    let comment = "; a comment before the header\n".repeat(20);
+    fs::write(folder.path("island.txt"), comment + ISLAND).unwrap();
+    let output = run(&["decode", &folder.name("island.txt")]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("is a GSD file, expected recorded traffic"), "{}", complaint(&output));
+    let octets = octets(&traffic("11", "20 10"));
+    for (name, contents) in [("log.gsd", traffic("11", "20 10").into_bytes()), ("line.gsd", octets)] {
+        fs::write(folder.path(name), contents).unwrap();
+        let output = run(&["decode", "--gsd", &folder.name("gsd"), &folder.name(name)]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", complaint(&output));
+        assert!(shown(&output).contains("its modules by the GSD file: slot 1 4DO, slot 2 2DI\n"), "{name}");
+    }
+}
+
+#[test]
 fn a_folder_without_gsd_files_is_a_wrong_argument() {
     let folder = folder("11", "20 10");
     fs::create_dir(folder.path("empty")).unwrap();

@@ -43,6 +43,18 @@ fn pressures_are_shown_in_the_units_of_the_slaves() {
     assert_eq!(simulation.tell("quit"), "ok");
 }
 
+/// A gauge gets zeros: outputs that are given would be ignored.
+#[test]
+fn outputs_for_a_known_gauge_are_refused_before_anything_is_sent() {
+    let folder = Folder::new();
+    let (mut simulation, path) = simulation(&folder, &["bcg450@5"]);
+    let output = run(&["monitor", "--port", &path, "--own", "--json", "--for", "1", "--outputs", "5=00", "5"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("the slave at address 5 is a bcg450") && said.contains("leave out --outputs"), "{said}");
+    assert_eq!(simulation.state(5)["device_state"], "IDLE");
+}
+
 #[test]
 fn changes_of_pressure_and_power_are_shown() {
     let folder = Folder::new();

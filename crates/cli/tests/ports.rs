@@ -22,6 +22,14 @@ fn failing(arguments: &[&str], code: i32) -> String {
     message
 }
 
+#[test]
+fn a_kind_of_port_that_does_not_exist_is_wrong_usage() {
+    for command in [&["scan"][..], &["conform", "--address", "5", "--own"], &["monitor", "--own", "5"], &["sniff"]] {
+        let said = failing(&[command, &["--port", "udp://10.0.0.1:4000"]].concat(), 2);
+        assert!(said.contains("udp://10.0.0.1:4000 is no kind of port"), "{said}");
+    }
+}
+
 /// Reads rows until one contains `text`.
 fn shows(monitor: &Program, text: &str) {
     let shown = (0..60).any(|_| monitor.line().contains(text));

@@ -48,6 +48,36 @@ fn lines_set_inputs_diagnosis_and_records_of_a_slave_and_not_of_a_gauge() {
     assert!(known.ends_with("input, diagnosis, channel-error, record, got \"outputs\""), "{known}");
 }
 
+/// A terminal would obey them.
+#[test]
+fn control_characters_of_a_gsd_file_are_shown_and_not_sent_to_the_terminal() {
+    let folder = Folder::new();
+    let bell =
+        "#Profibus_DP\nVendor_Name = \"A\u{1b}[2JB\"\nModel_Name = \"C\u{7}D\"\nIdent_Number = 0x1234\n19.2_supp = 1
+Max_Diag_Data_Len = 16\nUnit_Diag_Bit(0) = \"hot\u{1b}c\"\nModule = \"4DI\u{8}\" 0x10\n1\nEndModule\n";
+    fs::write(folder.path("bell.gsd"), bell).unwrap();
+    let slave = format!("{}@9:modules=1", folder.name("bell.gsd"));
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), &slave]);
+    program.ready();
+    assert_eq!(program.tell("diagnosis 9 bit 0 on"), "ok hot\\u{1b}c");
+    assert!(program.tell("input 9 2 00").ends_with("there are 1 (4DI\\u{8})"));
+    assert!(program.tell("fault 9 eeprom").starts_with("error: A\\u{1b}[2JB C\\u{7}D at address 9 is a slave"));
+    assert_eq!(program.state(9)["diagnosis_texts"][0], "hot\u{1b}c");
+}
+
+/// The beginning of such a line could be another command.
+#[test]
+fn a_line_that_is_too_long_is_an_error_and_does_nothing() {
+    let folder = Folder::new();
+    let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), &gsd("pressure.gsd@9")]);
+    program.ready();
+    let line = format!("input 9 1{}", " 41".repeat(4000));
+    assert_eq!(program.tell(&line), "error: expected a line of at most 4096 octets; nothing was done");
+    let line = format!("power 9 off{}", " ".repeat(9000));
+    assert!(program.tell(&line).starts_with("error: expected a line of at most"));
+    assert_eq!(program.state(9)["power"], true);
+}
+
 #[test]
 fn a_line_without_a_gauge_has_no_pressure() {
     let folder = Folder::new();

@@ -341,6 +341,19 @@ fn a_dashboard_whose_address_is_taken_is_a_notice() {
 }
 
 #[test]
+fn the_check_finds_two_parts_with_one_address_also_while_a_station_runs() {
+    let (_folder, file, listener) = taken_address();
+    let address = listener.local_addr().unwrap().to_string();
+    let station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    station.ready();
+    let checked = run(&["run", &file, "--check", "--listen", &address]);
+    let complaint = String::from_utf8_lossy(&checked.stderr).into_owned();
+    let expected =
+        format!("the dashboard listens on {address} and [prometheus] on {address}; give one of them another port");
+    assert!(checked.status.code() == Some(2) && complaint.contains(&expected), "{complaint}");
+}
+
+#[test]
 fn the_check_tries_the_addresses_unless_a_station_runs_on_the_database() {
     let (_folder, file, listener) = taken_address();
     let check = || run(&["run", &file, "--check", "--listen", "127.0.0.1:0"]);

@@ -370,6 +370,31 @@ fn a_capture_of_link_type_257_is_dissected() {
     assert_eq!(tshark(&capture, &["-T", "fields", "-e", "_ws.col.Protocol"]), "PROFIBUS\n");
 }
 
+/// Wireshark calls every link type that it has no name for "unknown".
+#[test]
+fn packets_of_another_unknown_link_type_are_not_profibus() {
+    let folder = Folder::new();
+    let (text, capture) = (folder.name("log.txt"), folder.name("log.pcapng"));
+    std::fs::write(&text, "10 08 02 49 53 16\nE5\n10 08 02 49 53 16\n").unwrap();
+    run(&["decode", &text, "--out", &capture, "--link-type", "profibus-dl"]);
+    let protocols = |file: &[u8]| {
+        std::fs::write(&capture, file).unwrap();
+        tshark(&capture, &["-T", "fields", "-e", "_ws.col.Protocol"])
+    };
+    let file = std::fs::read(&capture).unwrap();
+    let telegram = hex("10 08 02 49 53 16");
+    let places: Vec<_> = (0..file.len()).filter(|at| file[*at..].starts_with(&telegram)).collect();
+    let [first, second] = places.as_slice() else { panic!("{places:?}") };
+    assert_eq!(protocols(&file), "PROFIBUS\nPROFIBUS\nPROFIBUS\n");
+    // A damaged telegram behind a valid one is shown as one.
+    let mut damaged = file.clone();
+    damaged[*second + 4] = 0x54;
+    assert_eq!(protocols(&damaged), "PROFIBUS\nPROFIBUS\nPROFIBUS\n");
+    let mut other = damaged;
+    other[*first + 4] = 0x54;
+    assert!(!protocols(&other).contains("PROFIBUS"));
+}
+
 #[test]
 fn the_columns_are_filled_and_damaged_telegrams_marked() {
     let folder = Folder::new();

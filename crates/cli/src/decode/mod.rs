@@ -5,13 +5,12 @@ mod other_protocol;
 use crate::advice::NO_TELEGRAM;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer, counted};
 use crate::failure::Failure;
-use crate::gsd_files::{self, is_gsd, peek};
+use crate::gsd_files::{self, Peeked, is_gsd};
 use crate::gsd_slaves::GsdOptions;
 use crate::output::{check, notice};
 use crate::sniff::statistics;
 use crate::values;
 use clap::{Args, ValueEnum};
-use flate2::read::MultiGzDecoder;
 use other_protocol::OtherProtocol;
 use profivac_dp::link::Baud;
 use profivac_explain::input::{
@@ -22,7 +21,7 @@ use profivac_explain::{Decoder, ExplainedPiece};
 use profivac_listen::Observer;
 use profivac_virtual::device_spec::DeviceSpec;
 use std::fs;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
@@ -87,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let unreadable = |error: io::Error| Failure::usage(format!("{name} cannot be read: {error}"));
     let files = gsd_files::files(&arguments.gsd)?;
-    let (head, file) = open(&arguments.file, arguments.input).and_then(peek).map_err(unreadable)?;
+    let Peeked { head, stream: file } = open(&arguments.file, arguments.input).map_err(unreadable)?;
     if arguments.input == Input::Auto && is_gsd(Path::new(&arguments.file), &head) {
         return Err(no_traffic(name));
     }
@@ -156,21 +155,10 @@ fn report_kind<R: Read>(source: &Source<R>, name: &str) -> bool {
     true
 }
 
-/// The first octets of a file of gzip (RFC 1952), with its only method.
-const GZIP: [u8; 3] = [0x1F, 0x8B, 8];
-
-/// A file or standard input, unpacked.
-fn open(file: &str, input: Input) -> io::Result<Box<dyn Read>> {
-    let mut file: Box<dyn Read> =
-        if file == "-" { Box::new(io::stdin().lock()) } else { Box::new(fs::File::open(file)?) };
-    if input == Input::Octets {
-        return Ok(file);
-    }
-    let mut first = Vec::new();
-    Read::by_ref(&mut file).take(GZIP.len() as u64).read_to_end(&mut first)?;
-    let is_packed = first == GZIP;
-    let whole = Cursor::new(first).chain(file);
-    Ok(if is_packed { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) })
+/// A file or standard input, unpacked unless the octets of the line are wanted.
+fn open(file: &str, input: Input) -> io::Result<Peeked> {
+    let file = if file == "-" { Peeked::of(io::stdin()) } else { Peeked::of(fs::File::open(file)?) }?;
+    if input == Input::Octets { Ok(file) } else { file.unpacked() }
 }
 
 /// Prints a notice about text that is not octets.

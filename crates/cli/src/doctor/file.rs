@@ -2,7 +2,7 @@
 
 use super::{Finding, database, slaves, station};
 use crate::explanation::counted;
-use crate::gsd_files::{is_gsd, peek};
+use crate::gsd_files::{Peeked, is_gsd};
 use crate::output::visible;
 use profivac_client::settings::SettingsFile;
 use profivac_dp::link::Baud;
@@ -87,7 +87,7 @@ fn toml(path: &Path) -> Vec<Finding> {
 
 /// Whether the file is a GSD file.
 fn has_gsd_head(path: &Path) -> bool {
-    File::open(path).and_then(peek).is_ok_and(|(head, _)| is_gsd(path, &head))
+    File::open(path).and_then(Peeked::of).is_ok_and(|peeked| is_gsd(path, &peeked.head))
 }
 
 /// A GSD file, which other commands read.

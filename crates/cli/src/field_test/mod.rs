@@ -31,7 +31,8 @@ use std::sync::Arc;
 /// It listens first, and ends without sending anything if another master is on the line. Then it scans the line, tests the rules
 /// of `conform` that only read, and measures the answers of each slave. The archive has a report, a capture and timing figures,
 /// and no private data: docs/field-test.md describes it. With `--gsd` and --allow-writes slaves of any vendor get the parameters of their GSD
-/// files, and more rules test what the files state. A run that ends early, also with Ctrl-C, writes an archive that says so.
+/// files, and more rules test what the files state. It shows the outputs of a slave that is no known gauge and asks first, because zeros can
+/// stop a pump or close a valve. A run that ends early, also with Ctrl-C, writes an archive that says so.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -48,9 +49,13 @@ pub struct Arguments {
     /// The archive to write; its name must not exist yet
     #[arg(long, value_name = "FILE.tar", required_unless_present = "replay")]
     out: Option<PathBuf>,
-    /// Test all rules of `conform`: slaves without owner are parameterised and released many times, with outputs of zero
+    /// Test all rules of `conform`: slaves without owner get parameters and outputs of zero, and are released, many times
     #[arg(long)]
     allow_writes: bool,
+    /// Send zeros as the outputs of slaves that are no known gauges without a question; without it and without a terminal, only rules that
+    /// read are tested with such slaves
+    #[arg(long, requires = "allow_writes")]
+    own: bool,
     /// Measured requests of each service to each slave, 1 to 100000
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = cycles)]
     cycles: usize,
@@ -106,11 +111,14 @@ fn measure(arguments: &Arguments, port: &str, path: &Path) -> Result<(), Failure
         with_serial_numbers: arguments.with_serial_numbers,
     };
     if arguments.allow_writes {
-        notice(&"--allow-writes: slaves without owner are parameterised and released many times, with outputs of zero");
+        notice(
+            &"--allow-writes: slaves without owner get parameters and outputs of zero, and are released, many times",
+        );
     }
     let signals = Signals::catch()?;
     let mut run = Run::new(&bus, Line::at_port(&bus), options, Some(&signals), Arc::default());
     run.gsd = GsdSource::Files(catalog);
+    run.own = arguments.own;
     let done = run.all_steps();
     if run.report.port.is_none() {
         // The port was never open, so nothing was measured.
@@ -147,7 +155,8 @@ fn replay_archive(path: &Path) -> Result<(), Failure> {
     let line = Line::of_archive(replay, baud);
     let mut run = Run::new(&bus, line, recorded.options.clone(), Some(&signals), unknown);
     let facts = recorded.slaves.iter().filter_map(|slave| Some((slave.address, slave.gsd.clone()?)));
-    run.gsd = GsdSource::Recorded(facts.collect());
+    let notes = recorded.slaves.iter().filter_map(|slave| Some((slave.address, slave.limits_note.clone()?)));
+    run.gsd = GsdSource::Recorded { facts: facts.collect(), notes: notes.collect() };
     run.all_steps()?;
     let comparison = Comparison::of(recorded, &run.report);
     comparison.differences.iter().for_each(|difference| out(difference));

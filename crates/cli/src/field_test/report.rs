@@ -1,8 +1,11 @@
 //! The results of a field test: `report.json` and `report.txt`. docs/field-test.md documents the keys.
 
 use super::figures::{Distribution, Figures};
+use crate::conform;
+use profivac_client::values::hex;
 use profivac_conform::dialogue::Stated;
 use profivac_dp::link::Baud;
+use profivac_gsd_slave::{GsdSlave, PlacedModule};
 use profivac_host::port::{Delivery, Notice, Port, adapter_facts};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -58,7 +61,7 @@ pub struct Options {
     pub hsa: u8,
     /// Measured requests of each service to each slave.
     pub cycles: usize,
-    /// Whether rules were tested that parameterise the slave.
+    /// Whether rules that set parameters and outputs of the slave may be tested.
     pub allow_writes: bool,
     /// Whether records keep their contents in the capture.
     pub with_serial_numbers: bool,
@@ -124,8 +127,7 @@ impl PortFacts {
 
 /// The name of a port without a host, a path or a serial number: links in `/dev/serial/by-id` contain one.
 fn public_name(name: &str, delivery: Delivery) -> String {
-    let scheme = ["tcp", "sim"].into_iter().find(|scheme| name.starts_with(&format!("{scheme}:")));
-    match scheme {
+    match scheme_of(name).0 {
         Some(scheme) => scheme.to_owned(),
         None if !delivery.is_timed() => "pty".to_owned(),
         None => {
@@ -134,6 +136,16 @@ fn public_name(name: &str, delivery: Delivery) -> String {
             device.map_or_else(|| "serial device".to_owned(), |file| format!("/dev/{file}"))
         }
     }
+}
+
+/// The schemes of ports that are no devices.
+const SCHEMES: [(&str, &str); 4] = [("tcp", "://"), ("telnet", "://"), ("rfc2217", "://"), ("sim", ":")];
+
+/// The scheme of a port, and the name behind it.
+fn scheme_of(port: &str) -> (Option<&'static str>, &str) {
+    let behind =
+        |(scheme, mark): (&'static str, &str)| Some((Some(scheme), port.strip_prefix(scheme)?.strip_prefix(mark)?));
+    SCHEMES.into_iter().find_map(behind).unwrap_or((None, port))
 }
 
 /// A notice of a port without paths. `None` for one that does not concern the line.
@@ -148,7 +160,7 @@ pub fn public_notice(notice: &Notice) -> Option<String> {
 
 /// `sentence` with `public` in place of the port as the user wrote it, so that it has no path and no host name.
 pub fn public_sentence(sentence: &str, port: &str, public: &str) -> String {
-    let bare = port.strip_prefix("tcp://").or_else(|| port.strip_prefix("sim:")).unwrap_or(port);
+    let (_, bare) = scheme_of(port);
     [port, bare].into_iter().fold(sentence.to_owned(), |text, name| replace_word(&text, name, public))
 }
 
@@ -221,6 +233,9 @@ pub struct Slave {
     /// Its GSD file, if the command line had one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gsd: Option<GsdFacts>,
+    /// Why fewer rules were tested than the options allow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits_note: Option<String>,
 }
 
 /// What the test takes from a GSD file.
@@ -236,6 +251,20 @@ pub struct GsdFacts {
     pub stated: Stated,
 }
 
+impl GsdFacts {
+    /// What the file of a slave says.
+    pub fn of(slave: &GsdSlave) -> Self {
+        let general = &slave.device().general;
+        let name = [&general.vendor_name, &general.model_name].map(|name| name.as_deref().unwrap_or("-").trim());
+        Self {
+            device: name.join(" "),
+            modules: slave.layout().modules.iter().map(PlacedModule::label).collect(),
+            user_prm: hex(slave.user_prm()),
+            stated: conform::stated(slave),
+        }
+    }
+}
+
 impl Slave {
     /// A slave of which only the address is known.
     pub const fn at(address: u8) -> Self {
@@ -249,6 +278,7 @@ impl Slave {
             figures_note: None,
             timing_notices: Vec::new(),
             gsd: None,
+            limits_note: None,
         }
     }
 }
@@ -304,6 +334,7 @@ fn slave_lines(slave: &Slave) -> Vec<String> {
     add("configuration", slave.configuration.as_deref());
     add("rules", Some(&outcomes(&slave.rules)));
     add("rules", slave.rules_note.as_deref());
+    add("rules", slave.limits_note.as_deref());
     for rule in slave.rules.iter().filter(|rule| text(rule, "outcome") == "broken") {
         lines.push(format!("    BROKEN {}: {}", text(rule, "name"), text(rule, "rule")));
     }
@@ -366,9 +397,13 @@ mod tests {
 
     #[test]
     fn a_name_of_a_port_tells_neither_a_host_nor_a_path() {
-        for (name, public) in
-            [("tcp://server.example:4000", "tcp"), ("sim:/home/me/line.toml", "sim"), ("/home/me/line", "pty")]
-        {
+        for (name, public) in [
+            ("tcp://server.example:4000", "tcp"),
+            ("telnet://server.example:4000", "telnet"),
+            ("rfc2217://server.example:4000", "rfc2217"),
+            ("sim:/home/me/line.toml", "sim"),
+            ("/home/me/line", "pty"),
+        ] {
             assert_eq!(public_name(name, Delivery::Unpaced), public);
         }
         assert_eq!(public_name("/home/me/gone", Delivery::Fifo { trigger: None }), "serial device");
@@ -378,6 +413,8 @@ mod tests {
         assert_eq!(public_sentence("no bus on b: b is gone", "b", "pty"), "no bus on pty: pty is gone");
         let sentence = public_sentence("server.example:4000 does not read", "tcp://server.example:4000", "tcp");
         assert_eq!(sentence, "tcp does not read");
+        let sentence = public_sentence("server.example:4000 does not read", "rfc2217://server.example:4000", "rfc2217");
+        assert_eq!(sentence, "rfc2217 does not read");
     }
 
     #[test]

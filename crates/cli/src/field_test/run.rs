@@ -14,9 +14,11 @@ use crate::bus::BusOptions;
 use crate::conform;
 use crate::console::Signals;
 use crate::failure::Failure;
+use crate::gauge::{ask, is_interactive};
 use crate::gsd_slaves::Wanted;
 use crate::output::notice;
 use crate::scan;
+use crate::zeros::Zeros;
 use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{Link, SlaveUnderTest, octets};
@@ -25,7 +27,7 @@ use profivac_conform::{CheckResult, PortLink, checks, run as run_checks};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::Request;
 use profivac_dp::master::services;
-use profivac_gsd_slave::Catalog;
+use profivac_gsd_slave::{Catalog, GsdSlave};
 use profivac_host::clock::tbit_of;
 use profivac_host::port::{Direction, Port};
 use profivac_host::scan::{FoundStation, probe};
@@ -41,6 +43,14 @@ use std::time::{Duration, Instant};
 
 /// Requests without an answer in succession after which a slave counts as gone. chosen.
 const MAX_MISSING: usize = 10;
+
+/// The longest note about the rules of a slave, in characters. chosen: a sentence.
+const MAX_NOTE: usize = 300;
+
+/// Why only rules that read are tested.
+const UNCLEAR: &str =
+    "the modules of the slave are not clear from the GSD files: rules of the file and rules that write were not tested";
+const NOT_AGREED: &str = "nobody has agreed to zeros as the outputs of the slave: rules that write were not tested";
 
 /// FDL status, and Slave_Diag with FCV 0 and FCB 1: each is a new request, whatever the slave got before.
 const FDL_STATUS: u8 = 0x49;
@@ -66,6 +76,8 @@ pub struct Run<'a> {
     slot_time: Duration,
     /// Where the parameters of slaves of any vendor come from.
     pub gsd: GsdSource,
+    /// The user has agreed on the command line to zeros as the outputs of any slave.
+    pub own: bool,
 }
 
 /// GSD files, or what an archive has of them.
@@ -73,7 +85,12 @@ pub enum GsdSource {
     /// Files of the command line.
     Files(Catalog),
     /// From an archive, by address.
-    Recorded(BTreeMap<u8, GsdFacts>),
+    Recorded {
+        /// The facts of the files.
+        facts: BTreeMap<u8, GsdFacts>,
+        /// Why only rules that read were tested.
+        notes: BTreeMap<u8, String>,
+    },
 }
 
 /// The files that a run produces.
@@ -116,6 +133,7 @@ impl<'a> Run<'a> {
             vanished: Vec::new(),
             slot_time: Duration::ZERO,
             gsd: GsdSource::Files(Catalog::default()),
+            own: false,
         }
     }
 
@@ -316,21 +334,19 @@ impl<'a> Run<'a> {
     }
 
     fn conform(&mut self, address: u8) -> Result<(), Failure> {
-        let writes = self.report.options.allow_writes && address <= MAX_OWNED;
+        let may_write = self.report.options.allow_writes && address <= MAX_OWNED;
         let Some(slave) = self.report.slaves.iter().find(|slave| slave.address == address) else { return Ok(()) };
         if slave.rules_note.is_some() {
             return Ok(());
         }
         let cfg = slave.configuration.as_deref().map(octets_of).unwrap_or_default();
         let ident = slave.diagnosis.as_deref().map(octets_of).and_then(|du| ident(&du)).unwrap_or_default();
-        progress(&format!("slave {address}: testing the rules{}", if writes { ", with writes" } else { "" }));
-        if writes && cfg.is_empty() {
-            return self.note_rules(address, "the slave does not answer Get_Cfg".to_owned());
+        if may_write && cfg.is_empty() {
+            return self.note_rules(address, "the slave does not answer Get_Cfg");
         }
-        let facts = match self.gsd_facts(address, ident, &cfg) {
-            Ok(facts) => facts,
-            Err(failure) => return self.note_rules(address, failure.to_string()),
-        };
+        let Limits { facts, note } = self.limits(address, ident, &cfg, may_write)?;
+        let writes = may_write && note.is_none();
+        progress(&format!("slave {address}: testing the rules{}", if writes { ", with writes" } else { "" }));
         let user_prm = match (writes, &facts) {
             (true, Some(facts)) => Some(octets_of(&facts.user_prm)),
             (true, None) => self.user_prm(address)?,
@@ -340,6 +356,7 @@ impl<'a> Run<'a> {
         let stated = facts.as_ref().map(|facts| facts.stated.clone());
         if let Some(slave) = self.slave_mut(address) {
             slave.gsd = facts;
+            slave.limits_note = note;
         }
         let subject = SlaveUnderTest { address, ident, cfg, user_prm, stated };
         let (port, baud) = self.line.open()?;
@@ -349,24 +366,26 @@ impl<'a> Run<'a> {
         self.end_beside(link.other_master())
     }
 
-    /// What the GSD file of a slave says; none for a known gauge, and if no file has the ident.
-    fn gsd_facts(&self, address: u8, ident: u16, cfg: &[u8]) -> Result<Option<GsdFacts>, Failure> {
+    /// What the GSD file of a slave says, and whether only rules that read are tested.
+    fn limits(&self, address: u8, ident: u16, cfg: &[u8], may_write: bool) -> Result<Limits, Failure> {
         let catalog = match &self.gsd {
-            GsdSource::Recorded(facts) => return Ok(facts.get(&address).cloned()),
+            GsdSource::Recorded { facts, notes } => {
+                let (facts, note) = (facts.get(&address).cloned(), notes.get(&address).cloned());
+                return Ok(Limits { facts, note });
+            }
             GsdSource::Files(catalog) => catalog,
         };
-        if catalog.by_ident(ident).is_empty() || !device_names(ident).is_empty() {
-            return Ok(None);
-        }
-        let slave = Wanted { address, ident, get_cfg: Some(cfg), selection: None, changes: &[] }.find(catalog)?;
-        let general = &slave.device().general;
-        let name = [&general.vendor_name, &general.model_name].map(|name| name.as_deref().unwrap_or("-").trim());
-        Ok(Some(GsdFacts {
-            device: name.join(" "),
-            modules: slave.layout().modules.iter().map(|module| module.label()).collect(),
-            user_prm: hex(slave.user_prm()),
-            stated: conform::stated(&slave),
-        }))
+        let slave = match gsd_slave(catalog, address, ident, cfg) {
+            Ok(slave) => slave,
+            Err(failure) => {
+                // It names files, and the archive contains no names of files.
+                notice(&failure);
+                return Ok(Limits { facts: None, note: Some(UNCLEAR.to_owned()) });
+            }
+        };
+        let zeros = conform::zeros(address, ident, slave.as_ref(), cfg).filter(|_| may_write && !self.own);
+        let is_agreed = zeros.map_or(Ok(true), |zeros| agree(&zeros))?;
+        Ok(Limits { facts: slave.as_ref().map(GsdFacts::of), note: (!is_agreed).then(|| NOT_AGREED.to_owned()) })
     }
 
     /// The user parameters that keep the unit of a gauge. `None` if they are unknown.
@@ -376,13 +395,13 @@ impl<'a> Run<'a> {
         match conform::known_prm(&mut session, address, self.bus.master()) {
             Ok(user_prm) => Ok(Some(user_prm)),
             Err(failure) if failure.is_port() => Err(failure),
-            Err(failure) => self.note_rules(address, failure.to_string()).map(|()| None),
+            Err(failure) => self.note_rules(address, &failure.to_string()).map(|()| None),
         }
     }
 
-    fn note_rules(&mut self, address: u8, note: String) -> Result<(), Failure> {
+    fn note_rules(&mut self, address: u8, note: &str) -> Result<(), Failure> {
         if let Some(slave) = self.slave_mut(address) {
-            slave.rules_note = Some(note);
+            slave.rules_note = Some(note.chars().take(MAX_NOTE).collect());
         }
         Ok(())
     }
@@ -469,6 +488,30 @@ impl<'a> Run<'a> {
         }
         Ok(true)
     }
+}
+
+/// What is tested of a slave.
+struct Limits {
+    facts: Option<GsdFacts>,
+    /// Why only rules that read are tested.
+    note: Option<String>,
+}
+
+/// The slave by its GSD file; none for a known gauge, and if no file has the ident.
+fn gsd_slave(catalog: &Catalog, address: u8, ident: u16, cfg: &[u8]) -> Result<Option<GsdSlave>, Failure> {
+    if catalog.by_ident(ident).is_empty() || !device_names(ident).is_empty() {
+        return Ok(None);
+    }
+    Wanted { address, ident, get_cfg: Some(cfg), selection: None, changes: &[] }.find(catalog).map(Some)
+}
+
+/// Whether the user agrees to zeros as the outputs of a slave. Without a terminal nobody does.
+fn agree(zeros: &Zeros) -> Result<bool, Failure> {
+    if is_interactive() {
+        return ask(&zeros.to_string());
+    }
+    notice(&format_args!("{zeros}; only rules that read are tested with it; without a terminal add --own to test all"));
+    Ok(false)
 }
 
 /// A rule in the report.

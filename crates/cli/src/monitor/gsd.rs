@@ -2,11 +2,13 @@
 
 use super::plan::{OwnedByGsd, Plan};
 use crate::bus;
+use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
-use crate::gsd_slaves::{GsdOptions, Wanted, selection};
-use crate::output::{notice, visible};
+use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
+use crate::output::notice;
 use crate::values::{self, Octets, ValueError};
+use crate::zeros::{RISK, Zeros};
 use clap::Args;
 use profivac_client::identify::device_names;
 use profivac_client::values::hex;
@@ -14,7 +16,6 @@ use profivac_explain::gsd::Files;
 use profivac_gsd_slave::{Catalog, Change, GsdSlave, Selection};
 use profivac_host::scan::probe;
 use profivac_host::session::BusSession;
-use profivac_wire::cfg;
 use std::collections::BTreeMap;
 
 /// The options for slaves by their GSD files.
@@ -68,8 +69,8 @@ impl Choices {
 
 impl GsdSlaves {
     /// Reads the files and asks each slave of the plans who it is; shows the outputs of those that the command will own, and asks. Changes
-    /// nothing on the bus.
-    pub fn prepare(&self, plans: &mut [Plan]) -> Result<(), Failure> {
+    /// nothing on the bus. While the user thinks, no session is open: this master would be in the ring and not pass the token on.
+    pub fn prepare(&self, plans: &mut [Plan], signals: &Signals) -> Result<(), Failure> {
         let choices = self.choices()?;
         let missing = choices.addresses().find(|address| !plans.iter().any(|plan| plan.addresses.contains(address)));
         if let Some(address) = missing {
@@ -86,15 +87,13 @@ impl GsdSlaves {
         }
         let catalog = self.files.read()?;
         let files = Files::new(catalog.entries().map(|(_, entry)| entry.file.clone()));
-        for plan in plans {
+        for plan in plans.iter_mut() {
             plan.files = files.clone();
-            let mut session = plan.bus.open()?;
-            for address in &plan.addresses {
-                if let Some(slave) = find(&mut session, *address, plan.bus.master(), &catalog, &choices)? {
-                    let outputs = outputs(&slave, *address, choices.outputs.get(address))?;
-                    plan.by_gsd.insert(*address, OwnedByGsd { slave, outputs });
-                }
-            }
+            plan.by_gsd = find_all(plan, &catalog, &choices, signals)?;
+        }
+        for (address, owned) in plans.iter_mut().flat_map(|plan| &mut plan.by_gsd) {
+            signals.check()?;
+            owned.outputs = outputs(&owned.slave, *address, choices.outputs.get(address))?;
         }
         Ok(())
     }
@@ -117,6 +116,26 @@ impl GsdSlaves {
         }
         Ok(choices)
     }
+}
+
+/// The slaves of a segment that the command will own by a GSD file, with outputs of zero.
+fn find_all(
+    plan: &Plan,
+    catalog: &Catalog,
+    choices: &Choices,
+    signals: &Signals,
+) -> Result<BTreeMap<u8, OwnedByGsd>, Failure> {
+    signals.check()?;
+    let mut session = plan.bus.open()?;
+    let mut found = BTreeMap::new();
+    for address in &plan.addresses {
+        signals.check()?;
+        if let Some(slave) = find(&mut session, *address, plan.bus.master(), catalog, choices)? {
+            let outputs = vec![0; slave.lengths().outputs.into()];
+            found.insert(*address, OwnedByGsd { slave, outputs });
+        }
+    }
+    Ok(found)
 }
 
 /// The slave at an address, if the command will own it by a GSD file. A known gauge stays one, unless an option is about it.
@@ -143,30 +162,31 @@ fn find(
     let get_cfg = bus::present_cfg(session, address)?;
     let changes = choices.changes.get(&address).map(Vec::as_slice).unwrap_or_default();
     let (ident, selection) = (status.ident, choices.modules.get(&address));
-    Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog).map(Some)
+    let slave = Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog)?;
+    if let Some(remark) = modules_remark(&slave, address, get_cfg.as_deref()) {
+        notice(&format_args!("{remark}; the slave may refuse them"));
+    }
+    if let Some(remark) = rate_remark(&slave, session.baud()) {
+        notice(&format_args!("slave at address {address}: {remark}"));
+    }
+    Ok(Some(slave))
 }
 
 /// The outputs of a slave: those of the command line, else zeros if the user agrees.
 fn outputs(slave: &GsdSlave, address: u8, given: Option<&Vec<u8>>) -> Result<Vec<u8>, Failure> {
-    let length = usize::from(slave.lengths().outputs);
+    let zeros = Zeros::of_slave(address, slave);
     if let Some(given) = given {
-        return checked(given, length, address, &listed(slave, &vec![0; length]));
+        let listed = zeros.as_ref().map(Zeros::listed).unwrap_or_default();
+        return checked(given, usize::from(slave.lengths().outputs), address, &listed);
     }
-    let zeros = vec![0; length];
-    if length == 0 {
-        return Ok(zeros);
-    }
-    let risk = format!(
-        "the slave at address {address} gets these outputs{}; zeros can stop a pump or close a valve",
-        listed(slave, &zeros)
-    );
+    let Some(zeros) = zeros else { return Ok(Vec::new()) };
     if !is_interactive() {
         return Err(Failure::usage(format!(
-            "{risk}; nothing was sent; without a terminal give its outputs, for instance --outputs \"{address}={}\"",
-            hex(&zeros)
+            "{zeros}; nothing was sent; without a terminal give its outputs, for instance --outputs \"{address}={}\"",
+            hex(&zeros.octets())
         )));
     }
-    confirm(&risk, false).map(|()| zeros)
+    confirm(&zeros.to_string(), false).map(|()| zeros.octets())
 }
 
 /// The outputs of the command line, if they are as long as those of the slave.
@@ -182,23 +202,44 @@ fn checked(given: &[u8], length: usize, address: u8, modules: &str) -> Result<Ve
 
 /// The outputs of a slave without a GSD file, which its configuration `cfg` counts. They must be given.
 pub fn outputs_of_unknown(plan: &Plan, address: u8, cfg: &[u8]) -> Result<Vec<u8>, Failure> {
-    let length = cfg::lengths(cfg).map_or(0, |lengths| usize::from(lengths.outputs));
+    let zeros = Zeros::of_cfg(address, cfg).map(|zeros| zeros.octets()).unwrap_or_default();
     match plan.outputs.get(&address) {
-        Some(given) => checked(given, length, address, ""),
-        None if length == 0 => Ok(Vec::new()),
+        Some(given) => checked(given, zeros.len(), address, ""),
+        None if zeros.is_empty() => Ok(zeros),
         None => Err(Failure::usage(format!(
-            "the slave at address {address} is no known device and has {length} octets of outputs; zeros can stop a pump or close a \
-             valve; nothing was sent; give its outputs, for instance --outputs \"{address}={}\"",
-            hex(&vec![0; length])
+            "the slave at address {address} is no known device and has {} octets of outputs; {RISK}; nothing was sent; give its \
+             outputs, for instance --outputs \"{address}={}\"",
+            zeros.len(),
+            hex(&zeros)
         ))),
     }
 }
 
-/// ` (slot 2 4DO: 00, slot 3 2AO: 00 00 00 00)`; empty without outputs.
-fn listed(slave: &GsdSlave, outputs: &[u8]) -> String {
-    let of = |data: profivac_gsd_slave::ModuleData<'_>| {
-        data.of(outputs).map(|octets| visible(&format!("{}: {}", data.name(), hex(octets))))
-    };
-    let all: Vec<_> = slave.layout().outputs().filter_map(of).collect();
-    if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test")]
+mod tests {
+    use super::*;
+    use crate::bus::{BusOptions, MasterOptions};
+    use clap::Parser;
+    use profivac_dp::link::Baud;
+    use signal_hook::consts::SIGUSR1;
+
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        slaves: GsdSlaves,
+    }
+
+    /// The port does not exist: to open it would be another error.
+    #[test]
+    fn a_signal_that_has_come_before_the_slaves_are_asked_ends_the_command() {
+        let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/support/gsd/pressure.gsd");
+        let Line { slaves } = Line::try_parse_from(["monitor", "--gsd", gsd]).unwrap();
+        let bus = BusOptions::new("/nowhere", &MasterOptions::new(Baud::B19200, 0, 126));
+        let mut plans = [Plan::new(None, bus, vec![9])];
+        let signals = Signals::of(&[SIGUSR1]).unwrap();
+        assert!(!slaves.prepare(&mut plans, &signals).err().unwrap().is_interrupted());
+        signal_hook::low_level::raise(SIGUSR1).unwrap();
+        assert!(slaves.prepare(&mut plans, &signals).err().unwrap().is_interrupted());
+    }
 }

@@ -29,14 +29,14 @@ use std::time::{Duration, Instant};
 
 /// Show the pressures of slaves in cyclic exchange: a live table on a terminal, otherwise rows once a second.
 ///
-/// The command takes ownership of the slaves: it parameterises them, keeps their units, and unlocks them at the end. An unlocked
+/// The command takes ownership of the slaves: it sets their parameters, keeps their units, and unlocks them at the end. An unlocked
 /// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
 /// tries to open a lost port again until that succeeds. A slave that is no known device is shown too, with its inputs as octets: it gets
 /// its own configuration, the user parameters of `--prm` and the outputs of `--outputs`. If another master exchanges data with such a
 /// slave, its inputs are read with RD_Inp, without ownership.
 ///
 /// With `--gsd` a slave of any vendor gets the modules and parameters of its GSD file, and its inputs and diagnosis are shown in the words of
-/// the file. The modules are those of `--modules`, else those of its present configuration. The command asks before it owns a slave with
+/// the file. The modules come from `--modules`, otherwise from the slave's present configuration. The command asks before it owns a slave with
 /// outputs, because zeros can stop a pump or close a valve; without a terminal it needs `--outputs`. The segments of a station's file are independent: a failure in one is
 /// reported, and the others continue.
 #[derive(Args, Debug)]
@@ -98,9 +98,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut plans = arguments.plans()?;
     let is_screen = Screen::is_possible() && !arguments.csv && !arguments.json;
     announce(arguments, is_screen)?;
-    arguments.gsd.prepare(&mut plans)?;
-    let plans = &plans;
     let signals = &Signals::catch()?;
+    arguments.gsd.prepare(&mut plans, signals)?;
+    let plans = &plans;
     let (stop, stopped) = UnixStream::pair()?;
     let show = &MonitorView::new(plans, is_screen, arguments);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
@@ -124,10 +124,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn announce(arguments: &Arguments, is_screen: bool) -> Result<(), Failure> {
     match (arguments.own, is_screen) {
         (true, _) => {}
-        (false, true) => notice(&"the slaves will be parameterised, keep their units, and are unlocked at the end"),
+        (false, true) => notice(
+            &"monitor takes ownership of the slaves and sets their parameters; they keep their units, and are unlocked at the end",
+        ),
         (false, false) => {
             return Err(Failure::usage(
-                "monitor parameterises the slaves and takes ownership of them; without a terminal add --own",
+                "monitor takes ownership of the slaves and sets their parameters; without a terminal add --own",
             ));
         }
     }

@@ -52,14 +52,8 @@ impl Arguments {
                 let addresses = all.iter().map(|text| values::slave_address(text));
                 let addresses = addresses.collect::<Result<_, _>>()?;
                 vec![Plan {
-                    name: None,
-                    bus: BusOptions::new(port, &self.line),
-                    addresses,
                     user_prm: self.user_prm(),
-                    outputs: BTreeMap::new(),
-                    by_gsd: BTreeMap::new(),
-                    chosen: Vec::new(),
-                    files: Files::default(),
+                    ..Plan::new(None, BusOptions::new(port, &self.line), addresses)
                 }]
             }
             (None, _) => {
@@ -78,15 +72,13 @@ impl Arguments {
     fn of_file(&self, file: &Path) -> Result<Vec<Plan>, Failure> {
         let config = profivac_config::read(file)?;
         let several = config.segments.len() > 1;
-        let plan = |segment: &profivac_station::config::Segment| Plan {
-            name: several.then(|| segment.name.clone()),
-            bus: BusOptions::of_segment(segment, &self.line),
-            addresses: segment.gauges.iter().map(|gauge| gauge.address).collect(),
-            user_prm: self.user_prm(),
-            outputs: BTreeMap::new(),
-            by_gsd: BTreeMap::new(),
-            chosen: Vec::new(),
-            files: Files::default(),
+        let plan = |segment: &profivac_station::config::Segment| {
+            let name = several.then(|| segment.name.clone());
+            let addresses = segment.gauges.iter().map(|gauge| gauge.address).collect();
+            Plan {
+                user_prm: self.user_prm(),
+                ..Plan::new(name, BusOptions::of_segment(segment, &self.line), addresses)
+            }
         };
         let plans: Vec<_> = config.segments.iter().filter(|segment| !segment.gauges.is_empty()).map(plan).collect();
         match (plans.as_slice(), config.segments.as_slice()) {
@@ -100,6 +92,20 @@ impl Arguments {
 }
 
 impl Plan {
+    /// A segment without options for its slaves.
+    pub fn new(name: Option<String>, bus: BusOptions, addresses: Vec<u8>) -> Self {
+        Self {
+            name,
+            bus,
+            addresses,
+            user_prm: Vec::new(),
+            outputs: BTreeMap::new(),
+            by_gsd: BTreeMap::new(),
+            chosen: Vec::new(),
+            files: Files::default(),
+        }
+    }
+
     /// Fails if an address occurs twice or is that of the master.
     fn check(&self) -> Result<(), Failure> {
         for (number, address) in self.addresses.iter().enumerate() {

@@ -219,7 +219,7 @@ impl Row {
         let time = Some(format!("{:.3}", self.unix_time));
         let columns = [
             self.address.to_string(),
-            self.device.clone(),
+            csv_field(&self.device),
             number(self.pressure),
             self.unit.to_owned(),
             number(self.mbar),
@@ -280,6 +280,11 @@ fn segment_column(text: &str) -> String {
 /// A text as a quoted CSV field.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+/// A text as a CSV field, quoted if it needs to be (RFC 4180).
+fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\r', '\n']) { quoted(text) } else { text.to_owned() }
 }
 
 /// A pressure in the unit of the slave; in mbar instead of COUNTS.
@@ -354,6 +359,14 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
         let json = serde_json::to_string(&row).unwrap();
         assert!(json.contains("\"device\":\"0x1234\",\"pressure\":null"), "{json}");
         assert!(json.ends_with("\"limit_mbar\":null,\"inputs\":\"AA 55\"}"), "{json}");
+    }
+
+    #[test]
+    fn the_model_of_a_gsd_file_is_one_column_of_csv() {
+        let row = Row::empty(None, 9, "Valves, 24 V \"HF\"".to_owned(), 1.5);
+        assert!(row.csv().starts_with("1.500,9,\"Valves, 24 V \"\"HF\"\"\",,,"), "{}", row.csv());
+        let row = Row::empty(None, 9, "Valve station".to_owned(), 1.5);
+        assert!(row.csv().starts_with("1.500,9,Valve station,,,"), "{}", row.csv());
     }
 
     #[test]

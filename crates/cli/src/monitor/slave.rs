@@ -90,13 +90,17 @@ impl MonitoredSlave {
             }));
         }
         match CyclicSlave::find(session, address, plan.bus.master()) {
+            Ok(gauge) if plan.outputs.contains_key(&address) => Err(Failure::usage(format!(
+                "the slave at address {address} is a {}, and monitor sends zeros to a known gauge: leave out --outputs for this address",
+                gauge.model.name
+            ))),
             Ok(gauge) => Ok(Self::Gauge(gauge)),
             Err(CyclicError::Client(ClientError::UnknownDevice { ident, .. })) => {
                 let cfg = bus::present_cfg(session, address)?;
                 let cfg = cfg.ok_or_else(|| Failure::refused(without_configuration(address, ident)))?;
                 let described = described(plan, ident, &cfg);
                 if described.is_known() || plan.chosen.contains(&address) {
-                    return Err(Failure::refused(released(address)));
+                    return Err(Failure::refused(became_free(address)));
                 }
                 let outputs = outputs_of_unknown(plan, address, &cfg)?;
                 let access = Access::Exchange { cfg, user_prm: plan.user_prm.clone(), outputs };
@@ -257,12 +261,12 @@ impl UnknownSlave {
     }
 }
 
-/// The slave belonged to another master when its GSD file was read, and has no master now. It must not get parameters that are not those
-/// of its file.
-fn released(address: u8) -> String {
+/// The slave belonged to another master, or was silent, when its GSD file was looked for, and is free now. It must not get parameters that are
+/// not those of its file.
+fn became_free(address: u8) -> String {
     format!(
-        "the master of the slave at address {address} has released it while the command started; nothing was sent; look whether that master \
-         comes back, then run the command again"
+        "the slave at address {address} belonged to another master or was silent when the command looked for its GSD file, and is free now; it got no \
+         parameters; if no other master needs it, run the command again"
     )
 }
 
@@ -291,9 +295,11 @@ impl ReadState {
             Ok(Reply::NoAnswer(_)) => Some(ReadError::NoAnswer),
             Err(error) => Some(ReadError::Session(error)),
         };
-        if let Ok(Reply::Answer { du, .. }) = session.request(&services::slave_diag(address)) {
-            self.diagnosis = du;
-        }
+        self.diagnosis = match session.request(&services::slave_diag(address)) {
+            Ok(Reply::Answer { du, .. }) => du,
+            // A former diagnosis may have ended.
+            Ok(Reply::NoAnswer(_)) | Err(_) => Vec::new(),
+        };
         let count = if error.is_none() { &mut self.reads } else { &mut self.lost };
         *count = count.saturating_add(1);
         self.error = error;
@@ -353,10 +359,27 @@ mod tests {
     use profivac_dp::link::Baud;
     use profivac_explain::gsd::Files;
     use profivac_gsd::GsdFile;
-    use std::collections::BTreeMap;
     use std::fs;
     use std::path::Path;
     use std::sync::Arc;
+
+    #[test]
+    fn a_slave_that_is_silent_has_no_diagnosis_of_its_former_answer() {
+        let folder = tempfile::tempdir().unwrap();
+        let gsd = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/support/gsd/pressure.gsd"));
+        fs::copy(gsd, folder.path().join("pressure.gsd")).unwrap();
+        let file = folder.path().join("bus.toml");
+        fs::write(&file, "devices = [\"pressure.gsd@9\"]\n").unwrap();
+        let line = MasterOptions::new(Baud::B19200, 0, 126);
+        let mut session = BusOptions::new(&format!("sim:{}", file.display()), &line).open().unwrap();
+        let mut state = ReadState::default();
+        state.read(&mut session, 9);
+        assert!(!state.diagnosis.is_empty());
+        // Nobody is there.
+        state.read(&mut session, 10);
+        assert!(matches!(state.error, Some(ReadError::NoAnswer)));
+        assert_eq!(state.diagnosis, [0; 0]);
+    }
 
     /// A slave that had a master when its GSD file was read, and has none now.
     #[test]
@@ -369,9 +392,7 @@ mod tests {
         let line = MasterOptions::new(Baud::B19200, 0, 126);
         let find = |files: Files, chosen: Vec<u8>| {
             let bus = BusOptions::new(&format!("sim:{}", file.display()), &line);
-            let (outputs, by_gsd) = (BTreeMap::new(), BTreeMap::new());
-            let plan =
-                Plan { name: None, bus, addresses: vec![9], user_prm: Vec::new(), outputs, by_gsd, chosen, files };
+            let plan = Plan { chosen, files, ..Plan::new(None, bus, vec![9]) };
             let mut session = plan.bus.open().unwrap();
             MonitoredSlave::find(&mut session, 9, &plan).map(|slave| slave.is_owned())
         };
@@ -382,7 +403,7 @@ mod tests {
         let files = Files::new([Arc::new(GsdFile::read(&fs::read(gsd).unwrap()))]);
         for (files, chosen) in [(files, Vec::new()), (Files::default(), vec![9])] {
             let failure = find(files, chosen).err().map(|failure| failure.to_string()).unwrap_or_default();
-            assert!(failure.contains("has released it while the command started"), "{failure}");
+            assert!(failure.contains("and is free now; it got no parameters"), "{failure}");
         }
     }
 }

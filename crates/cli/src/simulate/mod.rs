@@ -3,9 +3,9 @@
 mod command;
 mod state;
 
-use crate::console::{Console, Input};
+use crate::console::{Console, Input, too_long};
 use crate::failure::Failure;
-use crate::output::{notice, notices, out};
+use crate::output::{notice, notices, out, visible};
 use crate::values;
 use clap::{ArgGroup, Args};
 use command::{Command, CommandError, DeviceCommand};
@@ -294,13 +294,20 @@ impl Simulation {
 
     /// Executes a command and prints the answer.
     fn handle_input(&mut self, input: &Input) -> ControlFlow<()> {
-        let Input::Line(line) = input else { return ControlFlow::Break(()) };
+        let line = match input {
+            Input::Line(line) => line,
+            Input::LongLine => {
+                out(&too_long());
+                return ControlFlow::Continue(());
+            }
+            Input::Stop => return ControlFlow::Break(()),
+        };
         let command = Command::parse(line);
         let quits = matches!(command, Ok(Command::Quit));
         match command.and_then(|command| self.execute(&command)) {
             Ok(None) => out("ok"),
             Ok(Some(answer)) => out(&format!("ok {answer}")),
-            Err(error) => out(&format!("error: {error}")),
+            Err(error) => out(&visible(&format!("error: {error}"))),
         }
         if quits { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -374,7 +381,10 @@ fn execute_at_slave(slave: &mut GsdStation, command: &DeviceCommand<'_>) -> Resu
     match command {
         DeviceCommand::Power(on) => slave.set_power(*on),
         DeviceCommand::State => return Ok(Some(state::slave_json(slave))),
-        DeviceCommand::Order(order) => return Ok(Some(slave.execute(order)?).filter(|answer| !answer.is_empty())),
+        DeviceCommand::Order(order) => {
+            let answer = visible(&slave.execute(order)?);
+            return Ok(Some(answer).filter(|answer| !answer.is_empty()));
+        }
         DeviceCommand::Operate(_) => {
             return Err(CommandError::NoGauge { name: slave.name().to_owned(), address: slave.switch_address() });
         }

@@ -1,5 +1,6 @@
 //! The answer to the command `state ADDR`.
 
+use crate::output::visible_json;
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::gsd_slave::GsdStation;
 use serde::Serialize;
@@ -32,7 +33,7 @@ struct Indicated {
 /// The state of a slave by its GSD file as one line of JSON.
 pub fn slave_json(slave: &GsdStation) -> String {
     // Numbers, strings and lists always have a JSON form.
-    serde_json::to_string(&slave.state()).unwrap_or_default()
+    visible_json(&serde_json::to_string(&slave.state()).unwrap_or_default())
 }
 
 /// The state of a device as one line of JSON. A value that is not a number is `null`.

@@ -131,7 +131,9 @@ pub fn interrupted_on_terminal(arguments: &[&str], prompt: &str) -> (i32, String
     (code, out, said)
 }
 
-fn on_terminal(
+/// The same, with any response to the prompt. Returns the exit code, standard output, and what the terminal shows until the prompt and
+/// after it.
+pub fn on_terminal(
     arguments: &[&str],
     prompt: &str,
     respond: impl FnOnce(&Child, &mut File),

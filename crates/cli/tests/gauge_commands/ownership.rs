@@ -22,7 +22,8 @@ fn every_access_path_reads_the_same() {
             let done = line.run("read", address, &["--via", way, "--own", target]);
             assert_eq!((done.code, done.out.as_str()), (0, printed), "{way} {address}: {}", done.err);
             assert!(
-                done.err.contains("is parameterised now, keeps its unit, and is unlocked at the end"),
+                done.err
+                    .contains("gets its parameters from this master now, keeps its unit, and is unlocked at the end"),
                 "{}",
                 done.err
             );
@@ -87,7 +88,7 @@ fn a_slave_of_another_master_is_refused() {
 #[test]
 fn a_script_must_give_own_for_a_slave() {
     let line = Line::with(&["bcg450@5"]);
-    let own = "--via ms1 and pkw parameterise the gauge and take ownership of it; without a terminal add --own";
+    let own = "--via ms1 and pkw take ownership of the gauge and set its parameters; without a terminal add --own";
     line.fails("read", 5, &["--via", "ms1", "0/25"], 2, own);
     let mut end = End::pty(&line.folder.path("line"));
     end.insist(&sd2(5, 60, 0x6D, ""), FREE);

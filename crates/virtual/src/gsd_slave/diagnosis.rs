@@ -3,7 +3,7 @@
 
 use super::plan::Plan;
 use profivac_gsd::{Device, UnitDiag};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most octets behind the header of a device-related block.
 const MAX_UNIT: usize = 62;
@@ -31,12 +31,41 @@ pub(super) struct ChannelError {
     pub(super) error: u8,
 }
 
+/// The bits whose text counts when they are not set (Unit_Diag_!Bit).
+#[derive(Clone, Debug)]
+struct Inverted {
+    by_type: BTreeMap<u8, Vec<u16>>,
+    /// Those of a block without a type of the file.
+    others: Vec<u16>,
+}
+
+impl Inverted {
+    fn of(diagnosis: &profivac_gsd::Diagnosis) -> Self {
+        let numbers = |texts: &UnitDiag| texts.inverted.keys().copied().collect();
+        let by_type = diagnosis.types.iter().map(|(kind, texts)| (*kind, numbers(texts))).collect();
+        Self { by_type, others: numbers(&diagnosis.unit) }
+    }
+
+    /// Those that count for a block: its first octet is its type, see [`profivac_gsd::Diagnosis::device_block`].
+    fn in_block(&self, block: &[u8]) -> &[u16] {
+        block.first().and_then(|kind| self.by_type.get(kind)).unwrap_or(&self.others)
+    }
+
+    /// Sets those of a block, so that they say nothing.
+    fn silence(&self, block: &mut [u8]) {
+        for number in self.in_block(block).to_vec() {
+            set_bit(block, number, true);
+        }
+    }
+}
+
 /// What the slave reports.
 #[derive(Clone, Debug)]
 pub(super) struct Reported {
     /// The octets behind the header of the device-related block when nothing is reported.
     quiet: Vec<u8>,
     unit: Vec<u8>,
+    inverted: Inverted,
     channels: BTreeSet<ChannelError>,
     identifiers: usize,
     /// The longest Ext_Diag_Data.
@@ -64,13 +93,13 @@ impl Reported {
             let kind = device.diagnosis.types.keys().next().copied().unwrap_or(kind);
             quiet.iter_mut().zip([kind, slot, specifier]).for_each(|(octet, status)| *octet = status);
         }
-        for number in device.diagnosis.unit.inverted.keys() {
-            set_bit(&mut quiet, *number, true);
-        }
+        let inverted = Inverted::of(&device.diagnosis);
+        inverted.silence(&mut quiet);
         let unit = quiet.clone();
         Self {
             quiet,
             unit,
+            inverted,
             channels: BTreeSet::new(),
             identifiers: plan.modules().iter().map(|module| module.identifiers.len()).sum(),
             most,
@@ -103,9 +132,19 @@ impl Reported {
         }
         changed.unit.resize(changed.unit.len().max(octets), 0);
         changed.quiet.resize(changed.unit.len(), 0);
-        for (place, number) in (first..=last).enumerate() {
-            let bit = u32::try_from(place).ok().and_then(|place| value.checked_shr(place)).unwrap_or(0) & 1 == 1;
-            set_bit(&mut changed.unit, number, bit);
+        let set = |block: &mut [u8]| {
+            for (place, number) in (first..=last).enumerate() {
+                let bit = u32::try_from(place).ok().and_then(|place| value.checked_shr(place)).unwrap_or(0) & 1 == 1;
+                set_bit(block, number, bit);
+            }
+        };
+        let before = changed.inverted.in_block(&changed.unit).to_vec();
+        set(&mut changed.unit);
+        if changed.inverted.in_block(&changed.unit) != before {
+            // Another type: its bits have other meanings.
+            before.iter().for_each(|number| set_bit(&mut changed.unit, *number, false));
+            changed.inverted.silence(&mut changed.unit);
+            set(&mut changed.unit);
         }
         changed.checked()
     }

@@ -6,7 +6,7 @@ mod rig;
 use profivac_dp::link::Baud;
 use profivac_virtual::scenario::{MasterPresence, Scenario};
 use profivac_virtual::station_spec::StationSpec;
-use rig::{GET_CFG, Rig, SET_ADDRESS, folder, opened, order, slave};
+use rig::{GET_CFG, Rig, SET_ADDRESS, folder, opened, order, slave, slave_of};
 use std::fs;
 
 /// DPV1_Enable, state without bus: closed; switching time of the valves: 100.
@@ -162,6 +162,95 @@ fn a_bit_and_an_area_of_the_diagnosis_are_reported_in_the_words_of_the_file() {
     let expected =
         "expected for the bits 32 to 39 a number from 0 to 255, or a text: 5 (Pressure too low), got \"high\"";
     assert_eq!(refused, expected);
+}
+
+/// Unit_Diag_!Bit: the text counts when the bit is not set. The types of the file have such bits of their own.
+#[test]
+fn inverted_bits_are_set_while_they_have_nothing_to_say() {
+    let mut rig = slave_of("Max_Diag_Data_Len = 16\nUnit_Diag_!Bit(3) = \"No air\"\nUnit_Diag_Bit(8) = \"Hot\"");
+    rig.set_prm(0xF009, &[]);
+    rig.chk_cfg(&[0x10]);
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 8 on").unwrap(), "Hot");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 09 03 08 01");
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 3 off").unwrap(), "No air; Hot");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 09 03 00 01");
+    let mut rig = slave_of(
+        "Max_Diag_Data_Len = 16\nDPV1_Slave = 1\nUnit_Diag_!Bit(29) = \"Not this\"\nUnitDiagType = 0x81\nX_Unit_Diag_!Bit(24) = \"No air\"
+X_Unit_Diag_Bit(25) = \"Hot\"\nEndUnitDiagType\nUnitDiagType = 0xA0\nX_Unit_Diag_!Bit(26) = \"No oil\"\nX_Unit_Diag_Bit(27) = \"Wet\"
+EndUnitDiagType",
+    );
+    rig.set_prm(0xF009, &[0x80, 0, 0]);
+    rig.chk_cfg(&[0x10]);
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 25 on").unwrap(), "Hot");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 09 05 81 00 00 03");
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 25 off").unwrap(), "");
+    assert_eq!(rig.diag(), "00 04 00 02 F0 09");
+    // Another type.
+    order(&mut rig.slave, "diagnosis area 0-7 160").unwrap();
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 27 on").unwrap(), "Wet");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 09 05 A0 00 00 0C");
+    assert_eq!(order(&mut rig.slave, "diagnosis bit 26 off").unwrap(), "No oil; Wet");
+    // No type of the file.
+    assert_eq!(order(&mut rig.slave, "diagnosis area 0-7 130").unwrap(), "");
+    assert_eq!(rig.diag(), "08 04 00 02 F0 09 05 82 00 00 28");
+    order(&mut rig.slave, "diagnosis none").unwrap();
+    assert_eq!(rig.diag(), "00 04 00 02 F0 09");
+}
+
+#[test]
+fn the_number_of_an_area_may_have_all_its_bits_and_no_more() {
+    let mut rig = slave_of("Max_Diag_Data_Len = 16");
+    let highest = u64::MAX;
+    order(&mut rig.slave, &format!("diagnosis area 0-63 {highest}")).unwrap();
+    assert_eq!(rig.slave.state().diagnosis, "09 FF FF FF FF FF FF FF FF");
+    assert!(order(&mut rig.slave, "diagnosis area 0-63 18446744073709551616").is_err());
+    order(&mut rig.slave, "diagnosis area 0-2 7").unwrap();
+    let refused = order(&mut rig.slave, "diagnosis area 0-2 8").unwrap_err().to_string();
+    assert_eq!(refused, "expected for the bits 0 to 2 a number from 0 to 7, got \"8\"");
+    order(&mut rig.slave, "diagnosis area 1-1 1").unwrap();
+    assert!(order(&mut rig.slave, "diagnosis area 1-1 2").is_err());
+}
+
+/// Whether the slave accepts user parameters; otherwise why not.
+fn answer_to_prm(statements: &str, user: &[u8]) -> Result<(), String> {
+    let mut rig = slave_of(statements);
+    rig.set_prm(0xF009, user);
+    rig.chk_cfg(&[0x10]);
+    let refusal = rig.slave.take_refusal();
+    if rig.slave.is_exchanging() { Ok(()) } else { Err(refusal.unwrap_or_default()) }
+}
+
+/// Fail_Safe_required counts for a DP-V1 slave, whose first octet has the bit. profibus-wire 2.4.
+#[test]
+fn fail_safe_is_demanded_of_a_dp_v1_master_alone() {
+    let v1 = "DPV1_Slave = 1\nFail_Safe = 1\nFail_Safe_required = 1";
+    assert_eq!(answer_to_prm(v1, &[0xC0, 0, 0]), Ok(()));
+    let refused =
+        Err("Set_Prm: expected Fail_Safe in the first DP-V1 octet: the file has Fail_Safe_required".to_owned());
+    assert_eq!(answer_to_prm(v1, &[0x80, 0, 0]), refused);
+    assert_eq!(answer_to_prm(v1, &[]), refused, "no octets have no Fail_Safe");
+    assert_eq!(answer_to_prm("DPV1_Slave = 1\nFail_Safe = 1", &[0x80, 0, 0]), Ok(()));
+    assert_eq!(answer_to_prm("Fail_Safe = 1\nFail_Safe_required = 1", &[]), Ok(()), "DP-V0");
+}
+
+/// A master that does not know Ext_User_Prm_Data sends User_Prm_Data.
+#[test]
+fn short_parameters_are_those_of_user_prm_data_or_a_dp_v1_status_left_out() {
+    let lengths = |statements: &str, all: &[usize]| -> Vec<usize> {
+        let status = |length: usize| [0x80, 0, 0, 0, 0, 0].into_iter().take(length).collect::<Vec<u8>>();
+        all.iter().copied().filter(|length| answer_to_prm(statements, &status(*length)).is_ok()).collect()
+    };
+    let all = [0, 1, 2, 3, 4, 5, 6];
+    let plain = "User_Prm_Data_Len = 2\nUser_Prm_Data = 0x80, 0\nMax_User_Prm_Data_Len = 5\nExt_User_Prm_Data_Const(0) = 0x80, 0, 0, 0, 0";
+    assert_eq!(lengths(plain, &all), [2, 5]);
+    assert_eq!(
+        lengths("DPV1_Slave = 1\nMax_User_Prm_Data_Len = 3\nExt_User_Prm_Data_Const(0) = 0x80, 0, 0", &all),
+        [0, 3]
+    );
+    assert_eq!(lengths("Max_User_Prm_Data_Len = 3\nExt_User_Prm_Data_Const(0) = 0x80, 0, 0", &all), [3], "DP-V0");
+    let longer = "DPV1_Slave = 1\nMax_User_Prm_Data_Len = 4\nExt_User_Prm_Data_Const(0) = 0x80, 0, 0, 0";
+    assert_eq!(lengths(longer, &all), [4]);
+    assert_eq!(lengths("Max_Diag_Data_Len = 16", &all), [0], "no parameters at all");
 }
 
 #[test]

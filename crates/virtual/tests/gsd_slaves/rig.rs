@@ -32,6 +32,17 @@ pub fn opened(spec: &str, state: Option<&Path>) -> GsdStation {
     spec.in_folder(folder()).open(Baud::B19200, state).unwrap().station
 }
 
+/// A slave by a file of this text, with an ident, one module and a rate.
+pub fn slave_of(statements: &str) -> Rig {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.gsd");
+    let text = format!(
+        "#Profibus_DP\nIdent_Number = 0xF009\n19.2_supp = 1\nModular_Station = 1\nMax_Module = 1\n{statements}\nModule = \"4DI\" 0x10\n1\nEndModule\n"
+    );
+    std::fs::write(&path, text).unwrap();
+    Rig::new(slave(&format!("{}@9:modules=1", path.display())))
+}
+
 /// A line to a slave, without its address.
 pub fn order(slave: &mut GsdStation, line: &str) -> Result<String, Refused> {
     let words: Vec<_> = line.split_whitespace().collect();
