@@ -87,7 +87,7 @@ impl Observer {
             Sap::ChkCfg if answer.is_ack() => self.configured(slave, request.master, &request.du),
             Sap::GetCfg if !answer.du.is_empty() => {
                 if let Some(station) = self.station_mut(slave) {
-                    station.described.configure(answer.du);
+                    station.described.offer(answer.du);
                     station.knowledge.configure(answer.du);
                 }
                 self.report_contradictions(slave);
