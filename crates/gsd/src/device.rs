@@ -104,7 +104,7 @@ impl Device {
     }
 
     /// The modules with this name: blanks at its ends do not count.
-    pub fn modules_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Module> {
+    pub fn modules_named<'a, 'n>(&'a self, name: &'n str) -> impl Iterator<Item = &'a Module> + use<'a, 'n> {
         self.modules.iter().filter(move |module| module.name == name.trim())
     }
 
