@@ -490,7 +490,7 @@ EndModule
     #[test]
     fn check_reads_the_files_of_a_folder_and_says_that_one_has_none() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, octets: &[u8]| fs::write(folder.path().join(name), octets).unwrap();
+        let write = |name: &str, octets: &[u8]| std::fs::write(folder.path().join(name), octets).unwrap();
         write("valve.txt", b"no GSD file");
         let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
         assert!(failure.starts_with("1 of 1 GSD files"), "{failure}");

@@ -40,7 +40,7 @@ impl Decimal {
     pub(super) fn read(&mut self, line: usize, text: &str, is_last: bool, found: &mut Found, ignored: &mut Ignored) {
         let Numbers { runs, words, seconds, .. } = self.numbers(text);
         let has_brackets = runs.iter().any(|run| run.in_brackets);
-        let is_counted = self.is_counted(&runs);
+        let is_counted = self.is_counted(&runs) && !has_brackets && words.is_empty();
         let longest = runs.iter().map(|run| run.octets.len()).max().unwrap_or_default();
         let is_taken = |run: &Run| match (has_brackets, words.is_empty()) {
             (true, _) => run.in_brackets,
