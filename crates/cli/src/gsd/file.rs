@@ -85,7 +85,9 @@ fn files(path: &Path) -> Result<FolderFiles, Failure> {
     if path.is_dir() {
         return Ok(FolderFiles::find(path)?);
     }
-    Ok(FolderFiles { files: vec![path.to_owned()], ..FolderFiles::default() })
+    let mut file = FolderFiles::default();
+    file.files.push(path.to_owned());
+    Ok(file)
 }
 
 fn check(paths: &[PathBuf]) -> Result<(), Failure> {
