@@ -38,14 +38,15 @@ pub fn run(octets: &[u8]) {
 fn preset(device: &Device) {
     let Ok(preset) = Configuration::preset(device) else { return };
     let octets = preset.chk_cfg();
-    let is_far = preset.modules().iter().any(|one| one.slot > 200);
-    if cfg::lengths(&octets).is_err() || is_far {
+    // The octets show neither a module without identifiers nor one whose identifier is cut, and without them the next one may be in a slot
+    // that does not take it.
+    let is_shown = |one: &profivac_gsd::Plugged<'_>| cfg::lengths(&one.module.config).is_ok();
+    if !preset.modules().iter().all(is_shown) {
         return;
     }
     let fit = Fit::new(device, &octets).expect("the modules that gave the octets");
     let Ok(user) = preset.user_prm() else { return };
-    let is_silent = |one: &profivac_gsd::Plugged<'_>| one.module.config.is_empty();
-    if !preset.modules().iter().any(is_silent) && fit.slots.len() == preset.modules().len() && !fit.has_other_division {
+    if fit.slots.len() == preset.modules().len() && !fit.has_other_division {
         let reading = fit.read_prm(&user);
         assert!(reading.has_right_length() && reading.differences.is_empty(), "{:?}", reading.differences);
     }

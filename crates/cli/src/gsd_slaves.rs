@@ -106,20 +106,7 @@ pub fn modules_remark(slave: &GsdSlave, address: u8, present: Option<&[u8]>) -> 
 
 /// A sentence about a rate that the file does not have.
 pub fn rate_remark(slave: &GsdSlave, baud: Baud) -> Option<String> {
-    let rates = &slave.device().rates;
-    let bits = |name: &str| -> Option<f64> {
-        let (number, factor) = name.strip_suffix('M').map_or((name, 1e3), |number| (number, 1e6));
-        number.parse::<f64>().ok().map(|number| number * factor)
-    };
-    let is_this = |name: &str| bits(name).is_some_and(|bits| (bits - f64::from(baud.bits_per_second())).abs() < 1.0);
-    let supported: Vec<_> = rates.iter().filter(|rate| rate.supported == Some(true)).map(|rate| rate.name).collect();
-    if supported.is_empty() || supported.iter().any(|name| is_this(name)) {
-        return None;
-    }
-    Some(format!(
-        "its GSD file does not have the rate {baud}; it has {} (in kbit/s, or Mbit/s with M)",
-        supported.join(", ")
-    ))
+    slave.device().check_rate(baud.bits_per_second()).err().map(|error| error.to_string())
 }
 
 /// Modules with equal octets are told apart by the user, unless their parameters are equal too.
@@ -128,13 +115,7 @@ fn check_unique(found: &FoundModules) -> Result<(), String> {
         let all = found.slots.iter().map(|slot| slot.label()).collect::<Vec<_>>().join(", ");
         return Err(format!("the configuration may be {all}, or other modules; choose them with --modules"));
     }
-    let device = found.slave.device();
-    let parameters = |number: &u32| device.module(*number).map(|module| (&module.prm, &module.safety));
-    let unclear = found.slots.iter().find(|slot| {
-        let mut all = slot.modules.iter().map(|(number, _)| parameters(number));
-        let first = all.next();
-        all.any(|other| Some(other) != first)
-    });
+    let unclear = found.slots.iter().find(|slot| !slot.has_equal_parameters);
     let Some(slot) = unclear else { return Ok(()) };
     let numbers: Vec<_> = slot.modules.iter().map(|(number, name)| format!("{number} ({name})")).collect();
     Err(format!(

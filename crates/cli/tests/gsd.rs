@@ -106,3 +106,15 @@ fn the_error_for_an_unknown_device_lists_the_known_ones() {
     let message = String::from_utf8(failed.stderr).unwrap();
     assert!(message.starts_with("profivac: unknown device \"bcg451\"; known: pcg550, "), "{message}");
 }
+
+#[test]
+fn check_reads_a_folder_with_its_folders() {
+    let folder = Folder::new();
+    std::fs::create_dir_all(folder.path("top/inner")).unwrap();
+    let file = "#Profibus_DP\nIdent_Number = 0x1234\nModule = \"m\" 0x10\nEndModule\n";
+    std::fs::write(folder.path("top/inner/A.GSD"), file).unwrap();
+    let output = run(&["gsd", "check", &folder.name("top")]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("A.GSD: ") && text.contains("1 module, 0 faults"), "{text}");
+}

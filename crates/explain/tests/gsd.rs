@@ -4,10 +4,12 @@
 
 use crate::log::{Log, SLAVE};
 use profivac_dp::link::Baud;
-use profivac_explain::gsd::{Described, Files, Seen};
+use profivac_explain::dpv1::DeviceBlocks;
+use profivac_explain::gsd::{Described, Extent, Files, Seen};
 use profivac_explain::input::Capture;
 use profivac_explain::{Decoder, ExplainedPiece};
 use profivac_gsd::GsdFile;
+use profivac_wire::ext_diag::Block;
 use std::sync::Arc;
 
 const BAUD: Baud = Baud::B500000;
@@ -129,7 +131,7 @@ fn the_meaning_of_the_telegrams_names_everything() {
         [
             "Valve without bus = closes (1), default opens (0); 1 octet more, of the modules, which Chk_Cfg shows",
             "slot 1 4DO or 4DO HF, slot 2 2AI with status",
-            "Valve without bus = opens (0), slot 2 2AI with status: Filter in ms = 3",
+            "Valve without bus = opens (0); 1 octet more, of the modules, which Chk_Cfg shows",
             "slot 1 4DO or 4DO HF: 0F",
             "slot 2 2AI with status: 01 02 03 04 05",
         ]
@@ -229,6 +231,10 @@ fn alarms_and_module_status_of_a_dp_v1_slave_have_slot_module_and_text() {
         last(&[0x05, 0x82, 0, 0, 0x02]),
         "its diagnosis: Ext_Diag; module status: module 1 (slot 1, speed) wrong module"
     );
+    assert_eq!(
+        last(&[0x05, 0x82, 0, 0, 0x30]),
+        "its diagnosis: Ext_Diag; module status: module 3 (beyond the modules) no module"
+    );
     assert_eq!(last(&[0x05, 0x82, 0, 0, 0]), "its diagnosis: Ext_Diag; module status: all valid");
     assert_eq!(
         last(&[0x04, 0x02, 1, 9]),
@@ -316,3 +322,114 @@ fn of_very_many_equal_modules_a_sentence_names_two_and_the_meaning_all() {
     assert_eq!(note, "its modules by the GSD file: slot 1 D1 or D2 or 3 others with the same octets");
     assert!(all.iter().any(|piece| piece.meaning == "slot 1 D1 or D2 or D3 or D4 or D5"));
 }
+
+/// The start-up of the island, and then a Set_Prm with the parameter of the station alone.
+fn parameterised_again() -> Log {
+    island().prm(IDENT, &[0x11])
+}
+
+#[test]
+fn a_set_prm_is_read_with_the_modules_of_the_chk_cfg_that_follows_it() {
+    let again = parameterised_again();
+    let of_station = "its parameters by the GSD file: Valve without bus = closes (1), default opens (0)";
+    assert_eq!(notes(&again, &[STATION]).last().unwrap(), of_station);
+    let other = notes(&chk_cfg(again.clone(), &[0x20]), &[STATION]);
+    assert_eq!(
+        other.last().unwrap(),
+        "its modules by the GSD file: slot 1 4DO or 4DO HF",
+        "the parameters say the same"
+    );
+    let refused = notes(&again.diag_of(SLAVE, IDENT, 0x42, &[]), &[STATION]);
+    let refused = refused.iter().find(|note| note.starts_with("Set_Prm refused")).unwrap();
+    assert!(!refused.contains("by the GSD file"), "{refused}");
+
+    let mut described = Described::new(files(&[STATION]));
+    described.identify(IDENT);
+    described.configure(&[0x20, 0x10, 0x51]);
+    let prm = [0x88, 1, 10, 11, 0xAA, 0xAB, 0, 0x10];
+    let length = "Set_Prm has 1 octet of user parameters, station and modules have 2 by the GSD file";
+    let found = |described: &Described| -> Vec<_> {
+        described.set_prm_mismatches(&prm).into_iter().map(|one| one.found).collect()
+    };
+    assert_eq!(found(&described), [length]);
+    described.parameterise();
+    assert!(
+        found(&described).is_empty() && described.mismatches(&Seen { set_prm: &prm, ..Seen::default() }).is_empty()
+    );
+    described.offer(&[0x20, 0x10, 0x51]);
+    assert!(found(&described).is_empty(), "Get_Cfg shows the modules of the slave, not what the master wants");
+    described.configure(&[0x20, 0x10, 0x51]);
+    assert_eq!(found(&described), [length]);
+}
+
+#[test]
+fn parameters_that_devices_read_differently_have_the_names_of_these_devices() {
+    let named = |model: &str, constant: &str| {
+        format!("#Profibus_DP\nModel_Name=\"{model}\"\nIdent_Number=0xAAAB\nExt_User_Prm_Data_Const(0)={constant}\n")
+    };
+    let devices = [named("A", "1"), named("B", "1"), named("C", "2")];
+    let log = quiet().prm(IDENT, &[3]);
+    let all = notes(&log, &devices.each_ref().map(String::as_str));
+    assert_eq!(
+        all.last().unwrap(),
+        "its parameters by the GSD file: as A or B: octet 0 is 03, the file has 01 | as C: octet 0 is 03, the file has 02"
+    );
+}
+
+#[test]
+fn a_chk_cfg_counts_when_the_slave_takes_it() {
+    let unanswered = quiet().request(SLAVE, 62, &[0x20]).diag(IDENT, &[0x42, 0x01]);
+    assert_eq!(
+        notes(&unanswered, &[STATION]).last().unwrap(),
+        "its diagnosis: Ext_Diag; with diagnosis: identifier 0 (module unknown: no Chk_Cfg that fits was received)"
+    );
+    let asked = explained(&unanswered, &[STATION]);
+    assert!(asked.iter().any(|piece| piece.meaning == "slot 1 4DO or 4DO HF"), "its meaning is said all the same");
+}
+
+#[test]
+fn a_configuration_before_the_first_ident_is_kept() {
+    let mut described = Described::new(files(&[STATION]));
+    described.configure(&[0x20]);
+    assert!(described.slots().is_empty());
+    described.identify(IDENT);
+    assert_eq!(described.modules_text(Extent::All), "slot 1 4DO or 4DO HF");
+    described.identify(0x1234);
+    described.identify(IDENT);
+    assert!(described.slots().is_empty(), "another device has another configuration");
+}
+
+#[test]
+fn files_that_divide_the_configuration_differently_give_no_module_as_certain() {
+    let pair = "#Profibus_DP\nModel_Name=\"Pair\"\nIdent_Number=0xAAAB\nModule=\"pair\" 0x20,0x20\nEndModule\n";
+    let mut described = Described::new(files(&[STATION, pair]));
+    described.identify(IDENT);
+    described.configure(&[0x20, 0x20]);
+    assert_eq!(
+        described.modules_text(Extent::All),
+        "slot 1 4DO or 4DO HF, slot 2 4DO or 4DO HF; by another of the GSD files other modules have these octets"
+    );
+    assert_eq!(described.outputs(&[1, 2]), "");
+    assert_eq!(
+        described.identifier_text(1),
+        "identifier 1 (module unknown: the GSD files divide the configuration differently)"
+    );
+}
+
+/// Each slot can have each of ten thousand modules, which have names of a kilobyte.
+#[test]
+fn very_many_modules_with_long_names_end_soon_and_are_counted() {
+    let name = "n".repeat(200);
+    let modules: String = (0..10_000).map(|number| format!("Module=\"{number} {name}\" 0x00\nEndModule\n")).collect();
+    let file = format!("#Profibus_DP\nIdent_Number=0xAAAB\nModular_Station=1\n{modules}");
+    let mut described = Described::new(files(&[&file]));
+    described.identify(IDENT);
+    described.configure(&[0x00; 244]);
+    let slot = described.slots().last().unwrap();
+    assert_eq!((described.slots().len(), slot.modules.len(), slot.more), (244, 100, 9_900));
+    assert!(slot.names().ends_with(" or 9998 others with the same octets"), "{}", slot.names());
+    assert!(slot.names().len() < 300 && described.block_text(&BLOCK, DeviceBlocks::Unknown).is_some());
+}
+
+/// Diagnosis of the first identifier.
+const BLOCK: Block<'_> = Block::Identifier(&[0x01]);

@@ -346,3 +346,42 @@ fn a_number_that_is_no_octet_is_none() {
         }
     }
 }
+
+/// The descriptor of a file that was closed becomes a socket; addresses of sockets are no octets of the line.
+#[test]
+fn calls_of_a_socket_have_its_octets_and_not_its_address() {
+    let text = "\
+openat(AT_FDCWD, \"/etc/hosts\", O_RDONLY) = 3\n\
+close(3) = 0\n\
+socket(AF_INET, SOCK_DGRAM, IPPROTO_IP) = 3\n\
+sendto(3, \"\\20\\10\\2IS\\26\", 6, 0, {sa_family=AF_INET, sin_port=htons(502), sin_addr=inet_addr(\"10.0.0.1\")}, 16) = 6\n\
+recvfrom(3, \"h\\5\\5h\"..., 300, 0, {sa_family=AF_INET, sin_port=htons(502), sin_addr=inet_addr(\"10.0.0.1\")}, [16]) = 11\n\
+recvmsg(3, {msg_name={sa_family=AF_UNIX, sun_path=\"/run/bus\"}, msg_namelen=16, msg_iov=[{iov_base=\"\\345\", iov_len=300}], msg_flags=0}, 0) = 1\n";
+    let (notation, octets, left_over) = read(text.as_bytes());
+    assert_eq!((notation, octets, left_over), (Some(Notation::Calls), hex("10 08 02 49 53 16 68 05 05 68 E5"), 7));
+}
+
+#[test]
+fn a_table_with_a_column_for_each_direction_has_the_octets_of_both() {
+    let both = hex("10 08 02 49 53 16 10 02 08 08 12 16 10 08 02 49 53 16 10 02 08 08 12 16");
+    let mut text = "Time [s],TX,RX\n".to_owned();
+    for (at, octet) in both.iter().enumerate() {
+        let (sent, received) = if at / 6 % 2 == 0 {
+            (format!("0x{octet:02X}"), String::new())
+        } else {
+            (String::new(), format!("0x{octet:02X}"))
+        };
+        writeln!(text, "0.{at:03},{sent},{received}").unwrap();
+    }
+    let (notation, octets, left_over) = read(text.as_bytes());
+    assert_eq!((notation, octets, left_over), (Some(Notation::Table("hexadecimal")), both, 0));
+}
+
+#[test]
+fn a_counter_in_front_of_decimal_octets_is_left_over() {
+    let row = "16 8 2 73 83 22";
+    let text: String = (1..=3).map(|line| format!("{line}\t{row}\n")).collect();
+    let (notation, octets, left_over) = read(text.as_bytes());
+    assert_eq!((notation, left_over), (Some(Notation::Decimal), 3));
+    assert_eq!(octets, hex("10 08 02 49 53 16 10 08 02 49 53 16 10 08 02 49 53 16"));
+}

@@ -16,11 +16,28 @@ pub const MAX_OCTETS: u64 = 16 << 20;
 /// At most this many files are read. chosen: ten times the largest public collections.
 const MAX_FILES: usize = 20_000;
 
+/// At most this many octets are read in all files together: they stay in memory, and the model of a file needs several times its size.
+/// chosen: more than the largest public collections.
+const MAX_SUM: u64 = 256 << 20;
+
 /// The devices of GSD files.
 #[derive(Clone, Debug, Default)]
 pub struct Catalog {
     by_ident: BTreeMap<u16, Vec<Entry>>,
     unread: Vec<Unread>,
+    /// The octets of all files that were read.
+    octets: u64,
+}
+
+/// The GSD files of a folder and its folders.
+#[derive(Clone, Debug, Default)]
+pub struct FolderFiles {
+    /// The files, by path.
+    pub files: Vec<PathBuf>,
+    /// Folders that cannot be read, and why.
+    pub unread: Vec<Unread>,
+    /// The octets of all files together.
+    octets: u64,
 }
 
 /// A device of the catalog: its file and the other files of the same device.
@@ -69,6 +86,12 @@ pub enum CatalogError {
         /// The folder.
         path: PathBuf,
     },
+    /// The files are too large together.
+    #[error("the GSD files up to {path} have more than {} MiB; name fewer of them", MAX_SUM >> 20)]
+    TooLarge {
+        /// The file or folder.
+        path: PathBuf,
+    },
     /// Too many files.
     #[error("{path} has more than {MAX_FILES} GSD files; name a folder with fewer")]
     TooMany {
@@ -109,21 +132,19 @@ impl Catalog {
     pub fn read(paths: &[PathBuf]) -> Result<Self, CatalogError> {
         let mut catalog = Self::default();
         for path in paths {
-            if !path.is_dir() {
-                let (ident, file) = read(path).map_err(|reason| match reason {
-                    NotRead::System(reason) => CatalogError::Read { path: path.clone(), reason },
-                    NotRead::File(reason) => CatalogError::File { path: path.clone(), reason },
-                })?;
-                catalog.add(ident, path.clone(), file);
+            if path.is_dir() {
+                let found = FolderFiles::find(path)?;
+                catalog.reserve(path, found.octets)?;
+                catalog.unread.extend(found.unread);
+                catalog.add_all(found.files);
                 continue;
             }
-            let files =
-                find(path).map_err(|error| CatalogError::Read { path: path.clone(), reason: error.to_string() })?;
-            match files.len() {
-                0 => return Err(CatalogError::Empty { path: path.clone() }),
-                1..=MAX_FILES => catalog.add_all(files),
-                _ => return Err(CatalogError::TooMany { path: path.clone() }),
-            }
+            catalog.reserve(path, fs::metadata(path).map_or(0, |file| file.len().min(MAX_OCTETS)))?;
+            let (ident, file) = read(path).map_err(|reason| match reason {
+                NotRead::System(reason) => CatalogError::Read { path: path.clone(), reason },
+                NotRead::File(reason) => CatalogError::File { path: path.clone(), reason },
+            })?;
+            catalog.add(ident, path.clone(), file);
         }
         Ok(catalog)
     }
@@ -171,6 +192,12 @@ impl Catalog {
                 Err(ChoiceError::Several { ident, files: several.iter().map(words).collect::<Vec<_>>().join(", ") })
             }
         }
+    }
+
+    /// Counts octets before they are read.
+    fn reserve(&mut self, path: &Path, octets: u64) -> Result<(), CatalogError> {
+        self.octets = self.octets.saturating_add(octets);
+        if self.octets > MAX_SUM { Err(CatalogError::TooLarge { path: path.to_owned() }) } else { Ok(()) }
     }
 
     /// By folder and name, so that of files of one device the right one comes first.
@@ -238,25 +265,62 @@ fn read(path: &Path) -> Result<(u16, GsdFile), NotRead> {
     }
 }
 
-/// The GSD files of a folder and its folders; it ends early when there are too many. A folder is read once, because links can lead to one
-/// that was read, and only regular files count, because a pipe has no end.
-fn find(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let (mut files, mut read) = (Vec::new(), BTreeSet::new());
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop().filter(|_| files.len() <= MAX_FILES) {
-        if !read.insert(folder.canonicalize()?) {
-            continue;
+impl FolderFiles {
+    /// The GSD files of a folder and its folders. A folder below it that cannot be read is listed.
+    ///
+    /// # Errors
+    ///
+    /// [`CatalogError`] if the folder itself cannot be read, has no GSD file, or too many.
+    pub fn find(folder: &Path) -> Result<Self, CatalogError> {
+        let mut found = Self::default();
+        found.walk(vec![folder.to_owned()]);
+        let is_unread = |unread: &&Unread| found.files.is_empty() || unread.path == folder;
+        if let Some(Unread { path, reason }) = found.unread.iter().find(is_unread).cloned() {
+            return Err(CatalogError::Read { path, reason });
         }
+        let path = folder.to_owned();
+        match found.files.len() {
+            0 => Err(CatalogError::Empty { path }),
+            1..=MAX_FILES => Ok(found),
+            _ => Err(CatalogError::TooMany { path }),
+        }
+    }
+
+    /// Reads folders and those in them; it ends early when there are too many files. A folder is read once, because links can lead to
+    /// one that was read.
+    fn walk(&mut self, mut folders: Vec<PathBuf>) {
+        let mut read = BTreeSet::new();
+        while let Some(folder) = folders.pop().filter(|_| self.files.len() <= MAX_FILES) {
+            let done = folder.canonicalize().and_then(|path| match read.insert(path) {
+                true => self.read_folder(&folder, &mut folders),
+                false => Ok(()),
+            });
+            if let Err(error) = done {
+                self.unread.push(Unread { path: folder, reason: error.to_string() });
+            }
+        }
+        self.files.sort();
+    }
+
+    /// Only regular files count, because a pipe has no end.
+    fn read_folder(&mut self, folder: &Path, folders: &mut Vec<PathBuf>) -> io::Result<()> {
         for entry in fs::read_dir(folder)? {
             let path = entry?.path();
             if path.is_dir() {
                 folders.push(path);
-            } else if has_gsd_ending(&path) && path.is_file() {
-                files.push(path);
+            } else if let Ok(file) = fs::metadata(&path)
+                && has_gsd_ending(&path)
+                && file.is_file()
+            {
+                self.octets = self.octets.saturating_add(file.len().min(MAX_OCTETS));
+                self.files.push(path);
+            }
+            if self.files.len() > MAX_FILES {
+                break;
             }
         }
+        Ok(())
     }
-    Ok(files)
 }
 
 /// Whether a name ends in `.gsd`, or in `.gs` and the letter of a language.
@@ -285,4 +349,23 @@ fn language_rank(path: &Path) -> usize {
 fn without_language(path: &Path) -> (PathBuf, String) {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     (folder, path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test")]
+
+    use super::*;
+
+    /// A folder that is gone stands for one that cannot be read: the tests may run as root, which can read each.
+    #[test]
+    fn a_folder_that_cannot_be_read_is_listed_and_the_others_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, gone) = (folder.path().join("a.gsd"), folder.path().join("gone"));
+        fs::write(&file, "").unwrap();
+        let mut found = FolderFiles::default();
+        found.walk(vec![folder.path().to_owned(), gone.clone()]);
+        assert_eq!(found.files, [file]);
+        assert!(matches!(found.unread.as_slice(), [Unread { path, .. }] if *path == gone));
+    }
 }

@@ -15,6 +15,8 @@ pub struct FoundModules {
     pub slots: Vec<FoundSlot>,
     /// Whether the octets can also be divided into modules with other octets.
     pub is_divided_otherwise: bool,
+    /// Whether a module without identifiers may be plugged besides: the octets do not show it.
+    pub may_hide_module: bool,
 }
 
 /// A slot and its possible modules.
@@ -24,6 +26,8 @@ pub struct FoundSlot {
     pub slot: u32,
     /// Number and name of each module with these configuration octets that the slot takes; the first one is the most likely.
     pub modules: Vec<(u32, String)>,
+    /// Whether all of them have the same parameters, so that the first stands for each.
+    pub has_equal_parameters: bool,
     /// Its octets within Chk_Cfg.
     pub range: Range<usize>,
 }
@@ -41,17 +45,20 @@ pub enum FoundError {
 }
 
 impl FoundModules {
-    /// Whether one module is possible in each slot, and no other division.
+    /// Whether one module is possible in each slot, no other division, and no module without identifiers besides.
     #[must_use]
     pub fn is_unique(&self) -> bool {
-        !self.is_divided_otherwise && self.slots.iter().all(|slot| slot.modules.len() == 1)
+        !self.is_divided_otherwise && !self.may_hide_module && self.slots.iter().all(|slot| slot.modules.len() == 1)
     }
 }
 
 impl FoundSlot {
     fn of(slot: &FittedSlot<'_>) -> Self {
         let modules = slot.modules.iter().map(|module| (module.number, module.name.clone())).collect();
-        Self { slot: slot.slot, modules, range: slot.config.clone() }
+        let mut definitions = slot.modules.iter().map(|module| (module.prm.definition(), module.safety.definition()));
+        let first = definitions.next();
+        let has_equal_parameters = definitions.all(|other| Some(other) == first);
+        Self { slot: slot.slot, modules, has_equal_parameters, range: slot.config.clone() }
     }
 
     /// `slot 2 4DO`; several modules with the same octets are all named: `slot 2 4DO or 4DO HF`.
@@ -95,6 +102,7 @@ impl GsdSlave {
             slave: Self::of(file, &configuration)?,
             slots: fit.slots.iter().map(FoundSlot::of).collect(),
             is_divided_otherwise: fit.has_other_division,
+            may_hide_module: fit.may_hide_module,
         })
     }
 }

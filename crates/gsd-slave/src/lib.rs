@@ -8,7 +8,7 @@ mod layout;
 mod selection;
 mod slave;
 
-pub use catalog::{Catalog, CatalogError, ChoiceError, Entry, MAX_OCTETS, Unread, has_gsd_ending};
+pub use catalog::{Catalog, CatalogError, ChoiceError, Entry, FolderFiles, MAX_OCTETS, Unread, has_gsd_ending};
 pub use found::{FoundError, FoundModules, FoundSlot};
 pub use layout::{Area, Direction, Layout, ModuleData, PlacedModule};
 pub use selection::{Change, ModuleChoice, Modules, Selection, SelectionError, Value};

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::marker::PhantomData;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -111,6 +112,16 @@ pub enum SelectionError {
     /// The modules do not fit the device.
     #[error("{0}")]
     Configuration(#[from] ConfigurationError),
+    /// The target names another slot than the one in which it stands.
+    #[error(
+        "{target:?} stands in slot {slot} and names another place; write it in the table of its place, or without a place"
+    )]
+    Place {
+        /// The slot in which it stands.
+        slot: u32,
+        /// The name with its place.
+        target: String,
+    },
     /// A parameter cannot be changed like this.
     #[error("{error}{}{}", did_you_mean(.suggestion), places(.error))]
     Parameter {
@@ -149,7 +160,7 @@ impl Selection {
         let table: Table =
             toml::from_str(text).map_err(|error| SelectionError::Toml(error.to_string().trim_end().to_owned()))?;
         let mut changes = changes(None, table.parameters);
-        for (slot, content) in table.slot {
+        for (slot, content) in table.slot.0 {
             changes.extend(self::changes(Some(slot), content.parameters));
         }
         Ok(Self { modules: table.modules, changes })
@@ -177,7 +188,7 @@ struct Table {
     #[serde(default)]
     parameters: BTreeMap<String, Value>,
     #[serde(default)]
-    slot: BTreeMap<u32, SlotTable>,
+    slot: BySlot<SlotTable>,
 }
 
 #[derive(Deserialize)]
@@ -229,7 +240,7 @@ impl ModuleChoice {
 }
 
 fn named<'d>(device: &'d Device, name: &str) -> Result<&'d Module, SelectionError> {
-    let found: Vec<_> = device.modules.iter().filter(|module| module.name == name.trim()).collect();
+    let found: Vec<_> = device.modules_named(name).collect();
     match found.as_slice() {
         [only] => Ok(only),
         [] => Err(SelectionError::UnknownModule {
@@ -266,7 +277,7 @@ impl Change {
     pub fn apply(&self, configuration: &mut Configuration<'_>) -> Result<(), SelectionError> {
         let parameters = configuration.parameters();
         let is_name = |name: &str| parameters.iter().any(|one| one.parameter.name == name.trim());
-        let target = self.target(is_name);
+        let target = self.target(is_name)?;
         let suggestion = || closest(target.name, parameters.iter().map(|one| one.parameter.name.as_str()));
         configuration.set(target, &self.value).map_err(|error| {
             let suggestion = matches!(error, PrmError::Unknown { .. }).then(suggestion).flatten();
@@ -275,15 +286,20 @@ impl Change {
     }
 
     /// The name as a whole if the file has it, else the name behind the place.
-    fn target(&self, is_name: impl Fn(&str) -> bool) -> Target<'_> {
+    fn target(&self, is_name: impl Fn(&str) -> bool) -> Result<Target<'_>, SelectionError> {
         let place = self.slot.map(Place::Slot);
         let whole = Target { name: &self.target, place, ..Target::default() };
         if is_name(&self.target) {
-            return whole;
+            return Ok(whole);
         }
-        let Some((head, name)) = self.target.split_once(':') else { return whole };
-        let Some(found) = placed(head, name) else { return whole };
-        Target { place: place.or(found.place), ..found }
+        let Some((head, name)) = self.target.split_once(':') else { return Ok(whole) };
+        let Some(found) = placed(head, name) else { return Ok(whole) };
+        match self.slot {
+            Some(slot) if found.place.is_some_and(|other| other != Place::Slot(slot)) => {
+                Err(SelectionError::Place { slot, target: self.target.clone() })
+            }
+            _ => Ok(Target { place: place.or(found.place), ..found }),
+        }
     }
 }
 
@@ -318,7 +334,14 @@ impl FromStr for Change {
 /// The least similarity of a suggestion: half of the letters are in place.
 const MIN_SIMILARITY: f64 = 0.5;
 
+/// The longest name that is compared: the work grows with the square. chosen: names of files have 32 characters.
+const MAX_COMPARED: usize = 200;
+
 fn closest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
+    if name.len() > MAX_COMPARED {
+        return None;
+    }
+    let candidates = candidates.filter(|candidate| candidate.len() <= MAX_COMPARED);
     let similarity = |other: &str| strsim::normalized_damerau_levenshtein(&name.to_lowercase(), &other.to_lowercase());
     let best =
         candidates.map(|candidate| (similarity(candidate), candidate)).max_by(|one, two| one.0.total_cmp(&two.0))?;
@@ -370,6 +393,52 @@ impl<'de> Deserialize<'de> for ModuleChoice {
     }
 }
 
+/// A table by the number of the slot, which stands there once: `1` and `01` are one slot.
+struct BySlot<T>(BTreeMap<u32, T>);
+
+impl<T> Default for BySlot<T> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<T> BySlot<T> {
+    fn read<'de, A: MapAccess<'de>>(table: &mut A) -> Result<Self, A::Error>
+    where
+        T: Deserialize<'de>,
+    {
+        let mut slots = BTreeMap::new();
+        while let Some((slot, content)) = table.next_entry::<String, T>()? {
+            let number: u32 = slot
+                .trim()
+                .parse()
+                .map_err(|_| de::Error::custom(format!("expected the number of a slot on the left, got {slot:?}")))?;
+            if slots.insert(number, content).is_some() {
+                return Err(de::Error::custom(format!("expected each slot once, got slot {number} twice")));
+            }
+        }
+        Ok(Self(slots))
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for BySlot<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Slots<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Slots<T> {
+            type Value = BySlot<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table by slot")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<BySlot<T>, A::Error> {
+                BySlot::read(&mut table)
+            }
+        }
+        deserializer.deserialize_map(Slots(PhantomData))
+    }
+}
+
 impl<'de> Deserialize<'de> for Modules {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Choices;
@@ -393,13 +462,7 @@ impl<'de> Deserialize<'de> for Modules {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Modules, A::Error> {
-                let mut slots = BTreeMap::new();
-                while let Some((slot, module)) = table.next_entry::<String, _>()? {
-                    let number = slot.trim().parse().map_err(|_| {
-                        de::Error::custom(format!("expected the number of a slot on the left, got {slot:?}"))
-                    })?;
-                    slots.insert(number, module);
-                }
+                let BySlot(slots) = BySlot::read(&mut table)?;
                 Ok(Modules::Slots(slots))
             }
         }

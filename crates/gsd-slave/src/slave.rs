@@ -183,6 +183,10 @@ impl Parts {
         let device = configuration.device();
         let ident = device.general.ident_number.and_then(|ident| u16::try_from(ident).ok());
         let chk_cfg = configuration.chk_cfg();
+        // An identifier that is cut would take octets of the next module.
+        for plugged in configuration.modules().iter().filter(|plugged| !plugged.module.config.is_empty()) {
+            cfg::lengths(&plugged.module.config)?;
+        }
         Ok(Self {
             chosen: configuration.chosen(),
             ident: ident.ok_or(SlaveError::NoIdent)?,

@@ -123,3 +123,26 @@ fn a_pipe_with_the_name_of_a_gsd_file_is_not_read() {
     assert_eq!((catalog.by_ident(0x1234).len(), catalog.unread().len()), (1, 0));
     drop(socket);
 }
+
+#[test]
+fn more_than_20000_files_are_refused() {
+    let folder = folder(&[("a.gsd", VALVE)]);
+    let path = folder.path().to_owned();
+    (0..20_000).for_each(|number| drop(fs::File::create(path.join(format!("{number}.gsd"))).unwrap()));
+    let error = Catalog::read(std::slice::from_ref(&path)).unwrap_err();
+    assert_eq!(error, CatalogError::TooMany { path: path.clone() });
+    fs::remove_file(path.join("0.gsd")).unwrap();
+    assert_eq!(read(&folder).by_ident(0x1234).len(), 1);
+}
+
+/// The files are sparse, and none of them is read.
+#[test]
+fn files_of_more_than_256_mib_together_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<_> = (0..17).map(|number| folder.path().join(format!("{number}.gsd"))).collect();
+    for path in &files {
+        fs::File::create(path).unwrap().set_len(MAX_OCTETS).unwrap();
+    }
+    let path = folder.path().to_owned();
+    assert_eq!(Catalog::read(std::slice::from_ref(&path)).unwrap_err(), CatalogError::TooLarge { path });
+}

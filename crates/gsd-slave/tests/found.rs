@@ -41,3 +41,29 @@ fn octets_of_no_modules_are_refused_with_the_possible_ones() {
     assert!(found(&[0x10, 0x10, 0x10, 0x10]).unwrap_err().contains('3'), "Max_Module");
     assert!(found(&[]).is_err());
 }
+
+#[test]
+fn modules_with_one_number_and_different_parameters_are_told_apart() {
+    let slot = |other: &str| {
+        let lines = format!(
+            "#Profibus_DP\nIdent_Number=1\nModule=\"a\" 0x10\n1\nExt_Module_Prm_Data_Len=1\nEndModule
+Module=\"b\" 0x10\n1\n{other}EndModule\n"
+        );
+        GsdSlave::by_chk_cfg(&Arc::new(GsdFile::read(lines.as_bytes())), &[0x10]).unwrap().slots.remove(0)
+    };
+    assert!(!slot("").has_equal_parameters);
+    assert!(slot("Ext_Module_Prm_Data_Len=1\n").has_equal_parameters);
+}
+
+#[test]
+fn a_module_without_identifiers_that_may_be_plugged_besides_makes_the_modules_not_unique() {
+    let file = |most: u32| {
+        let lines = format!(
+            "#Profibus_DP\nIdent_Number=1\nModular_Station=1\nMax_Module={most}\nModule=\"a\" 0x10\nEndModule
+Module=\"silent\"\nEndModule\n"
+        );
+        GsdSlave::by_chk_cfg(&Arc::new(GsdFile::read(lines.as_bytes())), &[0x10]).unwrap()
+    };
+    assert!(file(2).may_hide_module && !file(2).is_unique());
+    assert!(file(1).is_unique());
+}

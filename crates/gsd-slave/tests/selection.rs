@@ -146,3 +146,30 @@ fn a_wrong_file_is_refused_with_its_line() {
         assert!(error.contains("line") && error.contains(part), "{error}");
     }
 }
+
+#[test]
+fn a_slot_that_is_written_twice_is_refused() {
+    for text in ["[modules]\n1 = 3\n01 = 7", "[slot.1.parameters]\nDelay = 1\n[slot.01.parameters]\nDelay = 2"] {
+        let error = toml(text).unwrap_err();
+        assert!(error.contains("slot 1 twice") && error.contains("line"), "{error}");
+    }
+}
+
+#[test]
+fn a_parameter_in_the_table_of_one_slot_that_names_another_is_refused() {
+    let change = |place: &str| toml(&format!("modules = [3, 7]\n[slot.2.parameters]\n\"{place}:Delay\" = 9\n"));
+    for wrong in ["3", "station", "1@0"] {
+        let error = change(wrong).unwrap_err();
+        assert!(error.contains(&format!("\"{wrong}:Delay\" stands in slot 2")), "{error}");
+    }
+    assert_eq!(change("2@0").unwrap().user_prm(), [0, 0, 5, 5, 9]);
+}
+
+#[test]
+fn a_very_long_name_ends_soon_without_a_suggestion() {
+    let name = "m".repeat(100_000);
+    let file = format!("#Profibus_DP\nIdent_Number=1\nModule=\"{name}\" 0x10\nEndModule\n");
+    let selection = Selection::from_toml(&format!("modules = [\"{name}n\"]")).unwrap();
+    let error = GsdSlave::new(Arc::new(GsdFile::read(file.as_bytes())), &selection).unwrap_err().to_string();
+    assert!(!error.contains("did you mean"));
+}

@@ -96,3 +96,12 @@ Ext_User_Prm_Data_Ref(0)=1\nModule=\"m\" 0x10\n1\nEndModule\nModule=\"m\" 0x20\n
     let slave = GsdSlave::new(Arc::new(file), &selection).unwrap();
     assert_eq!(slave.configuration().parameters()[0].value, 7);
 }
+
+/// The last identifier of the first module announces an octet that is the identifier of the second.
+#[test]
+fn a_module_whose_identifier_is_cut_does_not_take_octets_of_the_next_module() {
+    let lines = "Ident_Number=1\nModule=\"cut\" 0x80\n1\nEndModule\nModule=\"2DO\" 0x21\n2\nEndModule";
+    let error = slave(lines, "1+2").unwrap_err();
+    assert!(matches!(error, SlaveError::Cfg(_)), "{error}");
+    assert!(slave(lines, "2").is_ok());
+}

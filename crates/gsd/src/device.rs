@@ -2,7 +2,7 @@
 
 use crate::alarm::Alarms;
 use crate::diagnosis::Diagnosis;
-use crate::general::{General, Rate};
+use crate::general::{General, Rate, RateError};
 use crate::parameter::{Parameter, PrmArea, PrmContent, PrmText};
 use crate::words::list;
 use std::collections::BTreeMap;
@@ -104,7 +104,7 @@ impl Device {
     }
 
     /// The modules with this name: blanks at its ends do not count.
-    pub fn modules_named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Module> {
+    pub fn modules_named<'a, 'n>(&'a self, name: &'n str) -> impl Iterator<Item = &'a Module> + use<'a, 'n> {
         self.modules.iter().filter(move |module| module.name == name.trim())
     }
 
@@ -144,6 +144,28 @@ impl Device {
         self.rates.iter().find(|rate| rate.bits_per_second() == Some(bits_per_second))
     }
 
+    /// Whether the slave has a baud rate in bit/s. chosen: it has every rate if the file lists none.
+    ///
+    /// # Errors
+    ///
+    /// The rates that the file lists.
+    ///
+    /// ```
+    /// use profivac_gsd::GsdFile;
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP\n9.6_supp = 1\n1.5M_supp = 1\n12M_supp = 0\n");
+    /// assert_eq!(file.device().check_rate(1_500_000), Ok(()));
+    /// let error = file.device().check_rate(12_000_000).unwrap_err();
+    /// assert_eq!(error.to_string(), "the GSD file does not have 12000000 bit/s; it has 9.6 kbit/s, 1.5 Mbit/s");
+    /// ```
+    pub fn check_rate(&self, bits_per_second: u32) -> Result<(), RateError> {
+        let rates: Vec<_> = self.rates.iter().filter(|rate| rate.supported == Some(true)).collect();
+        if rates.is_empty() || rates.iter().any(|rate| rate.bits_per_second() == Some(bits_per_second)) {
+            return Ok(());
+        }
+        Err(RateError { bits_per_second, possible: list(rates.iter().map(ToString::to_string)) })
+    }
+
     /// The parameters to which an area refers.
     pub(crate) fn parameters_of<'a>(&'a self, area: &'a PrmArea) -> impl Iterator<Item = &'a Parameter> {
         area.items.iter().filter_map(|item| match item.content {
@@ -155,8 +177,7 @@ impl Device {
     /// The text for a value of a parameter.
     #[must_use]
     pub fn text_of<'a>(&'a self, parameter: &Parameter, value: i64) -> Option<&'a str> {
-        let texts = &self.texts.get(&parameter.texts?)?.texts;
-        texts.iter().find(|(number, _)| *number == value).map(|(_, text)| text.as_str())
+        self.texts.get(&parameter.texts?)?.texts.get(&value).map(String::as_str)
     }
 
     /// The possible values of a parameter in words: `0 (open), 1 (closed)` or `-5 to 20`. The first twenty; the others are counted.
@@ -164,8 +185,9 @@ impl Device {
     pub fn values_of(&self, parameter: &Parameter) -> String {
         let whole = [parameter.kind.limits()];
         let allowed = if parameter.allowed.is_empty() { &whole } else { parameter.allowed.as_slice() };
-        let texts = parameter.texts.and_then(|number| self.texts.get(&number)).map(|texts| texts.texts.as_slice());
-        let named: Vec<_> = texts.unwrap_or_default().iter().filter(|(value, _)| parameter.allows(*value)).collect();
+        let texts =
+            parameter.texts.and_then(|number| self.texts.get(&number)).into_iter().flat_map(|texts| &texts.texts);
+        let named: Vec<_> = texts.filter(|(value, _)| parameter.allows(**value)).collect();
         if !named.is_empty() {
             return list(named.iter().map(|(value, text)| format!("{value} ({text})")));
         }

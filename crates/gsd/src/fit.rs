@@ -2,14 +2,12 @@
 
 use crate::configuration::{Configuration, ConfigurationError, first_slot, is_fixed, name, takes_slot_number};
 use crate::device::{Device, Module, Slot};
+use crate::reader::MAX_SLOT;
 use crate::words::{hex, list};
 use profivac_wire::cfg::{Area, CfgError, Identifiers, lengths};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
-
-/// Slots have the numbers 0 to 254, profibus-wire 3.
-const MAX_SLOTS: usize = 255;
 
 /// The modules that give configuration octets, slot by slot.
 ///
@@ -28,8 +26,8 @@ const MAX_SLOTS: usize = 255;
 /// EndModule
 /// ");
 /// let fit = Fit::new(file.device(), &[0x10, 0x10, 0x20])?;
-/// let slots: Vec<_> = fit.slots.iter().map(|slot| (slot.slot, slot.names())).collect();
-/// assert_eq!(slots, [(1, "two switches".to_owned()), (2, "valve or valve HF".to_owned())]);
+/// let names = |slot: usize| fit.slots[slot].modules.iter().map(|module| module.name.as_str()).collect::<Vec<_>>();
+/// assert_eq!((names(0), names(1)), (vec!["two switches"], vec!["valve", "valve HF"]));
 /// # Ok::<(), profivac_gsd::FitError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -39,6 +37,8 @@ pub struct Fit<'a> {
     pub slots: Vec<FittedSlot<'a>>,
     /// Whether other modules, or modules in other slots, divide the same octets otherwise.
     pub has_other_division: bool,
+    /// Whether a module without identifiers may be in another slot: the octets do not show it.
+    pub may_hide_module: bool,
 }
 
 /// A slot, and the modules that may be in it: several modules can have the same configuration octets.
@@ -56,18 +56,6 @@ pub struct FittedSlot<'a> {
     pub outputs: Range<usize>,
     /// The modules with these octets that the slot takes, at least one: first the default of the slot, then modules with Preset.
     pub modules: Vec<&'a Module>,
-}
-
-impl FittedSlot<'_> {
-    /// The names of the modules: `valve or valve HF`.
-    #[must_use]
-    pub fn names(&self) -> String {
-        let names: Vec<_> = self.modules.iter().map(|module| module.name.clone()).collect();
-        match names.as_slice() {
-            [only] => only.clone(),
-            _ => list(names.into_iter()).replace(", ", " or "),
-        }
-    }
 }
 
 /// Why no modules of the file give the octets.
@@ -132,7 +120,8 @@ impl<'a> Fit<'a> {
         if given > most {
             return Err(FitError::TooManyModules { given, most });
         }
-        let mut fit = Self { device, slots: Vec::new(), has_other_division };
+        let may_hide_module = given < most && search.may_hide_module(&path);
+        let mut fit = Self { device, slots: Vec::new(), has_other_division, may_hide_module };
         let mut counts = Counts::default();
         for (slot, config) in path {
             let modules = search.candidates(slot, &config);
@@ -260,7 +249,8 @@ impl<'a, 'o> Search<'a, 'o> {
         };
         let defined = device.slots.keys().last().and_then(|last| usize::try_from(last.saturating_sub(first)).ok());
         let slots = defined.map_or(0, |last| last.saturating_add(1));
-        let slots = slots.max(octets.len().saturating_add(fixed.len())).min(MAX_SLOTS);
+        let most = usize::try_from(MAX_SLOT.saturating_sub(first)).unwrap_or(0).saturating_add(1);
+        let slots = slots.max(octets.len().saturating_add(fixed.len())).min(most);
         let states = vec![vec![None; octets.len().saturating_add(1)]; slots.saturating_add(1)];
         let (groups, matches) = matches(device, octets);
         Self { device, octets, groups, matches, first, fixed, states, steps: 0 }
@@ -333,6 +323,29 @@ impl<'a, 'o> Search<'a, 'o> {
         module.filter(|module| module.config.is_empty())
     }
 
+    /// The modules without identifiers: their octets are the first of all.
+    fn silent_modules(&self) -> &[&'a Module] {
+        let first = self.groups.first().map(Vec::as_slice).unwrap_or_default();
+        if first.iter().all(|module| module.config.is_empty()) { first } else { &[] }
+    }
+
+    /// Whether a slot without a module, or one behind the last, takes a module without identifiers.
+    fn may_hide_module(&self, path: &Path) -> bool {
+        let is_used = |number: u32| path.iter().any(|(used, _)| *used == number);
+        let takes = |slot: usize| {
+            let allowed = self.allowed(slot);
+            let is_fixed = |module: &Module| self.fixed.iter().any(|fixed| std::ptr::eq(*fixed, module));
+            let mut others = self.silent_modules().iter().filter(|module| !is_fixed(module));
+            others.any(|module| self.slot_takes(slot, allowed.as_ref(), module))
+        };
+        let last = self.first.saturating_add(u32::try_from(self.device.max_modules()).unwrap_or(u32::MAX));
+        (0..self.states.len()).any(|slot| {
+            let number = self.number(slot);
+            let exists = number < last || self.device.slots.contains_key(&number);
+            number <= MAX_SLOT && exists && !is_used(number) && takes(slot)
+        })
+    }
+
     /// Whether slots can be free. chosen: without slot definitions modules stand side by side, because the octets show no gap.
     fn can_be_free(&self) -> bool {
         !self.device.slots.is_empty()
@@ -349,14 +362,17 @@ impl<'a, 'o> Search<'a, 'o> {
     /// The modules with these octets that the slot takes.
     fn candidates(&self, number: u32, config: &Range<usize>) -> Vec<&'a Module> {
         let slot = usize::try_from(number.saturating_sub(self.first)).unwrap_or(usize::MAX);
-        if config.is_empty() {
-            return self.silent(slot).into_iter().collect();
-        }
         let there = self.matches.get(config.start).and_then(|there| there.iter().find(|(end, _)| *end == config.end));
-        let group = there.and_then(|(_, group)| self.groups.get(*group)).map(Vec::as_slice).unwrap_or_default();
+        let group = match config.is_empty() {
+            true => self.silent_modules(),
+            false => there.and_then(|(_, group)| self.groups.get(*group)).map(Vec::as_slice).unwrap_or_default(),
+        };
         let allowed = self.allowed(slot);
         let mut modules: Vec<_> =
             group.iter().filter(|module| self.slot_takes(slot, allowed.as_ref(), module)).copied().collect();
+        if modules.is_empty() && config.is_empty() {
+            modules.extend(self.silent(slot));
+        }
         let default = self.device.slots.get(&number).map(|slot| slot.default);
         modules.sort_by_key(|module| (default != Some(module.number), !module.preset));
         modules

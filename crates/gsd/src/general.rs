@@ -5,6 +5,7 @@ use crate::problem::Fault;
 use crate::statement::Statement;
 use crate::words::quoted;
 use std::collections::BTreeSet;
+use std::fmt;
 
 /// A value of a keyword.
 trait Value: Sized {
@@ -196,6 +197,32 @@ pub struct Rate {
     /// The longest time to an answer, in bit times.
     pub max_tsdr: Option<u32>,
 }
+
+impl fmt::Display for Rate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name.strip_suffix('M') {
+            Some(number) => write!(f, "{number} Mbit/s"),
+            None => write!(f, "{} kbit/s", self.name),
+        }
+    }
+}
+
+/// The slave does not have a baud rate.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RateError {
+    /// The rate in bit/s.
+    pub bits_per_second: u32,
+    /// The rates that the file lists.
+    pub possible: String,
+}
+
+impl fmt::Display for RateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the GSD file does not have {} bit/s; it has {}", self.bits_per_second, self.possible)
+    }
+}
+
+impl std::error::Error for RateError {}
 
 impl Rate {
     /// The rate in bit/s.

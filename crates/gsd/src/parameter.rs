@@ -167,8 +167,8 @@ impl Parameter {
 pub struct PrmText {
     /// The number by which parameters refer to it.
     pub number: u32,
-    /// Values with their texts, in the order of the file.
-    pub texts: Vec<(i64, String)>,
+    /// The texts by value.
+    pub texts: BTreeMap<i64, String>,
     /// The line of the definition, from 1; 0 if it comes from no file.
     pub line: usize,
 }
@@ -194,7 +194,7 @@ pub struct PrmItem {
 }
 
 /// Constant octets, or the number of a parameter.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum PrmContent {
     /// Ext_User_Prm_Data_Const.
     Const(Vec<u8>),
@@ -202,7 +202,17 @@ pub enum PrmContent {
     Ref(u32),
 }
 
+/// What an area defines, without the lines of the file: see [`PrmArea::definition`].
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct PrmDefinition<'a>(Option<u16>, Vec<(u8, &'a PrmContent)>);
+
 impl PrmArea {
+    /// What the area defines: equal for areas that differ only in the lines of the file.
+    #[must_use]
+    pub fn definition(&self) -> PrmDefinition<'_> {
+        PrmDefinition(self.length, self.items.iter().map(|item| (item.offset, &item.content)).collect())
+    }
+
     /// The octets, with the value of each item that refers to a parameter.
     ///
     /// Where definitions overlap, the later one counts. The length of the file counts; without one the area ends with its last

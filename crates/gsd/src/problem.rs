@@ -141,6 +141,7 @@ faults! {
     NoKeyword Fault "line without a keyword", "the line is kept but not interpreted; remove it or make it a comment", GsdParser;
     BadValue Fault "value cannot be read", "the line is kept but not interpreted; correct the value", GsdParser;
     OutOfRange Fault "value out of range", "the line is kept but not interpreted; correct the value";
+    TooMany Fault "more modules, parameters or values than are read", "what is beyond the limit is not interpreted; remove it";
     BadOctet Fault "value in a list that is no octet", "the octets before it count, the rest of the list is ignored; correct the list";
     RepeatedComma Fault "comma without a value before it", "the comma is ignored; remove it or write the missing value";
     Repeated Remark "keyword occurs twice", "the last line counts; remove one";

@@ -18,6 +18,16 @@ use diagnosis::OpenArea;
 /// The last octet of user parameters, profibus-wire 2.4.
 const MAX_OFFSET: u8 = 236;
 
+/// The greatest number of modules, which bounds the work for one configuration. chosen: ten times the largest known files.
+pub(crate) const MAX_MODULES: usize = 10_000;
+
+/// The greatest number of parameters and constants of the station or of a module. chosen: more than one for each bit of the longest user
+/// parameters, which have 1896.
+pub(crate) const MAX_ITEMS: usize = 2_048;
+
+/// The last number of a slot, profibus-wire 3.
+pub(crate) const MAX_SLOT: u32 = 254;
+
 type Outcome = Result<(), Fault>;
 
 /// Takes statements one by one.
@@ -34,6 +44,8 @@ pub(crate) struct Reader {
     /// The lines of Ident_Number and User_Prm_Data.
     lines: Lines,
     problems: Vec<Problem>,
+    /// There are more modules than are read.
+    has_too_many: bool,
 }
 
 impl Reader {
@@ -160,7 +172,10 @@ impl Reader {
         let Block::Texts(texts) = &mut self.block else { return Err(Fault::MisplacedKeyword) };
         let value = statement.argument.first().ok_or(Fault::BadValue)?;
         let value = i64::try_from(*value).map_err(|_| Fault::OutOfRange)?;
-        texts.texts.push((value, statement.values.text()));
+        let is_repeated = texts.texts.insert(value, statement.values.text()).is_some();
+        if is_repeated {
+            self.problem(statement, Fault::Repeated, statement.spelled);
+        }
         Ok(())
     }
 
@@ -169,6 +184,9 @@ impl Reader {
             return Err(Fault::MisplacedKeyword);
         }
         let number = statement.index()?;
+        if number > MAX_SLOT {
+            return Err(Fault::OutOfRange);
+        }
         let mut values = statement.values;
         let name = values.quoted().ok_or(Fault::BadValue)?.trim().to_owned();
         let default = values.unsigned().and_then(|value| u32::try_from(value).ok()).ok_or(Fault::BadValue)?;
@@ -198,6 +216,9 @@ impl Reader {
         };
         let offset =
             u8::try_from(statement.index()?).ok().filter(|offset| *offset <= MAX_OFFSET).ok_or(Fault::OutOfRange)?;
+        if area.items.len() >= MAX_ITEMS {
+            return Err(Fault::TooMany);
+        }
         area.items.push(PrmItem { offset, content, line: statement.line });
         Ok(())
     }

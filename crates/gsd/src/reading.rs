@@ -2,12 +2,12 @@
 
 use crate::configuration::{Place, plain, slot_number};
 use crate::device::{Device, Module};
-use crate::fit::Fit;
-use crate::parameter::{DataType, Parameter, PrmArea, PrmContent, PrmItem};
+use crate::fit::{Fit, FittedSlot};
+use crate::parameter::{DataType, Parameter, PrmArea, PrmContent, PrmDefinition, PrmItem};
 use crate::words::list;
 use profivac_wire::prm::{Dpv1Status1, Dpv1Status2, Dpv1Status3};
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
 /// The user parameters of a Set_Prm in the words of the file.
@@ -169,7 +169,8 @@ impl Device {
 impl<'a> Fit<'a> {
     /// The user parameters of a Set_Prm to these modules.
     ///
-    /// Where several modules have the same configuration octets, the modules whose lengths and constants fit best are taken.
+    /// Where several modules have the same configuration octets, the modules whose lengths and constants fit best are taken. Of very many
+    /// modules with different parameters only the first ones of each slot are compared.
     #[must_use]
     pub fn read_prm(&self, user: &[u8]) -> Reading<'a> {
         let mut reading = Reading { found: user.len(), ..Reading::default() };
@@ -187,30 +188,83 @@ impl<'a> Fit<'a> {
     /// For each slot the module whose parameters fit best: the total length first, then the fewest octets that differ from constants, then
     /// the fewest values that are not allowed, then the fewest that are not the usual ones.
     fn modules_by_prm(&self, user: &[u8], start: usize) -> Vec<(u32, &'a Module)> {
-        // By end of the parameters so far: how well they fit, and the modules.
-        let mut ways: BTreeMap<usize, (Misfit, Vec<&'a Module>)> =
-            BTreeMap::from([(start, (Misfit::default(), Vec::new()))]);
+        let most = MAX_COMPARED.checked_div(self.slots.len()).unwrap_or(1).max(1);
+        let mut definitions = Definitions::default();
+        let mut ways: Ways<'a> =
+            BTreeMap::from([(start, Way { misfit: Misfit::default(), from: start, module: None })]);
+        let mut before: Vec<Ways<'a>> = Vec::new();
         for slot in &self.slots {
-            let mut next: BTreeMap<usize, (Misfit, Vec<&'a Module>)> = BTreeMap::new();
-            for module in &slot.modules {
-                let part = Part::module(self.device, slot.slot, module);
-                for (at, (misfit, modules)) in &ways {
-                    let octets = user.get((*at).min(user.len())..).unwrap_or_default();
-                    let misfit = misfit.plus(part.misfit(self.device, octets));
-                    let end = at.saturating_add(part.length());
-                    if next.get(&end).is_none_or(|(before, _)| misfit < *before) {
-                        next.insert(end, (misfit, modules.iter().copied().chain([*module]).collect()));
-                    }
+            let next = self.ways_behind(slot.slot, &definitions.of(slot, most), &ways, user);
+            before.push(std::mem::replace(&mut ways, next));
+        }
+        let best = ways.iter().min_by_key(|(end, way)| (end.abs_diff(user.len()), way.misfit));
+        let mut way = best.map(|(_, way)| *way);
+        let mut modules = Vec::new();
+        for (slot, ways) in self.slots.iter().zip(&before).rev() {
+            modules.extend(way.and_then(|way| Some((slot.slot, way.module?))));
+            way = way.and_then(|way| ways.get(&way.from).copied());
+        }
+        modules.reverse();
+        modules
+    }
+
+    /// The ways behind a slot that has one of these modules.
+    fn ways_behind(&self, slot: u32, modules: &[&'a Module], ways: &Ways<'a>, user: &[u8]) -> Ways<'a> {
+        let mut next: Ways<'a> = BTreeMap::new();
+        for module in modules {
+            let part = Part::module(self.device, slot, module);
+            for (at, way) in ways {
+                let octets = user.get((*at).min(user.len())..).unwrap_or_default();
+                let misfit = way.misfit.plus(part.misfit(self.device, octets));
+                let end = at.saturating_add(part.length());
+                if next.get(&end).is_none_or(|before| misfit < before.misfit) {
+                    next.insert(end, Way { misfit, from: *at, module: Some(module) });
                 }
             }
-            // Beyond the octets only the shortest way is of use.
-            let beyond: Vec<_> = next.keys().copied().filter(|end| *end > user.len()).skip(1).collect();
-            beyond.iter().for_each(|end| drop(next.remove(end)));
-            ways = next;
         }
-        let best = ways.iter().min_by_key(|(end, (misfit, _))| (end.abs_diff(user.len()), *misfit));
-        let modules = best.map(|(_, (_, modules))| modules.clone()).unwrap_or_default();
-        self.slots.iter().map(|slot| slot.slot).zip(modules).collect()
+        // Beyond the octets only the shortest way is of use.
+        let beyond = next.keys().copied().find(|end| *end > user.len());
+        next.retain(|end, _| beyond.is_none_or(|beyond| *end <= beyond));
+        next
+    }
+}
+
+/// The greatest number of modules with different parameters that are compared with a Set_Prm, in all slots together. chosen: slots of the
+/// largest known files have some ten.
+const MAX_COMPARED: usize = 2_048;
+
+/// How the user parameters can be divided up to a slot, by the end of its part.
+type Ways<'a> = BTreeMap<usize, Way<'a>>;
+
+/// The best way to one end.
+#[derive(Clone, Copy)]
+struct Way<'a> {
+    misfit: Misfit,
+    /// The end of the part of the slot before.
+    from: usize,
+    module: Option<&'a Module>,
+}
+
+/// Modules by the definition of their parameters: equal ones fit equally well.
+#[derive(Default)]
+struct Definitions<'a> {
+    numbers: HashMap<PrmDefinition<'a>, usize>,
+    by_module: HashMap<*const Module, usize>,
+}
+
+impl<'a> Definitions<'a> {
+    /// The first module of each definition, at most `most` of them.
+    fn of(&mut self, slot: &FittedSlot<'a>, most: usize) -> Vec<&'a Module> {
+        let mut seen = HashSet::new();
+        slot.modules.iter().copied().filter(|module| seen.insert(self.number(module))).take(most).collect()
+    }
+
+    fn number(&mut self, module: &'a Module) -> usize {
+        let numbers = &mut self.numbers;
+        *self.by_module.entry(std::ptr::from_ref(module)).or_insert_with(|| {
+            let next = numbers.len();
+            *numbers.entry(module.prm.definition()).or_insert(next)
+        })
     }
 }
 
@@ -238,7 +292,7 @@ impl<'a> Reading<'a> {
             });
         self.values.extend(values);
         let is_dpv1 = device.general.dpv1_slave == Some(true) && part.place == Place::Station;
-        for (octet, found, expected) in part.differences(device, octets) {
+        for (octet, found, expected) in part.differences(octets) {
             self.differences.push(Difference {
                 place: part.place,
                 octet: start.saturating_add(octet),
@@ -311,6 +365,8 @@ struct Part<'a> {
     area: Cow<'a, PrmArea>,
     /// The octets with the usual values.
     usual: Vec<u8>,
+    /// For each bit the item that counts: the last one.
+    owners: Vec<[Option<usize>; 8]>,
 }
 
 impl<'a> Part<'a> {
@@ -331,40 +387,15 @@ impl<'a> Part<'a> {
     fn new(device: &Device, place: Place, area: Cow<'a, PrmArea>) -> Self {
         let usual = |_, parameter: &Parameter| slot_number(place, parameter).map_or(parameter.default, i64::from);
         let usual = area.octets(&device.parameters, usual);
-        Self { place, area, usual }
+        let owners = owners(device, &area, usual.len());
+        Self { place, area, usual, owners }
     }
 
     fn length(&self) -> usize {
         self.usual.len()
     }
 
-    /// The item that counts for each bit: the last one.
-    fn owners(&self, device: &Device) -> Vec<[Option<usize>; 8]> {
-        let mut owners = vec![[None; 8]; self.length()];
-        for (index, item) in self.area.items.iter().enumerate() {
-            let offset = usize::from(item.offset);
-            let mut own = |octet: usize, bit: usize| {
-                if let Some(owner) = owners.get_mut(octet).and_then(|octet| octet.get_mut(bit)) {
-                    *owner = Some(index);
-                }
-            };
-            match &item.content {
-                PrmContent::Const(constant) => {
-                    let octets = offset..offset.saturating_add(constant.len());
-                    octets.for_each(|octet| (0..8).for_each(|bit| own(octet, bit)));
-                }
-                PrmContent::Ref(number) => {
-                    if let Some(parameter) = device.parameters.get(number) {
-                        bits(parameter, offset).for_each(|(octet, bit)| own(octet, bit));
-                    }
-                }
-            }
-        }
-        owners
-    }
-
     fn values<'d>(&self, device: &'d Device, octets: &[u8]) -> Vec<Value<'d>> {
-        let owners = self.owners(device);
         let items = self.area.items.iter().enumerate();
         items
             .filter_map(|(index, item)| {
@@ -373,7 +404,7 @@ impl<'a> Part<'a> {
                 let offset = usize::from(item.offset);
                 let value = parameter.kind.get(octets.get(offset..)?)?;
                 let usual = slot_number(self.place, parameter).map_or(parameter.default, i64::from);
-                let later = bits(parameter, offset).filter_map(|(octet, bit)| owner(&owners, octet, bit));
+                let later = bits(parameter, offset).filter_map(|(octet, bit)| owner(&self.owners, octet, bit));
                 let later = later.filter(|owner| *owner > index).max();
                 Some(Value { offset, parameter, value, usual, later })
             })
@@ -385,18 +416,17 @@ impl<'a> Part<'a> {
         let counting = || values.iter().filter(|one| one.later.is_none());
         let refused = counting().filter(|one| !is_allowed(one.parameter, one.value, one.usual)).count();
         let changed = counting().filter(|one| one.value != one.usual).count();
-        Misfit(self.differences(device, octets).len(), refused, changed)
+        Misfit(self.differences(octets).len(), refused, changed)
     }
 
     /// The octets whose constant bits differ, or that are not 0 although nothing is defined there: their place within the part, the
     /// octet, and the octet with the constants.
-    fn differences(&self, device: &Device, octets: &[u8]) -> Vec<(usize, u8, Option<u8>)> {
-        let owners = self.owners(device);
+    fn differences(&self, octets: &[u8]) -> Vec<(usize, u8, Option<u8>)> {
         let is_constant = |owner: &Option<usize>| {
             let item = owner.and_then(|owner| self.area.items.get(owner));
             item.is_none_or(|item| matches!(item.content, PrmContent::Const(_)))
         };
-        let both = octets.iter().zip(&self.usual).zip(&owners).enumerate();
+        let both = octets.iter().zip(&self.usual).zip(&self.owners).enumerate();
         both.filter_map(|(octet, ((found, usual), owners))| {
             let constant = (0..8_u32).zip(owners).filter(|(_, owner)| is_constant(owner));
             let mask = constant.fold(0_u8, |mask, (bit, _)| mask | 1_u8.wrapping_shl(bit));
@@ -406,6 +436,31 @@ impl<'a> Part<'a> {
         })
         .collect()
     }
+}
+
+/// The item that counts for each bit of an area: the last one.
+fn owners(device: &Device, area: &PrmArea, length: usize) -> Vec<[Option<usize>; 8]> {
+    let mut owners = vec![[None; 8]; length];
+    for (index, item) in area.items.iter().enumerate() {
+        let offset = usize::from(item.offset);
+        let mut own = |octet: usize, bit: usize| {
+            if let Some(owner) = owners.get_mut(octet).and_then(|octet| octet.get_mut(bit)) {
+                *owner = Some(index);
+            }
+        };
+        match &item.content {
+            PrmContent::Const(constant) => {
+                let octets = offset..offset.saturating_add(constant.len());
+                octets.for_each(|octet| (0..8).for_each(|bit| own(octet, bit)));
+            }
+            PrmContent::Ref(number) => {
+                if let Some(parameter) = device.parameters.get(number) {
+                    bits(parameter, offset).for_each(|(octet, bit)| own(octet, bit));
+                }
+            }
+        }
+    }
+    owners
 }
 
 /// The bits of a parameter: octet of the part and bit.

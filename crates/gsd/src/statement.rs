@@ -3,6 +3,12 @@
 use crate::lexer::{Kind, Line, Token};
 use crate::problem::Fault;
 
+/// The greatest number of octets in a list: no data unit has more, profibus-wire 1.3.
+const MAX_OCTETS: usize = 244;
+
+/// The greatest number of values and ranges in a list, which bounds the work for one value. chosen: as many as modules, which slots list.
+const MAX_INTERVALS: usize = 10_000;
+
 /// A line of a file that has a keyword or values.
 #[derive(Debug)]
 pub(crate) struct Statement<'a> {
@@ -156,6 +162,8 @@ impl<'a> Values<'a> {
         let mut fault = None;
         while !self.is_empty() {
             match self.unsigned().map(u8::try_from) {
+                // More are no data unit of PROFIBUS.
+                Some(Ok(_)) if octets.len() >= MAX_OCTETS => return (octets, Some(Fault::OutOfRange)),
                 Some(Ok(octet)) => octets.push(octet),
                 Some(Err(_)) => return (octets, Some(Fault::OutOfRange)),
                 None if self.next_if(&Kind::Comma) => {
@@ -174,6 +182,9 @@ impl<'a> Values<'a> {
         let mut intervals = Vec::new();
         while !self.is_empty() {
             let low = self.signed().ok_or(Fault::BadValue)?;
+            if intervals.len() >= MAX_INTERVALS {
+                return Err(Fault::TooMany);
+            }
             let high = if self.next_if(&Kind::Minus) { self.signed().ok_or(Fault::BadValue)? } else { low };
             intervals.push((low.min(high), low.max(high)));
             self.next_if(&Kind::Comma);

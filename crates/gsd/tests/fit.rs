@@ -1,7 +1,7 @@
 //! Configuration octets to the modules that give them.
 
 use crate::support::file;
-use profivac_gsd::{Configuration, Fit, FitError, GsdFile};
+use profivac_gsd::{Configuration, Fit, FitError, FittedSlot, GsdFile};
 
 const MODULES: &str = "\
 Modular_Station=1
@@ -24,9 +24,13 @@ fn device(lines: &str) -> GsdFile {
     file(&format!("{MODULES}{lines}"))
 }
 
+fn names(slot: &FittedSlot<'_>) -> String {
+    slot.modules.iter().map(|module| module.name.as_str()).collect::<Vec<_>>().join(" or ")
+}
+
 fn slots(file: &GsdFile, octets: &[u8]) -> Vec<(u32, String)> {
     let fit = Fit::new(file.device(), octets).expect("modules");
-    fit.slots.iter().map(|slot| (slot.slot, slot.names())).collect()
+    fit.slots.iter().map(|slot| (slot.slot, names(slot))).collect()
 }
 
 fn slot(number: u32, names: &str) -> (u32, String) {
@@ -43,7 +47,7 @@ fn every_module_with_the_octets_is_named() {
 fn a_module_with_several_identifiers_is_one_module_and_another_division_is_said() {
     let file = device("");
     let fit = Fit::new(file.device(), &[0x20, 0x10, 0x20, 0x31]).unwrap();
-    let found: Vec<_> = fit.slots.iter().map(|slot| (slot.names(), slot.identifiers.clone())).collect();
+    let found: Vec<_> = fit.slots.iter().map(|slot| (names(slot), slot.identifiers.clone())).collect();
     assert_eq!(found, [("out or out HF".to_owned(), 0..1), ("three".to_owned(), 1..4)]);
     assert!(!fit.has_other_division, "no module has 31 alone");
     let file = device("Module=\"both\" 0x31\nEndModule");
@@ -60,7 +64,7 @@ fn inputs_outputs_and_identifiers_of_each_slot_have_their_places() {
     assert_eq!(places, [(0..0, 0..1), (0..0, 1..1), (0..3, 1..4)]);
     let at = |identifier| fit.slot_of_identifier(identifier).map(|slot| slot.slot);
     assert_eq!([at(0), at(1), at(2), at(4), at(5)], [Some(1), Some(2), Some(3), Some(3), None]);
-    assert_eq!(fit.slot(3).map(|slot| slot.names()), Some("three".to_owned()));
+    assert_eq!(fit.slot(3).map(names), Some("three".to_owned()));
 }
 
 #[test]
@@ -70,7 +74,7 @@ fn the_slots_say_which_of_equal_modules_it_is_and_which_slots_are_free() {
     assert_eq!(slots(&file, &[0x10, 0x20]), [slot(1, "in"), slot(2, "out")]);
     assert_eq!(slots(&file, &[0x20, 0x20]), [slot(1, "out HF"), slot(2, "out")]);
     let fit = Fit::new(file.device(), &[0x10, 0x20, 0x20]).unwrap();
-    let found: Vec<_> = fit.slots.iter().map(|slot| (slot.slot, slot.names())).collect();
+    let found: Vec<_> = fit.slots.iter().map(|slot| (slot.slot, names(slot))).collect();
     assert_eq!(found, [slot(1, "in"), slot(2, "out"), slot(4, "out HF or out")], "slot 3 is free, the default first");
 }
 
@@ -110,6 +114,37 @@ fn more_modules_than_the_station_takes_and_damaged_octets_are_refused() {
         words(&[0x10, 0xC0]),
         "the configuration is no list of identifiers: the last identifier announces more octets than follow"
     );
+}
+
+#[test]
+fn modules_without_identifiers_are_all_named_and_those_that_the_octets_do_not_show_are_said() {
+    let other = "Module=\"silent HF\"\nEndModule\n";
+    let file = device(&format!(
+        "Max_Module=2\n{other}SlotDefinition\nSlot(1)=\"a\" 6 6-7\nSlot(2)=\"b\" 2 2-3\nEndSlotDefinition"
+    ));
+    let fit = Fit::new(file.device(), &[0x20]).unwrap();
+    let found: Vec<_> = fit.slots.iter().map(names).collect();
+    assert_eq!(found, ["silent or silent HF", "out or out HF"]);
+    assert!(!fit.may_hide_module, "each slot has a module");
+    let file = device("SlotDefinition\nSlot(1)=\"a\" 1 1\nSlot(2)=\"b\" 2 2,6\nEndSlotDefinition");
+    assert!(Fit::new(file.device(), &[0x10]).unwrap().may_hide_module, "slot 2 may have it");
+    let file = device("");
+    assert!(Fit::new(file.device(), &[0x10]).unwrap().may_hide_module);
+    assert!(!Fit::new(file.device(), &[0x10; 4]).unwrap().may_hide_module, "Max_Module is 4");
+}
+
+#[test]
+fn slot_254_is_the_last_one() {
+    let far = |slot: u32| {
+        device(&format!(
+            "ExtUserPrmData=1 \"[SlotNumber]\"\nUnsigned8 {slot} {slot}\nEndExtUserPrmData\nModule=\"far\" 0x30\n\
+             Ext_User_Prm_Data_Ref(0)=1\nEndModule\nSlotDefinition\nSlot({slot})=\"a\" 7 7\nEndSlotDefinition"
+        ))
+    };
+    assert_eq!(slots(&far(254), &[0x30]), [slot(254, "far")]);
+    let file = far(255);
+    assert!(file.device().slots.is_empty(), "the line is a problem");
+    assert!(Fit::new(file.device(), &[0x30]).is_err());
 }
 
 #[test]

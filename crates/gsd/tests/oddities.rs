@@ -264,3 +264,38 @@ fn the_lines_together_are_the_text() {
     let numbers: Vec<_> = file.lines().map(|(number, _)| number).collect();
     assert_eq!(numbers, [1, 2, 3, 4, 8]);
 }
+
+/// A file of a few megabytes must not cost hours.
+#[test]
+fn modules_parameters_values_and_octets_beyond_the_limits_are_one_problem_each() {
+    let many = |count: usize, line: &str| line.repeat(count);
+    let modules = many(10_002, "Module=\"m\" 0x10\nEndModule\n");
+    let read = file(&modules);
+    assert_eq!(read.device().modules.len(), 10_000);
+    assert_eq!(read.problems().iter().filter(|one| one.fault == Fault::TooMany).count(), 1);
+
+    let texts: String = (0..50_000).map(|value| format!("Text({value})=\"t\"\n")).collect();
+    let parameter = "ExtUserPrmData=1 \"p\"\nUnsigned16 0 0-60000\nPrm_Text_Ref=1\nEndExtUserPrmData\n";
+    let items = many(50_000, "Ext_User_Prm_Data_Ref(0)=1\n");
+    let read = file(&format!("PrmText=1\n{texts}EndPrmText\n{parameter}{items}"));
+    assert_eq!(read.device().prm.items.len(), 2_048);
+    let reading = read.device().read_station_prm(&[0xC3, 0x4F]);
+    assert_eq!(reading.values.last().and_then(|value| value.text), Some("t"));
+
+    let values = many(10_001, "1,");
+    let read = file(&format!("ExtUserPrmData=1 \"p\"\nUnsigned8 0 {values}1\nEndExtUserPrmData\n"));
+    assert!(read.device().parameters[&1].allowed.is_empty());
+    assert!(read.problems().iter().any(|one| one.fault == Fault::TooMany));
+
+    let octets = vec!["0x10"; 245].join(",");
+    let read = file(&format!("User_Prm_Data={octets}\nModule=\"m\" {octets}\nEndModule\n"));
+    assert_eq!(read.device().modules[0].config.len(), 244);
+    assert_eq!(read.device().user_prm_data.as_ref().map(Vec::len), Some(244));
+}
+
+#[test]
+fn of_two_texts_for_one_value_the_last_counts_and_is_a_problem() {
+    let read = file("PrmText=1\nText(0)=\"first\"\nText(0)=\"second\"\nEndPrmText");
+    assert!(read.device().texts[&1].texts.values().eq(["second"]));
+    assert_eq!(problems(&read), [(5, Fault::Repeated)]);
+}

@@ -180,3 +180,35 @@ fn what_a_configuration_writes_is_read_back() {
     assert_eq!(differences(&reading), [""; 0]);
     assert!(reading.has_right_length());
 }
+
+/// Slots with thousands of modules of equal octets: hours of comparing, unless equal parameters are compared once and different ones only
+/// up to a limit.
+#[test]
+fn the_comparison_with_very_many_modules_ends_soon() {
+    let parameters = "ExtUserPrmData=1 \"p\"\nUnsigned8 0 0-9\nEndExtUserPrmData\n";
+    let station = |module: &dyn Fn(usize) -> String| {
+        let modules: String = (1..=10_000)
+            .map(|number| format!("Module=\"m{number}\" 0x00\nExt_Module_Prm_Data_Len={}\nEndModule\n", module(number)))
+            .collect();
+        file(&format!("{parameters}Modular_Station=1\n{modules}"))
+    };
+    let equal = station(&|_| "1\nExt_User_Prm_Data_Ref(0)=1".to_owned());
+    let reading = read(&equal, &[0x00; 237], &[3; 237]);
+    assert!(reading.has_right_length() && reading.values.iter().all(|value| value.value == 3));
+    assert_eq!(reading.values.len(), 237);
+    let different = station(&|number| format!("{}\nExt_User_Prm_Data_Const(0)={}", number % 200, number % 251));
+    let reading = read(&different, &[0x00; 244], &[3; 60]);
+    assert_eq!((reading.modules.len(), reading.found), (244, 60));
+}
+
+#[test]
+fn of_equal_modules_with_equal_parameters_the_first_is_taken() {
+    let twin = "Module=\"twin\" 0x10\nExt_Module_Prm_Data_Len=1\nExt_User_Prm_Data_Const(0)=0xB0\nEndModule";
+    let file = device(twin);
+    let reading = read(&file, &[0x10, 0x10], &[0xB0, 0xB0]);
+    let names: Vec<_> = reading.modules.iter().map(|(slot, module)| (*slot, module.name.as_str())).collect();
+    assert_eq!(names, [(1, "short"), (2, "short")]);
+    let [short, twin] =
+        ["short", "twin"].map(|name| file.device().modules_named(name).next().unwrap().prm.definition());
+    assert_eq!(short, twin, "the lines of the file do not count");
+}

@@ -10,9 +10,9 @@ use profivac_client::values::hex;
 use profivac_gsd::{
     Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
 };
-use profivac_gsd_slave::{Change, GsdSlave, MAX_OCTETS, has_gsd_ending};
+use profivac_gsd_slave::{Change, FolderFiles, GsdSlave, MAX_OCTETS};
 use serde::Serialize;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub enum FileCommand {
 /// profivac reads every file, also one with faults. Exit code 2 if a line is wrong, 0 if there are remarks only.
 #[derive(Args, Debug)]
 pub struct CheckArguments {
-    /// GSD files of any slave, and folders of them: names that end in .gsd, .gse, .gsg ...
+    /// GSD files of any slave, and folders of them with their folders: names that end in .gsd, .gse, .gsg ...
     #[arg(value_name = "FILE|FOLDER", required = true)]
     files: Vec<PathBuf>,
 }
@@ -80,22 +80,14 @@ fn read(path: &Path) -> Result<GsdFile, Failure> {
     Ok(GsdFile::read(&octets))
 }
 
-/// The GSD files at a path: the file itself, or every GSD file of a folder, sorted by name.
-fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
+/// The GSD files at a path: the file itself, or every GSD file of a folder and its folders, as --gsd reads them.
+fn files(path: &Path) -> Result<FolderFiles, Failure> {
+    if path.is_dir() {
+        return Ok(FolderFiles::find(path)?);
     }
-    let failed = |error: io::Error| Failure::usage(format!("{} cannot be read: {error}", path.display()));
-    let entries = fs::read_dir(path).and_then(Iterator::collect::<Result<Vec<_>, _>>).map_err(failed)?;
-    let mut files: Vec<_> = entries.iter().map(fs::DirEntry::path).filter(|path| has_gsd_ending(path)).collect();
-    files.sort();
-    if files.is_empty() {
-        return Err(Failure::usage(format!(
-            "expected GSD files in {}, found none whose name ends in .gsd, .gse, .gsg ...",
-            path.display()
-        )));
-    }
-    Ok(files)
+    let mut file = FolderFiles::default();
+    file.files.push(path.to_owned());
+    Ok(file)
 }
 
 fn check(paths: &[PathBuf]) -> Result<(), Failure> {
@@ -104,10 +96,14 @@ fn check(paths: &[PathBuf]) -> Result<(), Failure> {
         let found = files(path).unwrap_or_else(|failure| {
             notice(&visible(&failure.to_string()));
             (wrong, all) = (wrong + 1, all + 1);
-            Vec::new()
+            FolderFiles::default()
         });
-        all = all.saturating_add(found.len());
-        wrong = wrong.saturating_add(found.iter().filter(|file| !is_right(file)).count());
+        for folder in &found.unread {
+            notice(&visible(&format!("{} cannot be read: {}", folder.path.display(), folder.reason)));
+        }
+        all = all.saturating_add(found.files.len()).saturating_add(found.unread.len());
+        let wrong_files = found.files.iter().filter(|file| !is_right(file)).count();
+        wrong = wrong.saturating_add(wrong_files).saturating_add(found.unread.len());
     }
     if wrong == 0 {
         return Ok(());
@@ -496,7 +492,7 @@ EndModule
     #[test]
     fn check_reads_the_files_of_a_folder_and_says_that_one_has_none() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, octets: &[u8]| fs::write(folder.path().join(name), octets).unwrap();
+        let write = |name: &str, octets: &[u8]| std::fs::write(folder.path().join(name), octets).unwrap();
         write("valve.txt", b"no GSD file");
         let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
         assert!(failure.starts_with("1 of 1 GSD files"), "{failure}");

@@ -98,9 +98,8 @@ impl Described {
             let number = place.saturating_add(1);
             Some(match self.slots.get(place) {
                 Some(slot) => format!("module {number} (slot {}, {}) {state}", slot.slot, slot.names()),
-                // A slave sends four states in each octet.
                 None if self.slots.is_empty() => format!("module {number} {state}"),
-                None => return None,
+                None => format!("module {number} (beyond the modules) {state}"),
             })
         });
         let states: Vec<_> = states.collect();

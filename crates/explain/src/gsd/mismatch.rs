@@ -48,7 +48,7 @@ impl Described {
     pub fn set_prm_mismatches(&self, du: &[u8]) -> Vec<Mismatch> {
         let seen = Seen { set_prm: du, ..Seen::default() };
         let each = self.possible.iter().map(|file| {
-            let fit = Fit::new(file.device(), &self.config).ok();
+            let fit = self.fit_of_set_prm(file);
             set_prm(file.device(), fit.as_ref(), &seen)
         });
         each.min_by_key(Vec::len).unwrap_or_default()
@@ -73,7 +73,7 @@ impl Described {
                 "compare the modules in the engineering tool of the master with the plugged ones; `profivac gsd show` lists those of the file",
             ));
         }
-        let fit = fit.and_then(Result::ok);
+        let fit = fit.and_then(Result::ok).filter(|_| self.is_of_set_prm);
         all.extend(set_prm(device, fit.as_ref(), seen));
         all.extend(diagnosis_length(device, seen));
         all.extend(rate(device, seen));
@@ -124,14 +124,12 @@ fn diagnosis_length(device: &Device, seen: &Seen<'_>) -> Option<Mismatch> {
 
 fn rate(device: &Device, seen: &Seen<'_>) -> Vec<Mismatch> {
     let Some(bits) = seen.bits_per_second else { return Vec::new() };
-    let rate = device.rate(bits);
     let mut all = Vec::new();
-    let has_rates = device.rates.iter().any(|rate| rate.supported == Some(true));
-    if has_rates && rate.is_none_or(|rate| rate.supported != Some(true)) {
+    if device.check_rate(bits).is_err() {
         let found = format!("the line has {bits} bit/s, which the slave does not have by its GSD file");
         all.push(Mismatch::new(found, "choose a rate that every slave of the line has"));
     }
-    if let (Some(found), Some(most)) = (seen.longest_tsdr, rate.and_then(|rate| rate.max_tsdr))
+    if let (Some(found), Some(most)) = (seen.longest_tsdr, device.rate(bits).and_then(|rate| rate.max_tsdr))
         && found > u64::from(most)
     {
         all.push(Mismatch::new(

@@ -12,12 +12,16 @@ pub use parameters::Extent;
 
 use profivac_gsd::{Device, Fit, FitError, GsdFile, Module};
 use profivac_sim::describe::Hex;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
 /// The number of things that a sentence lists.
 const LISTED: usize = 20;
+
+/// The number of modules that a slot names, and of characters of a name. chosen: a damaged file has thousands of modules with one
+/// configuration, or names of a megabyte.
+const NAMED: usize = 100;
 
 /// GSD files by Ident_Number.
 #[derive(Clone, Debug, Default)]
@@ -57,17 +61,47 @@ pub struct Described {
     possible: Vec<Arc<GsdFile>>,
     /// The octets of the last Chk_Cfg or Get_Cfg.
     config: Vec<u8>,
+    /// They are those of a Chk_Cfg behind the last Set_Prm: its user parameters belong to these modules.
+    is_of_set_prm: bool,
     /// For each possible file the modules in their slots; empty if the configuration is not known or no file has its modules.
     fitted: Vec<Fitted>,
     /// The same of all files together.
     slots: Vec<Slot>,
+    /// What else the octets can be.
+    other: OtherDivision,
+}
+
+/// Whether the modules in their slots are the only ones that give the configuration, in rising order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+enum OtherDivision {
+    #[default]
+    None,
+    /// Other modules of a file divide the octets otherwise.
+    InOneFile,
+    /// The files divide the octets differently, so that no octet has a certain module.
+    BetweenFiles,
+}
+
+impl OtherDivision {
+    fn of(fits: &[(&Arc<GsdFile>, Fit<'_>)]) -> Self {
+        let division =
+            |fit: &Fit<'_>| fit.slots.iter().map(|slot| (slot.slot, slot.config.clone())).collect::<Vec<_>>();
+        let mut divisions = fits.iter().map(|(_, fit)| division(fit));
+        let first = divisions.next();
+        if divisions.any(|other| Some(other) != first) {
+            return Self::BetweenFiles;
+        }
+        match fits.iter().any(|(_, fit)| fit.has_other_division) {
+            true => Self::InOneFile,
+            false => Self::None,
+        }
+    }
 }
 
 /// The modules of one file in their slots.
 #[derive(Clone, Debug)]
 struct Fitted {
     slots: Vec<FittedSlot>,
-    has_other_division: bool,
 }
 
 /// A slot, its identifiers, and the places of its modules in the list of the file.
@@ -80,13 +114,14 @@ struct FittedSlot {
 
 impl Fitted {
     fn new(file: &GsdFile, fit: &Fit<'_>) -> Self {
-        let place = |module: &Module| file.device().modules.iter().position(|one| std::ptr::eq(one, module));
+        let places: HashMap<_, _> = file.device().modules.iter().map(std::ptr::from_ref).zip(0..).collect();
+        let place = |module: &Module| places.get(&std::ptr::from_ref(module)).copied();
         let slot = |slot: &profivac_gsd::FittedSlot<'_>| FittedSlot {
             slot: slot.slot,
             identifiers: slot.identifiers.clone(),
             modules: slot.modules.iter().filter_map(|module| place(module)).collect(),
         };
-        Self { slots: fit.slots.iter().map(slot).collect(), has_other_division: fit.has_other_division }
+        Self { slots: fit.slots.iter().map(slot).collect() }
     }
 }
 
@@ -95,8 +130,10 @@ impl Fitted {
 pub struct Slot {
     /// The number of the slot.
     pub slot: u32,
-    /// The modules with the configuration octets of this slot.
+    /// The modules with the configuration octets of this slot, at most a hundred.
     pub modules: Vec<String>,
+    /// The number of further modules with these octets.
+    pub more: usize,
     /// Its identifiers, counted from 0 as diagnosis does.
     pub identifiers: Range<usize>,
     /// Its octets in the inputs.
@@ -111,16 +148,25 @@ impl Slot {
     pub fn names(&self) -> String {
         match self.modules.as_slice() {
             [first, second, others @ ..] if others.len() > 1 => {
-                format!("{first} or {second} or {} others with the same octets", others.len())
+                let more = others.len().saturating_add(self.more);
+                format!("{first} or {second} or {more} others with the same octets")
             }
             modules => modules.join(" or "),
         }
     }
 
+    fn all_names(&self) -> String {
+        let more = match self.more {
+            0 => String::new(),
+            more => format!(" or {more} others with the same octets"),
+        };
+        format!("{}{more}", self.modules.join(" or "))
+    }
+
     fn names_of(&self, extent: Extent) -> String {
         match extent {
             Extent::Changes => self.names(),
-            Extent::All => self.modules.join(" or "),
+            Extent::All => self.all_names(),
         }
     }
 }
@@ -132,16 +178,43 @@ impl Described {
         Self { files, ..Self::default() }
     }
 
-    /// Takes the Ident_Number. Another one than before is another device.
+    /// Takes the Ident_Number. Another one than before is another device; the configuration that came before the first one is kept.
     pub fn identify(&mut self, ident: u16) {
-        if self.ident != Some(ident) {
-            *self =
-                Self { ident: Some(ident), possible: self.files.of(ident).to_vec(), ..Self::new(self.files.clone()) };
+        if self.ident == Some(ident) {
+            return;
+        }
+        let before = std::mem::replace(self, Self::new(self.files.clone()));
+        self.ident = Some(ident);
+        self.possible = self.files.of(ident).to_vec();
+        if before.ident.is_none() && !before.config.is_empty() {
+            self.is_of_set_prm = before.is_of_set_prm;
+            self.fit(&before.config);
         }
     }
 
-    /// Takes the octets of Chk_Cfg or Get_Cfg.
+    /// Takes a Set_Prm: its user parameters belong to the modules of the Chk_Cfg that follows.
+    pub const fn parameterise(&mut self) {
+        self.is_of_set_prm = false;
+    }
+
+    /// Takes the octets of Chk_Cfg.
     pub fn configure(&mut self, octets: &[u8]) {
+        self.is_of_set_prm = true;
+        self.fit(octets);
+    }
+
+    /// Takes the octets of Get_Cfg. The master may have written Set_Prm for other modules.
+    pub fn offer(&mut self, octets: &[u8]) {
+        self.is_of_set_prm &= self.config == octets;
+        self.fit(octets);
+    }
+
+    /// The modules of a file to which the user parameters of the last Set_Prm belong.
+    fn fit_of_set_prm<'f>(&self, file: &'f GsdFile) -> Option<Fit<'f>> {
+        self.is_of_set_prm.then(|| Fit::new(file.device(), &self.config).ok())?
+    }
+
+    fn fit(&mut self, octets: &[u8]) {
         if self.config == octets {
             return;
         }
@@ -149,6 +222,7 @@ impl Described {
         let all: Vec<_> = self.ident.map(|ident| self.files.of(ident).to_vec()).unwrap_or_default();
         let fits: Vec<_> = all.iter().filter_map(|file| Some((file, Fit::new(file.device(), octets).ok()?))).collect();
         self.slots = slots(&fits);
+        self.other = OtherDivision::of(&fits);
         self.fitted = fits.iter().map(|(file, fit)| Fitted::new(file, fit)).collect();
         let fitting: Vec<_> = fits.iter().map(|(file, _)| Arc::clone(file)).collect();
         self.possible = if fitting.is_empty() { all } else { fitting };
@@ -169,21 +243,14 @@ impl Described {
     /// The devices that it may be: model and vendor, each once.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
-        distinct(self.possible.iter().map(|file| {
-            let general = &file.device().general;
-            let model = general.model_name.as_deref().unwrap_or("a slave without Model_Name").trim();
-            general
-                .vendor_name
-                .as_ref()
-                .map_or_else(|| model.to_owned(), |vendor| format!("{model} of {}", vendor.trim()))
-        }))
+        distinct(self.possible.iter().map(|file| name(file.device())))
     }
 
     /// The models that it may be, each once.
     #[must_use]
     pub fn models(&self) -> Vec<String> {
         let model = |file: &Arc<GsdFile>| file.device().general.model_name.clone();
-        distinct(self.possible.iter().filter_map(model).map(|model| model.trim().to_owned()))
+        distinct(self.possible.iter().filter_map(model).map(|model| brief(&model)))
     }
 
     /// DPV1_Slave of the files; `None` without a file or if the files differ.
@@ -211,10 +278,10 @@ impl Described {
         }
         let slots: Vec<_> =
             self.slots.iter().map(|slot| format!("slot {} {}", slot.slot, slot.names_of(extent))).collect();
-        let other = if self.fitted.iter().any(|fitted| fitted.has_other_division) {
-            "; other modules can have these octets too"
-        } else {
-            ""
+        let other = match self.other {
+            OtherDivision::None => "",
+            OtherDivision::InOneFile => "; other modules can have these octets too",
+            OtherDivision::BetweenFiles => "; by another of the GSD files other modules have these octets",
         };
         format!("{}{other}", shortened(&slots, ", ", extent.most()))
     }
@@ -253,7 +320,8 @@ impl Described {
     }
 
     fn data(&self, du: &[u8], place: impl Fn(&Slot) -> &Range<usize>) -> String {
-        if self.slots.last().is_none_or(|last| place(last).end != du.len()) {
+        let is_certain = self.other != OtherDivision::BetweenFiles;
+        if !is_certain || self.slots.last().is_none_or(|last| place(last).end != du.len()) {
             return String::new();
         }
         let part = |slot: &Slot| {
@@ -268,6 +336,9 @@ impl Described {
     #[must_use]
     pub fn identifier_text(&self, identifier: usize) -> String {
         match self.slots.iter().find(|slot| slot.identifiers.contains(&identifier)) {
+            _ if self.other == OtherDivision::BetweenFiles => {
+                format!("identifier {identifier} (module unknown: the GSD files divide the configuration differently)")
+            }
             Some(slot) => format!("identifier {identifier} (slot {}, module {})", slot.slot, slot.names()),
             None if self.slots.is_empty() => {
                 format!("identifier {identifier} (module unknown: no Chk_Cfg that fits was received)")
@@ -282,10 +353,13 @@ fn slots(fits: &[(&Arc<GsdFile>, Fit<'_>)]) -> Vec<Slot> {
     let Some((_, first)) = fits.first() else { return Vec::new() };
     let slot = |one: &profivac_gsd::FittedSlot<'_>| {
         let same = fits.iter().filter_map(|(_, fit)| fit.slot(one.slot)).filter(|other| other.config == one.config);
-        let modules = distinct(same.flat_map(|other| &other.modules).map(|module| module.name.clone()));
+        let mut seen = HashSet::new();
+        let names = same.flat_map(|other| &other.modules).map(|module| module.name.as_str());
+        let mut names = names.filter(|name| seen.insert(*name));
         Slot {
             slot: one.slot,
-            modules,
+            modules: names.by_ref().take(NAMED).map(brief).collect(),
+            more: names.count(),
             identifiers: one.identifiers.clone(),
             inputs: one.inputs.clone(),
             outputs: one.outputs.clone(),
@@ -294,10 +368,27 @@ fn slots(fits: &[(&Arc<GsdFile>, Fit<'_>)]) -> Vec<Slot> {
     first.slots.iter().map(slot).collect()
 }
 
+/// Model and vendor: `Island of Valves Ltd`.
+fn name(device: &Device) -> String {
+    let general = &device.general;
+    let model = brief(general.model_name.as_deref().unwrap_or("a slave without Model_Name"));
+    let vendor = general.vendor_name.as_deref().map(brief);
+    vendor.map_or_else(|| model.clone(), |vendor| format!("{model} of {vendor}"))
+}
+
+/// A name of the file without blanks at its ends, and without the characters beyond a hundred.
+fn brief(name: &str) -> String {
+    let name = name.trim();
+    match name.char_indices().nth(NAMED) {
+        Some((end, _)) => format!("{}...", name.get(..end).unwrap_or_default()),
+        None => name.to_owned(),
+    }
+}
+
 /// Each text once, in their order.
 fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     for text in texts {
         if seen.insert(text.clone()) {
             all.push(text);

@@ -1,8 +1,9 @@
 //! The user parameters of Set_Prm in the words of the files.
 
-use super::{Described, LISTED, distinct, shortened};
+use super::{Described, LISTED, brief, distinct, name, shortened};
 use crate::note::octets;
-use profivac_gsd::{Fit, Place, ReadValue, Reading};
+use profivac_gsd::{Device, Fit, GsdFile, Place, ReadValue, Reading};
+use std::collections::HashMap;
 
 /// How much a text names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,30 +25,52 @@ impl Extent {
 }
 
 impl Described {
-    /// The user parameters in words. Empty without a file or without user parameters.
+    /// The user parameters of the last Set_Prm in words. Empty without a file or without user parameters.
     ///
     /// Set_Prm comes before Chk_Cfg, so the modules may not be known: then the text has the parameters of the station, and says so.
     #[must_use]
     pub fn parameters_text(&self, user: &[u8], extent: Extent) -> String {
+        self.parameters_by_file(user, extent, |file| self.fit_of_set_prm(file))
+    }
+
+    /// The user parameters of a new Set_Prm in words: the modules are those of the Chk_Cfg that follows, which may be other ones than
+    /// before.
+    #[must_use]
+    pub fn new_parameters_text(&self, user: &[u8], extent: Extent) -> String {
+        self.parameters_by_file(user, extent, |_| None)
+    }
+
+    /// Each text once, with the names of the devices that have it.
+    fn parameters_by_file<'s>(
+        &'s self,
+        user: &[u8],
+        extent: Extent,
+        fit: impl Fn(&'s GsdFile) -> Option<Fit<'s>>,
+    ) -> String {
         if user.is_empty() {
             return String::new();
         }
-        let texts = distinct(self.possible.iter().map(|file| {
-            let fit = Fit::new(file.device(), &self.config).ok();
-            let reading = match &fit {
-                Some(fit) => fit.read_prm(user),
-                None => file.device().read_station_prm(user),
-            };
-            words(&reading, fit.is_some(), extent)
-        }));
-        match texts.as_slice() {
-            [] => String::new(),
-            [only] => only.clone(),
-            several => {
-                let named = several.iter().zip(self.names()).map(|(text, name)| format!("as {name}: {text}"));
-                named.collect::<Vec<_>>().join(" | ")
+        let mut places: HashMap<String, usize> = HashMap::new();
+        let mut devices: Vec<Vec<&Device>> = Vec::new();
+        for file in &self.possible {
+            let fit = fit(file);
+            let reading = fit.as_ref().map_or_else(|| file.device().read_station_prm(user), |fit| fit.read_prm(user));
+            let place = *places.entry(words(&reading, fit.is_some(), extent)).or_insert(devices.len());
+            match devices.get_mut(place) {
+                Some(same) => same.push(file.device()),
+                None => devices.push(vec![file.device()]),
             }
         }
+        let mut texts: Vec<_> = places.into_iter().collect();
+        texts.sort_by_key(|(_, place)| *place);
+        if let [(only, _)] = texts.as_slice() {
+            return only.clone();
+        }
+        let named = texts.iter().zip(&devices).map(|((text, _), devices)| {
+            let names = distinct(devices.iter().map(|device| name(device)));
+            format!("as {}: {text}", names.join(" or "))
+        });
+        named.collect::<Vec<_>>().join(" | ")
     }
 }
 
@@ -57,7 +80,10 @@ fn words(reading: &Reading<'_>, has_modules: bool, extent: Extent) -> String {
         Place::Station => String::new(),
         Place::Slot(slot) => {
             let module = reading.modules.iter().find(|(number, _)| *number == slot);
-            module.map_or_else(|| format!("slot {slot}: "), |(_, module)| format!("slot {slot} {}: ", module.name))
+            module.map_or_else(
+                || format!("slot {slot}: "),
+                |(_, module)| format!("slot {slot} {}: ", brief(&module.name)),
+            )
         }
     };
     let is_shown = |value: &&ReadValue<'_>| extent == Extent::All || !value.is_usual();

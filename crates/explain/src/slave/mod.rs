@@ -134,10 +134,7 @@ impl Slave {
         match request.sap {
             Sap::Default => self.cyclic.outputs(&self.tables, &self.described, &request.du),
             Sap::SetPrm => self.parameters_meaning(&request.du),
-            Sap::ChkCfg => {
-                self.described.configure(&request.du);
-                self.described.modules_text(Extent::All)
-            }
+            Sap::ChkCfg => self.modules_meaning(&request.du),
             Sap::Ms1 | Sap::Ms2(_) => self.records.request(&self.tables, request),
             _ => String::new(),
         }
@@ -149,7 +146,14 @@ impl Slave {
         if self.ident.is_none() {
             self.described.identify(prm.ident);
         }
-        self.described.parameters_text(prm.user, Extent::All)
+        self.described.new_parameters_text(prm.user, Extent::All)
+    }
+
+    /// All modules of a Chk_Cfg by the GSD file. The slave may refuse it.
+    fn modules_meaning(&self, du: &[u8]) -> String {
+        let mut asked = self.described.clone();
+        asked.configure(du);
+        asked.modules_text(Extent::All)
     }
 
     /// Adds a note about a repetition, unless the slave is silent for a longer time already.
@@ -234,6 +238,7 @@ impl Slave {
             return notes.about(self.address, Kind::Refused, text);
         }
         self.identify(prm.ident);
+        self.described.parameterise();
         let watchdog_ms = watchdog_ms(&prm);
         let unit = self.tables.model.and_then(|model| model.user_prm(prm.user)).map(|known| known.unit_code());
         let unit = unit.and_then(|code| self.tables.model?.unit(code));
@@ -254,6 +259,7 @@ impl Slave {
             return notes.about(self.address, Kind::Refused, text);
         }
         self.requested_cfg.clone_from(&request.du);
+        self.described.configure(&request.du);
         self.cfg_is_new = true;
         // Of the devices with this Ident_Number, the first that has this configuration.
         let known = self.candidates().find_map(|model| Some((model, model.configuration(&request.du)?)));
@@ -294,7 +300,7 @@ impl Slave {
             self.offered_cfg = Some(answer.du.to_vec());
             notes.about(self.address, Kind::StartUp, format!("has the configuration {}", Hex(answer.du)));
             if self.requested_cfg.is_empty() {
-                self.described.configure(answer.du);
+                self.described.offer(answer.du);
                 self.describe_modules(notes);
             }
         }

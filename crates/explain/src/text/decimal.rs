@@ -12,6 +12,8 @@ pub(super) struct Decimal {
     depth: usize,
     /// A line has had a row of octets.
     has_rows: bool,
+    /// The number in the first column of the last line, which counts the lines if it grows by one.
+    counter: Option<u8>,
 }
 
 /// A run of numbers of a line.
@@ -38,6 +40,7 @@ impl Decimal {
     pub(super) fn read(&mut self, line: usize, text: &str, is_last: bool, found: &mut Found, ignored: &mut Ignored) {
         let Numbers { runs, words, seconds, .. } = self.numbers(text);
         let has_brackets = runs.iter().any(|run| run.in_brackets);
+        let is_counted = self.is_counted(&runs) && !has_brackets && words.is_empty();
         let longest = runs.iter().map(|run| run.octets.len()).max().unwrap_or_default();
         let is_taken = |run: &Run| match (has_brackets, words.is_empty()) {
             (true, _) => run.in_brackets,
@@ -45,8 +48,11 @@ impl Decimal {
             (false, false) => run.octets.len() == longest && (longest >= MIN_OCTETS || self.has_rows),
         };
         let (mut octets, mut left_over) = (Vec::new(), Vec::new());
-        for run in runs {
-            if is_taken(&run) {
+        for (number, run) in runs.into_iter().enumerate() {
+            if is_counted && number == 0 {
+                let text = run.octets.first().map(u8::to_string).unwrap_or_default();
+                found.left_over.push(LeftOver { line, text, octets: 1 });
+            } else if is_taken(&run) {
                 octets.extend(run.octets);
             } else if run.octets.len() >= MIN_OCTETS {
                 left_over.push(run.octets);
@@ -65,6 +71,24 @@ impl Decimal {
             let kind = if has_rows { IgnoredKind::Words } else { IgnoredKind::Line };
             ignored.add(kind, line, &if words.is_empty() { text.to_owned() } else { words.join(" ") });
         }
+    }
+
+    /// Whether the first column has one number, which is one more than in the line before, and in the first line 0 or 1.
+    fn is_counted(&mut self, runs: &[Run]) -> bool {
+        let counter = match runs {
+            [Run { octets, in_brackets: false, .. }, row, ..] if row.octets.len() >= MIN_OCTETS => {
+                match octets.as_slice() {
+                    [counter] => Some(*counter),
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        let before = std::mem::replace(&mut self.counter, counter);
+        counter.is_some_and(|now| match before {
+            Some(before) => now.checked_sub(1) == Some(before),
+            None => !self.has_rows && now <= 1,
+        })
     }
 
     /// Divides a line into runs of numbers, words and a time.

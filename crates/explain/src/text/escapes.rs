@@ -207,7 +207,7 @@ impl Calls {
         let (call, arguments, process) = call_of(text)?;
         self.open(call, text);
         let descriptor = if text.contains("resumed>") {
-            *self.unfinished.get(process)?
+            self.unfinished.remove(process)?
         } else {
             let digits: String = arguments.chars().take_while(char::is_ascii_digit).collect();
             digits.parse().ok()?
@@ -215,6 +215,11 @@ impl Calls {
         // The octets of a read follow when it is resumed; a write has printed them.
         if text.contains("<unfinished") && self.unfinished.len() < MOST_KEPT {
             self.unfinished.insert(process.to_owned(), descriptor);
+        }
+        if call == "close" {
+            // The next call that returns this number may open a connection, whose path no line has.
+            self.files.remove(&descriptor);
+            return None;
         }
         let path = arguments.split_once('<').filter(|(digits, _)| digits.parse() == Ok(descriptor));
         let path = path.and_then(|(_, rest)| rest.split('>').next());
@@ -276,18 +281,21 @@ fn process_of(front: &str) -> &str {
     words.into_iter().find(|word| !word.is_empty() && word.bytes().all(|letter| letter.is_ascii_digit())).unwrap_or("")
 }
 
-/// The octets of all strings of a call, and the text behind the last one.
+/// The octets of all strings of a call, and the text behind the last one. Strings of an address are none: those within further
+/// parentheses, as in `sin_addr=inet_addr("10.0.0.1")`, and paths of sockets.
 fn strings_of(text: &str) -> Option<(Text, &str)> {
-    let (mut all, mut rest) = (Text::default(), text.split_once('"')?.1);
-    loop {
-        let (string, behind) = unescaped(rest, '"');
+    let (mut all, mut rest, mut depth, mut is_found) = (Text::default(), text, 0_usize, false);
+    while let Some((front, behind)) = rest.split_once('"') {
+        depth = depth.saturating_add(front.matches('(').count()).saturating_sub(front.matches(')').count());
+        let (string, behind) = unescaped(behind, '"');
+        rest = behind?;
+        if depth > 1 || front.ends_with("sun_path=") || front.ends_with("sun_path=@") {
+            continue;
+        }
+        is_found = true;
         let from = all.octets.len();
         all.errors.extend(string.errors.iter().map(|at| at.saturating_add(from)));
         all.octets.extend(string.octets);
-        let behind = behind?;
-        match behind.split_once('"') {
-            Some((_, next)) => rest = next,
-            None => return Some((all, behind)),
-        }
     }
+    is_found.then_some((all, rest))
 }

@@ -191,7 +191,8 @@ fn usual_rate(measured: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     separator: char,
-    column: usize,
+    /// The column of octets, and those that are empty beside it: a table with a column for each direction has an octet in one of them.
+    columns: Vec<usize>,
     radix: Radix,
     time: Option<(usize, f64)>,
     errors: Vec<usize>,
@@ -222,8 +223,15 @@ impl Table {
         let is_time = |name: &&String| name.contains("time") || name.contains("start");
         let time = names.iter().position(|name| is_time(&name));
         let time = time.map(|at| (at, names.get(at).map_or(1.0, |name| seconds_in_unit(name))));
-        let errors = names.iter().enumerate().filter(|(_, name)| name.contains("error")).map(|(at, _)| at).collect();
-        Some((Self { separator, column, radix, time, errors, waiting: Waiting::default() }, count))
+        let errors: Vec<usize> =
+            names.iter().enumerate().filter(|(_, name)| name.contains("error")).map(|(at, _)| at).collect();
+        let octet_rows = || rows.iter().filter(|row| row.get(column).is_some_and(|field| radix.octet(field).is_some()));
+        let is_empty = |other: usize| octet_rows().all(|row| row.get(other).is_none_or(String::is_empty));
+        let is_other = |other: &usize| {
+            *other != column && time.is_none_or(|(at, _)| at != *other) && !errors.contains(other) && is_empty(*other)
+        };
+        let columns = std::iter::once(column).chain((0..names.len().min(MOST_COLUMNS)).filter(is_other)).collect();
+        Some((Self { separator, columns, radix, time, errors, waiting: Waiting::default() }, count))
     }
 
     pub(super) const fn radix(&self) -> Radix {
@@ -234,7 +242,7 @@ impl Table {
     pub(super) fn read(&mut self, line: usize, text: &str, found: &mut Found, ignored: &mut Ignored) {
         let fields = fields(text, self.separator);
         let field = |column: usize| fields.get(column).map(String::as_str);
-        let Some(octet) = field(self.column).and_then(|text| self.radix.octet(text)) else {
+        let Some(octet) = self.columns.iter().find_map(|column| self.radix.octet(field(*column)?)) else {
             ignored.add(IgnoredKind::Line, line, text);
             return;
         };

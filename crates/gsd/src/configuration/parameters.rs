@@ -340,10 +340,9 @@ pub(crate) fn plain(device: &Device) -> Vec<u8> {
 
 /// The value that a user means, if the parameter may have it.
 fn value_of(device: &Device, parameter: &Parameter, value: &str) -> Result<i64, PrmError> {
-    let texts = parameter.texts.and_then(|number| device.texts.get(&number)).map(|texts| texts.texts.as_slice());
+    let texts = parameter.texts.and_then(|number| device.texts.get(&number)).into_iter().flat_map(|texts| &texts.texts);
     let wanted = value.trim();
-    let named =
-        texts.unwrap_or_default().iter().filter(|(number, text)| text.trim() == wanted && parameter.allows(*number));
+    let named = texts.filter(|(number, text)| text.trim() == wanted && parameter.allows(**number));
     let named: std::collections::BTreeSet<i64> = named.map(|(number, _)| *number).collect();
     let number = match named.len() {
         0 => number(wanted).filter(|number| parameter.allows(*number)),

@@ -1,8 +1,9 @@
 //! Blocks: modules, texts, parameters, slots, types of diagnosis.
 
-use super::{Fault, Module, Outcome, Parameter, PrmText, Problem, Reader, Statement};
+use super::{Fault, MAX_MODULES, Module, Outcome, Parameter, PrmText, Problem, Reader, Statement};
 use crate::parameter::DataType;
 use profivac_wire::cfg;
+use std::collections::BTreeMap;
 
 /// The block that is open.
 #[derive(Default)]
@@ -34,9 +35,11 @@ impl Reader {
         self.close_block(Some(statement));
         self.block = match statement.keyword.as_str() {
             "module" => Block::Module(Box::new(self.module(statement))),
-            "prmtext" => {
-                Block::Texts(PrmText { number: statement.values.number()?, texts: Vec::new(), line: statement.line })
-            }
+            "prmtext" => Block::Texts(PrmText {
+                number: statement.values.number()?,
+                texts: BTreeMap::new(),
+                line: statement.line,
+            }),
             "extuserprmdata" => Block::Parameter(parameter(statement)?),
             "slotdefinition" => Block::Slots,
             _ => Block::UnitDiag(statement.values.number()?),
@@ -63,7 +66,7 @@ impl Reader {
             self.problem(statement, Fault::MissingEnd, statement.spelled);
         }
         let (line, replaced) = match block {
-            Block::Module(module) => return self.device.modules.push(*module),
+            Block::Module(module) => return self.add(*module),
             Block::Texts(texts) => (texts.line, self.device.texts.insert(texts.number, texts).is_some()),
             Block::Parameter(one) => {
                 if !one.allows(one.default) {
@@ -76,6 +79,19 @@ impl Reader {
         };
         if replaced {
             self.problems.push(Problem::new(line, Fault::DefinitionTwice, ""));
+        }
+    }
+
+    /// Of many modules beyond the limit only the first is a problem.
+    fn add(&mut self, module: Module) {
+        if self.device.modules.len() < MAX_MODULES {
+            self.device.modules.push(module);
+        } else if !std::mem::replace(&mut self.has_too_many, true) {
+            self.problems.push(Problem::new(
+                module.line,
+                Fault::TooMany,
+                format!("a file has at most {MAX_MODULES} modules"),
+            ));
         }
     }
 

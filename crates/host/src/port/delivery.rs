@@ -170,6 +170,7 @@ impl fmt::Display for Delivery {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::MAX_SLOT_TBIT;
 
     const FTDI: Delivery = Delivery::Usb { hold: Duration::from_millis(16), is_known: true };
     const FIFO: Delivery = Delivery::Fifo { trigger: Some(8) };
@@ -233,9 +234,6 @@ mod tests {
         assert_eq!(FTDI.master_slot_tbit(Baud::B19200, 60), Some(60 + 423 + 11));
     }
 
-    /// The largest T_SL: profibus-wire 1.12.
-    const MAX_SLOT_TBIT: u64 = 16_383;
-
     #[test]
     fn the_table_of_the_page_about_plcs_has_the_slot_time_of_each_port_at_each_rate() {
         let page = include_str!("../../../../docs/plc.md");
@@ -245,7 +243,7 @@ mod tests {
             let cells = ports.map(|port| {
                 let tbit = port.master_slot_tbit(baud, baud.max_tsdr_tbit().into()).unwrap();
                 let ms = tbit as f64 * 1e3 / f64::from(baud.bits_per_second());
-                if tbit > MAX_SLOT_TBIT { "not possible".to_owned() } else { format!("{tbit} ({ms:.1} ms)") }
+                if tbit > u64::from(MAX_SLOT_TBIT) { "not possible".to_owned() } else { format!("{tbit} ({ms:.1} ms)") }
             });
             format!("| {} | {} |", baud.bits_per_second(), cells.join(" | "))
         };

@@ -87,7 +87,7 @@ impl Observer {
             Sap::ChkCfg if answer.is_ack() => self.configured(slave, request.master, &request.du),
             Sap::GetCfg if !answer.du.is_empty() => {
                 if let Some(station) = self.station_mut(slave) {
-                    station.described.configure(answer.du);
+                    station.described.offer(answer.du);
                     station.knowledge.configure(answer.du);
                 }
                 self.report_contradictions(slave);
@@ -110,4 +110,47 @@ fn is_refusal(request: &Request, answer: Answer<'_>) -> bool {
     answer.is_refusal()
         || matches!(answer.status, Status::DataLowNotTaken | Status::DataHighNotTaken)
         || (is_acyclic(request.sap) && matches!(Response::parse(answer.du), Ok(Response::Negative(_))))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test")]
+
+    use super::*;
+    use profivac_dp::link::{Baud, CHARACTER_TBIT};
+    use profivac_explain::frame::{Piece, PieceKind};
+    use profivac_explain::gsd::{Files, Seen};
+    use profivac_gsd::GsdFile;
+    use profivac_wire::{MAX_TELEGRAM, Telegram};
+    use std::sync::Arc;
+
+    const FILE: &[u8] = b"#Profibus_DP\nIdent_Number = 0xAAAB\n500_supp = 1\nMaxTsdr_500 = 29\n";
+
+    /// The slave answers Slave_Diag 30 bit times after the end of the request.
+    fn observed(times: TimeSource) -> Observer {
+        let file = Arc::new(GsdFile::read(FILE));
+        let mut observer = Observer::new(Baud::B500000, times).with_gsd(Files::new([file]));
+        let mut at = BitTime(1000);
+        let mut send = |data: DataTelegram<'_>| {
+            let mut out = [0; MAX_TELEGRAM];
+            let length = Telegram::Data(data).emit(&mut out).unwrap();
+            let octets = out.get(..length).unwrap().to_vec();
+            observer.piece(&Piece { start: Some(at), octets, errors: Vec::new(), kind: PieceKind::Valid });
+            at = at + (length as u64 * CHARACTER_TBIT + 30);
+        };
+        send(DataTelegram { da: 5, sa: 2, dsap: Some(60), ssap: Some(62), fc: 0x6D, du: &[] });
+        send(DataTelegram { da: 2, sa: 5, dsap: Some(62), ssap: Some(60), fc: 0x08, du: &[0, 0x0C, 0, 2, 0xAA, 0xAB] });
+        observer
+    }
+
+    #[test]
+    fn an_answer_that_is_later_than_the_gsd_file_says_is_found_with_exact_times_alone() {
+        let observer = observed(TimeSource::Exact);
+        let station = observer.station(5).unwrap();
+        assert_eq!(station.longest_tsdr, Some(30));
+        let seen = Seen { bits_per_second: Some(500_000), longest_tsdr: station.longest_tsdr, ..Seen::default() };
+        let found: Vec<_> = station.described.mismatches(&seen).into_iter().map(|one| one.found).collect();
+        assert_eq!(found, ["an answer began 30 bit times after its request, MaxTsdr is 29"]);
+        assert_eq!(observed(TimeSource::Platform).station(5).unwrap().longest_tsdr, None);
+    }
 }

@@ -100,6 +100,7 @@ impl Observer {
         let Ok(prm) = SetPrm::parse(&request.du) else { return };
         let Some(station) = self.station_mut(slave) else { return };
         identify(station, prm.ident);
+        station.described.parameterise();
         station.knowledge.parameterise(prm.user);
         station.tables.unit = station
             .knowledge

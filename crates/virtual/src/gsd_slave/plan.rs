@@ -1,7 +1,7 @@
 //! What a GSD file and the plugged modules say about a slave, in the form that the simulation needs.
 
 use profivac_dp::link::Baud;
-use profivac_gsd::{Device, Parameter, Place, RATES};
+use profivac_gsd::{Device, Parameter, Place};
 use profivac_gsd_slave::{Direction, GsdSlave, PlacedModule};
 use profivac_wire::prm::Dpv1Status1;
 use std::collections::BTreeMap;
@@ -85,8 +85,7 @@ impl Plan {
 
     /// The longest time until an answer at a rate, in bit times.
     pub(super) fn max_tsdr_tbit(&self, baud: Baud) -> u16 {
-        let name = rate_name(baud);
-        let rate = self.device().rates.iter().find(|rate| rate.name == name);
+        let rate = self.device().rate(baud.bits_per_second());
         let tbit = rate.and_then(|rate| rate.max_tsdr).and_then(|tbit| u16::try_from(tbit).ok());
         tbit.unwrap_or(baud.max_tsdr_tbit())
     }
@@ -96,13 +95,7 @@ impl Plan {
     /// # Errors
     /// A sentence with the rates of the file.
     pub(super) fn check_rate(&self, baud: Baud) -> Result<(), String> {
-        let rates = self.device().rates.iter().filter(|rate| rate.supported == Some(true));
-        let supported: Vec<_> = rates.map(|rate| rate.name).collect();
-        let name = rate_name(baud);
-        if supported.is_empty() || supported.contains(&name) {
-            return Ok(());
-        }
-        Err(format!("the slave does not run at {name} kbit/s; the file has {} kbit/s", supported.join(", ")))
+        self.device().check_rate(baud.bits_per_second()).map_err(|error| error.to_string())
     }
 
     /// Checks user parameters.
@@ -185,10 +178,4 @@ fn parameters(slave: &GsdSlave) -> Vec<PlannedParameter> {
         Some(PlannedParameter { place: placed.place, at, parameter: placed.parameter.clone(), usual })
     });
     planned.collect()
-}
-
-/// The rate as the keywords of a file write it. MBP, 31.25 kbit/s, is no rate of RS-485.
-fn rate_name(baud: Baud) -> &'static str {
-    let names = RATES.into_iter().filter(|name| *name != "31.25");
-    Baud::ALL.into_iter().zip(names).find(|(one, _)| *one == baud).map_or("", |(_, name)| name)
 }
