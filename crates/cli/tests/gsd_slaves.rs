@@ -322,7 +322,7 @@ fn monitor_says_that_the_slave_may_refuse_modules_and_that_the_file_lacks_the_ra
         said.contains("the slave at address 9 has the configuration 10 20, the chosen modules need 20 10; the slave may refuse them"),
         "{said}"
     );
-    assert!(said.contains("slave at address 9: its GSD file does not have the rate 19.2 kbit/s; it has 500"), "{said}");
+    assert!(said.contains("slave at address 9: the GSD file does not have 19.2 kbit/s; it has 500 kbit/s"), "{said}");
 }
 
 #[test]

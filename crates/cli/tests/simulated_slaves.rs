@@ -114,7 +114,7 @@ fn a_wrong_slave_ends_with_exit_code_2_and_says_what_is_possible() {
     let complaint = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{complaint}");
     assert!(
-        complaint.contains("the GSD file does not have 500000 bit/s; it has 9.6 kbit/s, 19.2 kbit/s, 93.75 kbit/s"),
+        complaint.contains("the GSD file does not have 500 kbit/s; it has 9.6 kbit/s, 19.2 kbit/s, 93.75 kbit/s"),
         "{complaint}"
     );
 }

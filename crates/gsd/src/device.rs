@@ -156,7 +156,7 @@ impl Device {
     /// let file = GsdFile::read(b"#Profibus_DP\n9.6_supp = 1\n1.5M_supp = 1\n12M_supp = 0\n");
     /// assert_eq!(file.device().check_rate(1_500_000), Ok(()));
     /// let error = file.device().check_rate(12_000_000).unwrap_err();
-    /// assert_eq!(error.to_string(), "the GSD file does not have 12000000 bit/s; it has 9.6 kbit/s, 1.5 Mbit/s");
+    /// assert_eq!(error.to_string(), "the GSD file does not have 12 Mbit/s; it has 9.6 kbit/s, 1.5 Mbit/s");
     /// ```
     pub fn check_rate(&self, bits_per_second: u32) -> Result<(), RateError> {
         let rates: Vec<_> = self.rates.iter().filter(|rate| rate.supported == Some(true)).collect();

@@ -218,7 +218,9 @@ pub struct RateError {
 
 impl fmt::Display for RateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the GSD file does not have {} bit/s; it has {}", self.bits_per_second, self.possible)
+        let kilobits = f64::from(self.bits_per_second) / 1e3;
+        let (number, unit) = if kilobits < 1e3 { (kilobits, "kbit/s") } else { (kilobits / 1e3, "Mbit/s") };
+        write!(f, "the GSD file does not have {number} {unit}; it has {}", self.possible)
     }
 }
 

@@ -139,7 +139,7 @@ fn a_slave_that_cannot_be_built_is_an_error_that_says_what_is_possible() {
     }
     let StationSpec::Slave(spec) = VALVES.parse().unwrap() else { panic!() };
     let Err(error) = spec.in_folder(folder()).open(Baud::B12000000, None) else { panic!() };
-    let sentence = "the GSD file does not have 12000000 bit/s; it has 9.6 kbit/s, 19.2 kbit/s, 93.75 kbit/s";
+    let sentence = "the GSD file does not have 12 Mbit/s; it has 9.6 kbit/s, 19.2 kbit/s, 93.75 kbit/s";
     assert!(error.to_string().contains(sentence), "{error}");
 }
 
