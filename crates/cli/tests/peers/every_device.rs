@@ -103,15 +103,17 @@ const HEADING: [&str; 6] = ["Device", "Configuration", "Out", "In", "User parame
 const PAGE: &str = "\
 # Every device with pyprofibus
 
-pyprofibus 1.13, an independent class 1 master, brings every device in every configuration of its manual over a pty
-from FDL_Status to Data_Exchange, once for each user parameter string that fits the configuration, and exchanges data
-three times. Octets are counted from the master's side; it compares the length of every answer with `In`.
+pyprofibus 1.13 is an independent class 1 master. Over a pty it takes every device from FDL_Status to Data_Exchange, in
+every configuration of the device's manual, once for each user parameter string that fits the configuration. Then it
+exchanges data three times. Octets are counted from the master's side; pyprofibus compares the length of every answer
+with `In`.
 
-`*` pyprofibus refuses a slave without outputs, although it can exchange data with one. The test skips this comparison and changes
-nothing else in the master.
+`*` pyprofibus refuses a slave without outputs, although it can exchange data with one. The test skips this check and
+changes nothing else in the master.
 
-This page does not show timing and parity, which a pty does not have; the ident number, which pyprofibus does not compare with the
-diagnosis; the contents of extended diagnosis, which it discards; DP-V1, which it does not support.
+This page does not cover timing and parity, because a pty has neither; the ident number, because pyprofibus does not
+compare it with the diagnosis; the contents of extended diagnosis, because pyprofibus discards them; DP-V1, because
+pyprofibus does not support it.
 
 A test in `crates/cli/tests/peers` prints this page and compares it with every run; `cargo xtask goldens` writes it again.
 
