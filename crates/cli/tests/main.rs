@@ -40,6 +40,7 @@ mod report;
 mod scan;
 mod scenario;
 mod serial_server;
+mod shown_commands;
 mod simulated_slaves;
 mod sniff;
 mod station;
