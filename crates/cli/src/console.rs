@@ -1,10 +1,12 @@
 //! Lines from standard input and signals, as descriptors that a command waits for beside its others.
 
 use crate::failure::Failure;
+use crate::output::out;
 use profivac_host::readiness::{Readiness, wait};
 use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io;
+use std::ops::ControlFlow;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::sync::OnceLock;
@@ -18,7 +20,7 @@ const MAX_LINE: usize = 4096;
 pub enum Input {
     /// A line, without white space at its ends.
     Line(String),
-    /// A line of more than [`MAX_LINE`] octets, to which [`too_long`] is the answer.
+    /// A line of more than [`MAX_LINE`] octets.
     LongLine,
     /// A signal that ends the program.
     Stop,
@@ -138,9 +140,18 @@ impl Console {
     }
 }
 
-/// The answer to a line that is too long. A part of it could be another command.
-pub fn too_long() -> String {
-    format!("error: expected a line of at most {MAX_LINE} octets; nothing was done")
+impl Input {
+    /// The line with the command; breaks at a signal. A line that is too long is answered here, because a part of it could be another command.
+    pub fn command(&self) -> ControlFlow<(), Option<&str>> {
+        match self {
+            Self::Line(line) => ControlFlow::Continue(Some(line)),
+            Self::LongLine => {
+                out(&format!("error: expected a line of at most {MAX_LINE} octets; nothing was done"));
+                ControlFlow::Continue(None)
+            }
+            Self::Stop => ControlFlow::Break(()),
+        }
+    }
 }
 
 /// The beginning of a line that has not ended.

@@ -1,6 +1,6 @@
 //! `profivac hub`: a virtual RS-485 line between ptys, with disturbances on command.
 
-use crate::console::{Console, Input, too_long};
+use crate::console::{Console, Input};
 use crate::failure::Failure;
 use crate::output::{notice, notices, out};
 use crate::values::{self, ValueError};
@@ -88,14 +88,7 @@ fn check_paths(ptys: &[PathBuf]) -> Result<(), Failure> {
 }
 
 fn handle_input(hub: &mut Hub, input: &Input) -> ControlFlow<()> {
-    let line = match input {
-        Input::Line(line) => line,
-        Input::LongLine => {
-            out(&too_long());
-            return ControlFlow::Continue(());
-        }
-        Input::Stop => return ControlFlow::Break(()),
-    };
+    let Some(line) = input.command()? else { return ControlFlow::Continue(()) };
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {
         ["mute", path, seconds] => match hub.mute(path, seconds) {

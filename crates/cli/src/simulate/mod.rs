@@ -3,7 +3,7 @@
 mod command;
 mod state;
 
-use crate::console::{Console, Input, too_long};
+use crate::console::{Console, Input};
 use crate::failure::Failure;
 use crate::output::{notice, notices, out, visible};
 use crate::values;
@@ -294,14 +294,7 @@ impl Simulation {
 
     /// Executes a command and prints the answer.
     fn handle_input(&mut self, input: &Input) -> ControlFlow<()> {
-        let line = match input {
-            Input::Line(line) => line,
-            Input::LongLine => {
-                out(&too_long());
-                return ControlFlow::Continue(());
-            }
-            Input::Stop => return ControlFlow::Break(()),
-        };
+        let Some(line) = input.command()? else { return ControlFlow::Continue(()) };
         let command = Command::parse(line);
         let quits = matches!(command, Ok(Command::Quit));
         match command.and_then(|command| self.execute(&command)) {
