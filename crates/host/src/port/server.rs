@@ -102,6 +102,19 @@ mod tests {
         std::iter::from_fn(|| port.next_notice()).collect()
     }
 
+    #[test]
+    fn a_server_that_speaks_telnet_on_a_raw_port_is_named_once_at_the_opening() {
+        let address = server(|_, mut socket| {
+            socket.write_all(&[0xFF, 0xFD, 44, 0xFF, 0xFB, 0]).ok();
+            drain(socket);
+        });
+        let name = format!("tcp://{address}");
+        let mut port = port::open(&name, Baud::B19200).unwrap();
+        assert_eq!(notices(&mut *port), [Notice::TelnetServer(name)]);
+        port.receive(&mut Vec::new()).unwrap();
+        assert_eq!(notices(&mut *port), []);
+    }
+
     /// Reads until the other side closes the connection.
     fn drain(mut socket: std::net::TcpStream) {
         socket.read_to_end(&mut Vec::new()).ok();

@@ -66,9 +66,11 @@ impl Connection for Stream<TcpStream> {
     }
 
     fn check_server(&mut self, heard: &[u8]) {
-        if let Some(words) = words(heard) {
+        let name = &self.name;
+        let banner = || words(heard).map(|words| Notice::ServerBanner { name: name.clone(), words });
+        if let Some(notice) = greeting(heard, name).or_else(banner) {
             self.greeting = None;
-            self.notices.extend([Notice::ServerBanner { name: self.name.clone(), words }]);
+            self.notices.extend([notice]);
         }
     }
 }
