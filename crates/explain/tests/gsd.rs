@@ -377,6 +377,24 @@ fn parameters_that_devices_read_differently_have_the_names_of_these_devices() {
 }
 
 #[test]
+fn of_very_many_devices_with_one_ident_a_sentence_names_twenty() {
+    let named = |number: usize| {
+        let constant = number % 25;
+        format!("#Profibus_DP\nModel_Name=\"M{number}\"\nIdent_Number=0xAAAB\nExt_User_Prm_Data_Const(0)={constant}\n")
+    };
+    let devices: Vec<String> = (0..600).map(named).collect();
+    let devices: Vec<&str> = devices.iter().map(String::as_str).collect();
+    let all = notes(&quiet().prm(IDENT, &[3]).diag(IDENT, &[0x42, 0x01]), &devices);
+    let parameters = all.iter().find(|note| note.starts_with("its parameters")).unwrap();
+    assert!(parameters.contains("as M0 or M25 or ") && parameters.contains(" and 4 more: "), "{parameters}");
+    assert!(parameters.ends_with(" and 5 more"), "{parameters}");
+    let mut described = Described::new(files(&devices));
+    described.identify(IDENT);
+    assert_eq!(described.names().len(), 600);
+    assert!(described.names_text().ends_with(" or M19 and 580 more"), "{}", described.names_text());
+}
+
+#[test]
 fn a_chk_cfg_counts_when_the_slave_takes_it() {
     let unanswered = quiet().request(SLAVE, 62, &[0x20]).diag(IDENT, &[0x42, 0x01]);
     assert_eq!(
@@ -416,7 +434,7 @@ fn files_that_divide_the_configuration_differently_give_no_module_as_certain() {
     );
 }
 
-/// Each slot can have each of ten thousand modules, which have names of a kilobyte.
+/// Each slot can have each of ten thousand modules, which have names of more than 200 characters.
 #[test]
 fn very_many_modules_with_long_names_end_soon_and_are_counted() {
     let name = "n".repeat(200);

@@ -30,7 +30,7 @@ fn of_slave(address: u8, station: &Station, baud: Option<Baud>) -> Vec<Finding> 
     let modules = described.modules_text(Extent::Changes);
     let modules = if modules.is_empty() { "no Chk_Cfg was received".to_owned() } else { modules };
     let names = described.names();
-    let device = format!("slave {address}: {}, {modules}", names.join(" or "));
+    let device = format!("slave {address}: {}, {modules}", described.names_text());
     let mut findings = vec![match names.len() {
         1 => Finding::good(device),
         _ => Finding::note(device, "name only the GSD file of the installed device with --gsd"),

@@ -61,7 +61,7 @@ pub struct Described {
     possible: Vec<Arc<GsdFile>>,
     /// The octets of the last Chk_Cfg or Get_Cfg.
     config: Vec<u8>,
-    /// They are those of a Chk_Cfg behind the last Set_Prm: its user parameters belong to these modules.
+    /// They came in a Chk_Cfg after the last Set_Prm, so its user parameters belong to these modules.
     is_of_set_prm: bool,
     /// For each possible file the modules in their slots; empty if the configuration is not known or no file has its modules.
     fitted: Vec<Fitted>,
@@ -244,6 +244,12 @@ impl Described {
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         distinct(self.possible.iter().map(|file| name(file.device())))
+    }
+
+    /// The devices that it may be in a sentence, which names twenty of them and counts the others.
+    #[must_use]
+    pub fn names_text(&self) -> String {
+        shortened(&self.names(), " or ", LISTED)
     }
 
     /// The models that it may be, each once.

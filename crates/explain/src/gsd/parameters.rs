@@ -33,8 +33,7 @@ impl Described {
         self.parameters_by_file(user, extent, |file| self.fit_of_set_prm(file))
     }
 
-    /// The user parameters of a new Set_Prm in words: the modules are those of the Chk_Cfg that follows, which may be other ones than
-    /// before.
+    /// The user parameters of a new Set_Prm in words. The Chk_Cfg that follows chooses the modules, which may differ from the present ones.
     #[must_use]
     pub fn new_parameters_text(&self, user: &[u8], extent: Extent) -> String {
         self.parameters_by_file(user, extent, |_| None)
@@ -68,9 +67,9 @@ impl Described {
         }
         let named = texts.iter().zip(&devices).map(|((text, _), devices)| {
             let names = distinct(devices.iter().map(|device| name(device)));
-            format!("as {}: {text}", names.join(" or "))
+            format!("as {}: {text}", shortened(&names, " or ", LISTED))
         });
-        named.collect::<Vec<_>>().join(" | ")
+        shortened(&named.collect::<Vec<_>>(), " | ", LISTED)
     }
 }
 

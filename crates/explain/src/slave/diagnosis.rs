@@ -44,7 +44,7 @@ impl Slave {
         let Some(before) = before else {
             let owner =
                 parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
-            let devices = match (device_names(parsed.ident).join(", "), self.described.names().join(" or ")) {
+            let devices = match (device_names(parsed.ident).join(", "), self.described.names_text()) {
                 (known, _) if !known.is_empty() => known,
                 (_, described) if !described.is_empty() => format!("{described} by the GSD file"),
                 _ => "an unknown device".to_owned(),
