@@ -191,7 +191,7 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
 
 /// The outputs of zero that a test sends to a slave other than a known gauge, whose relays the help of the commands names.
 pub fn zeros(address: u8, ident: u16, by_gsd: Option<&GsdSlave>, cfg: &[u8]) -> Option<Zeros> {
-    // The configuration of the command line may be another one than that of the file.
+    // With --cfg the slave may get another configuration than the file describes.
     let described = by_gsd.filter(|slave| slave.chk_cfg() == cfg);
     if !device_names(ident).is_empty() {
         return None;

@@ -94,7 +94,7 @@ impl Wanted<'_> {
     }
 }
 
-/// A sentence about modules that are not those of the slave, whose answer to Get_Cfg is `present`.
+/// A sentence about chosen modules that differ from the plugged ones, which the slave lists in `present`, its answer to Get_Cfg.
 pub fn modules_remark(slave: &GsdSlave, address: u8, present: Option<&[u8]>) -> Option<String> {
     let present = present.filter(|present| *present != slave.chk_cfg())?;
     Some(format!(

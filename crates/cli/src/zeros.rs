@@ -6,7 +6,7 @@ use profivac_gsd_slave::{GsdSlave, ModuleData};
 use profivac_wire::cfg;
 use std::fmt;
 
-/// What zeros can do. The outputs of a gauge are its relays and its parameter channel; those of another slave may be anything.
+/// The risk of zeros. A gauge has relays and a parameter channel as outputs; another slave can have anything.
 pub const RISK: &str = "zeros can stop a pump or close a valve";
 
 /// The outputs of a slave, all zero.

@@ -28,7 +28,7 @@ pub enum FileCommand {
 /// profivac reads every file, also one with faults. Exit code 2 if a line is wrong, 0 if there are remarks only.
 #[derive(Args, Debug)]
 pub struct CheckArguments {
-    /// GSD files of any slave, and folders of them with their folders: names that end in .gsd, .gse, .gsg ...
+    /// GSD files, or folders, which are read with their subfolders: files that end in .gsd, .gse, .gsg ...
     #[arg(value_name = "FILE|FOLDER", required = true)]
     files: Vec<PathBuf>,
 }

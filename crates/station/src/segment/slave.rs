@@ -142,7 +142,7 @@ impl SegmentSlave {
         matches!(self.state, BusStationState::DataExchange | BusStationState::Fault)
     }
 
-    /// Whether its device and its modules are those of the station's file, as far as RD_Inp needs to know.
+    /// Whether RD_Inp may be believed: the slave was asked lately and is the device of the station's file, with its modules.
     pub fn is_verified(&self, now: Moment) -> bool {
         self.has_values() && now.at < self.verify_at
     }
