@@ -182,7 +182,8 @@ mod tests {
         let mut port = port::open(&format!("tcp://{address}"), Baud::B19200).unwrap();
         let mut characters = Vec::new();
         while characters.len() < telegram.len() {
-            readiness::wait(&port.readiness(), Duration::from_secs(60)).unwrap();
+            let ready = readiness::wait(&port.readiness(), Duration::from_secs(60)).unwrap();
+            assert_eq!(ready, [true], "{characters:?} and no more in a minute");
             port.receive(&mut characters).unwrap();
         }
         assert_eq!(characters, telegram.map(port::Character::Octet));

@@ -457,13 +457,17 @@ mod tests {
         let socket = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         socket.set_nonblocking(true).unwrap();
         let client = TelnetClient::begin("rfc2217://x:1".to_owned(), socket, baud).unwrap();
-        (client, listener.accept().unwrap().0)
+        let (server, _) = listener.accept().unwrap();
+        // What does not come within this time does not come.
+        server.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        (client, server)
     }
 
     fn receive(client: &mut TelnetClient, count: usize) -> Vec<Character> {
         let mut characters = Vec::new();
         while characters.len() < count {
-            crate::readiness::wait(&client.readiness(), std::time::Duration::from_secs(60)).unwrap();
+            let ready = crate::readiness::wait(&client.readiness(), Duration::from_secs(60)).unwrap();
+            assert_eq!(ready, [true], "{characters:?} and no more in a minute");
             client.receive(&mut characters).unwrap();
         }
         characters
