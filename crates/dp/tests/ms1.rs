@@ -3,6 +3,7 @@
 use crate::rig;
 
 use profivac_dp::slave::{Features, Relation, SlaveState};
+use profivac_wire::acyclic::AlarmAck;
 use rig::{Answer, Gauge, MASTER, RR, RS, Rig, Seen, hex, low, text};
 
 fn waits_for_prm(rig: &Rig) -> bool {
@@ -159,9 +160,52 @@ fn an_unknown_function_makes_the_slave_leave() {
     }
 }
 
+#[test]
+fn an_alarm_that_waits_is_acknowledged_once() {
+    let alarm = Some(AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 });
+    let mut rig = Rig::exchanging(Gauge { alarm, ..Gauge::default() });
+    assert_eq!(rig.ms1("5C 03 02 10"), Answer::Ack);
+    assert_eq!(rig.ms1(""), low("5C 03 02 10"));
+    assert!(!waits_for_prm(&rig));
+    assert_eq!(rig.ms1("5C 03 02 10"), Answer::Ack);
+    assert!(waits_for_prm(&rig), "the alarm no longer waits");
+}
+
+/// profibus-wire 4.5: a read over SAP 51 does not hold up the acknowledgement.
+#[test]
+fn a_device_with_extra_alarm_sap_takes_acknowledgements_over_sap_50() {
+    let alarm = Some(AlarmAck { slot: 3, alarm_type: 2, specifier: 0x10 });
+    let over_50 = |rig: &mut Rig, sa, pdu| rig.srd(sa, Some(50), Some(51), &hex(pdu));
+    let mut rig = Rig::exchanging(Gauge { alarm, alarm_access_point: true, ..Gauge::default() });
+    assert_eq!(over_50(&mut rig, MASTER, ""), Answer::Ack);
+    assert_eq!(over_50(&mut rig, 3, "5C 03 02 10"), RS, "only the owner");
+    assert_eq!(rig.ms1("5E 01 10 04"), Answer::Ack);
+    assert_eq!(over_50(&mut rig, MASTER, "5C 03 02 10"), Answer::Ack);
+    assert_eq!(over_50(&mut rig, MASTER, "5C 03 02 10"), RR, "the response waits");
+    assert_eq!(over_50(&mut rig, MASTER, ""), low("5C 03 02 10"));
+    assert_eq!(rig.ms1(""), low("5E 01 10 04 11 22 33 44"));
+    assert!(!waits_for_prm(&rig));
+    for pdu in ["5C 03 02 10", "5E 01 10 04"] {
+        let mut rig = Rig::exchanging(Gauge { alarm_access_point: true, ..Gauge::default() });
+        assert_eq!(over_50(&mut rig, MASTER, pdu), Answer::Ack);
+        assert!(waits_for_prm(&rig), "{pdu}");
+    }
+}
+
+/// Another master reads the diagnosis without fetching it.
+#[test]
+fn the_device_learns_that_its_owner_has_fetched_the_diagnosis() {
+    let mut rig = Rig::exchanging(Gauge::default());
+    let before = rig.slave.device().fetched;
+    rig.ms0(3, 60, &[]);
+    assert_eq!(rig.slave.device().fetched, before);
+    rig.ms0(MASTER, 60, &[]);
+    assert_eq!(rig.slave.device().fetched, before + 1);
+}
+
 /// profibus-wire 2.1 and 4.5: SAP 50 exists only with Extra_Alarm_SAP; a slave without alarms does not have it.
 #[test]
-fn the_alarm_access_point_does_not_exist() {
+fn a_device_without_extra_alarm_sap_has_no_alarm_access_point() {
     let alarm = |rig: &mut Rig, sa, pdu| rig.srd(sa, Some(50), Some(51), &hex(pdu));
     let mut rig = Rig::new(Gauge::default());
     assert_eq!(alarm(&mut rig, MASTER, ""), RS);

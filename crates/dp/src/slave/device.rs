@@ -2,8 +2,8 @@
 
 use crate::link::Baud;
 use core::fmt;
-use profivac_wire::acyclic::ErrorCode;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
+use profivac_wire::acyclic::{AlarmAck, ErrorCode};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 use profivac_wire::ident::Ident;
@@ -199,6 +199,21 @@ pub trait Device {
 
     /// Whether [`diagnosis`](Self::diagnosis) has changed since the last call. If so, the slave announces it.
     fn take_diagnosis_change(&mut self) -> bool {
+        false
+    }
+
+    /// The owner has fetched the diagnosis. A device with several alarms may report the next one from now on, because each is in a
+    /// diagnosis of its own. profibus-wire 4.5.
+    fn diagnosis_fetched(&mut self) {}
+
+    /// The owner acknowledges an alarm of the diagnosis. `false`, as by default, if no such alarm waits: the slave then leaves data
+    /// exchange. profibus-wire 4.3 and 4.5.
+    fn acknowledge_alarm(&mut self, _alarm: AlarmAck) -> bool {
+        false
+    }
+
+    /// Whether the owner may acknowledge alarms over access point 50 too: Extra_Alarm_SAP_supp. profibus-wire 2.1.
+    fn has_alarm_access_point(&self) -> bool {
         false
     }
 

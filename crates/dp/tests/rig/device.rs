@@ -2,7 +2,7 @@
 
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
-use profivac_wire::acyclic::Im0;
+use profivac_wire::acyclic::{AlarmAck, Im0};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::{self, Lengths};
 use profivac_wire::ident::Ident;
@@ -48,6 +48,12 @@ pub struct Gauge {
     pub driven: bool,
     /// The slave may prepare its answers.
     pub keeps_inputs: bool,
+    /// The alarm that waits for its acknowledgement.
+    pub alarm: Option<AlarmAck>,
+    /// Extra_Alarm_SAP_supp.
+    pub alarm_access_point: bool,
+    /// How often the owner has fetched the diagnosis.
+    pub fetched: usize,
     /// The inputs follow the outputs of the same request.
     pub echo: bool,
     /// How often the slave has collected the inputs.
@@ -95,6 +101,9 @@ impl Default for Gauge {
             running: false,
             driven: false,
             keeps_inputs: true,
+            alarm: None,
+            alarm_access_point: false,
+            fetched: 0,
             echo: false,
             collected: 0,
             seen: Vec::new(),
@@ -176,6 +185,18 @@ impl Device for Gauge {
 
     fn take_diagnosis_change(&mut self) -> bool {
         std::mem::take(&mut self.changed)
+    }
+
+    fn diagnosis_fetched(&mut self) {
+        self.fetched += 1;
+    }
+
+    fn acknowledge_alarm(&mut self, alarm: AlarmAck) -> bool {
+        self.alarm.take_if(|waiting| *waiting == alarm).is_some()
+    }
+
+    fn has_alarm_access_point(&self) -> bool {
+        self.alarm_access_point
     }
 
     fn address_is_settable(&self) -> bool {

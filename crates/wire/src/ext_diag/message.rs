@@ -121,6 +121,24 @@ impl Display for MessageKind {
 pub struct Specifier(pub u8);
 
 impl Specifier {
+    /// The specifier of an alarm: its Seq_Nr, of which the lowest five bits count, and the change. Add_Ack is not set.
+    ///
+    /// ```
+    /// use profivac_wire::ext_diag::{Specifier, SpecifierChange};
+    ///
+    /// assert_eq!(Specifier::new(2, SpecifierChange::None), Specifier(0x10));
+    /// ```
+    #[must_use]
+    pub const fn new(seq_nr: u8, change: SpecifierChange) -> Self {
+        let change = match change {
+            SpecifierChange::None => 0,
+            SpecifierChange::Appears => 1,
+            SpecifierChange::Disappears => 2,
+            SpecifierChange::DisappearsOthersRemain => 3,
+        };
+        Self(seq_nr << 3 | change)
+    }
+
     /// Seq_Nr of an alarm, 0 to 31.
     #[must_use]
     pub const fn seq_nr(self) -> u8 {

@@ -28,6 +28,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             && owner.master == request.sa
         {
             exchange.diag_flag = false;
+            self.device.diagnosis_fetched();
         }
         prepared(&self.du, emitted)
     }

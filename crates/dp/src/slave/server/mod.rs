@@ -17,6 +17,7 @@ use super::acyclic::AcyclicServer;
 use super::{Device, Fault, Owner, SlaveState};
 use crate::link::{Baud, BitTime, Indication, Reply, Responder};
 use ms2::Connection;
+use profivac_wire::acyclic::AlarmAck;
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::control::Status;
 use profivac_wire::{MAX_DU, Sap};
@@ -60,6 +61,8 @@ pub(super) struct Server<D, const CONNECTIONS: usize> {
     inputs: [u8; MAX_DU],
     du: [u8; MAX_DU],
     ms1: AcyclicServer,
+    /// The acknowledgement over SAP 50 whose response waits.
+    acknowledged: Option<AlarmAck>,
     ms2: [Connection; CONNECTIONS],
     now: BitTime,
 }
@@ -78,6 +81,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             inputs: [0; MAX_DU],
             du: [0; MAX_DU],
             ms1: AcyclicServer::EMPTY,
+            acknowledged: None,
             ms2: [const { Connection::FREE }; CONNECTIONS],
             now: BitTime(0),
         }
@@ -98,9 +102,9 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             Sap::Ms1 => self.ms1(request),
             Sap::ResourceManager => self.resource_manager(request),
             Sap::Ms2(sap) => self.ms2(sap, request),
-            // Global_Control is an SDN service and not answered as SRD. The slave raises no alarms, so it has no extra access
-            // point to acknowledge them (profibus-wire 2.1), and it does not open the others.
-            Sap::GlobalControl | Sap::SetExtPrm | Sap::Alarm | Sap::Other(_) => SERVICE_CLOSED,
+            Sap::Alarm => self.alarm(request),
+            // Global_Control is an SDN service and not answered as SRD. The slave does not open the others.
+            Sap::GlobalControl | Sap::SetExtPrm | Sap::Other(_) => SERVICE_CLOSED,
         }
     }
 
@@ -185,6 +189,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
         }
         if was != is {
             self.ms1.clear();
+            self.acknowledged = None;
             self.device.set_exchanging(is);
         }
     }

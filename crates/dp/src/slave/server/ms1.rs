@@ -1,9 +1,9 @@
 //! MS1: read and write by the master that owns the slave. profibus-wire 4.2 and 4.3.
 
-use super::{NO_RESOURCE, SERVICE_CLOSED, Server};
+use super::{NO_RESOURCE, SERVICE_CLOSED, Server, prepared};
 use crate::link::{Indication, Reply};
 use crate::slave::{Device, Dpv1Error, Fault, Relation, SlaveState};
-use profivac_wire::acyclic::{Function, PduError, Request};
+use profivac_wire::acyclic::{Function, PduError, Request, Response};
 
 impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
     /// Whether MS1 is open: during data exchange, if Set_Prm enabled DP-V1 and the device has MS1; to the owner only, from
@@ -32,7 +32,10 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
             Err(PduError::Length(function @ (Function::Read | Function::Write))) => {
                 self.ms1.refuse(function, Dpv1Error::TYPE_CONFLICT);
             }
-            // The slave never has an alarm pending, so an acknowledgement is wrong; MS1 does not have the other functions.
+            Ok(Request::AlarmAck(alarm)) if self.device.acknowledge_alarm(alarm) => {
+                self.ms1.post(&Response::AlarmAck(alarm));
+            }
+            // An acknowledgement without its alarm is wrong; MS1 does not have the other functions.
             // Both end the relation: profibus-wire 10, point 19. chosen: the slave acknowledges the telegram itself.
             Ok(
                 Request::AlarmAck(_)
@@ -42,6 +45,27 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
                 | Request::DataTransport(_),
             )
             | Err(_) => self.enter_wait_prm(Fault::None),
+        }
+        Reply::ShortAck
+    }
+
+    /// SAP 50, which takes acknowledgements of alarms only: a long read or write does not hold them up. profibus-wire 4.5.
+    pub(super) fn alarm(&mut self, request: &Indication<'_>) -> Reply<'_> {
+        if !self.device.has_alarm_access_point() || !self.ms1_is_open_to(request.sa) {
+            return SERVICE_CLOSED;
+        }
+        if request.du.is_empty() {
+            let Some(alarm) = self.acknowledged.take() else { return Reply::ShortAck };
+            let emitted = Response::AlarmAck(alarm).emit(&mut self.du);
+            return prepared(&self.du, emitted);
+        }
+        if self.acknowledged.is_some() {
+            return NO_RESOURCE;
+        }
+        match Request::parse(request.du) {
+            Ok(Request::AlarmAck(alarm)) if self.device.acknowledge_alarm(alarm) => self.acknowledged = Some(alarm),
+            // As over SAP 51.
+            _ => self.enter_wait_prm(Fault::None),
         }
         Reply::ShortAck
     }

@@ -100,7 +100,7 @@ impl<D: Device, const CONNECTIONS: usize> Server<D, CONNECTIONS> {
 /// DPV1_Status_1, and whether a DP-V1 slave accepts the three octets: all absent, or without reserved bits. It refuses one
 /// or two octets (profibus-wire 10, point 37).
 ///
-/// chosen: it accepts the other bits of the second and third octet, although it has no alarms, isochronous mode or
+/// chosen: it accepts the other bits of the second and third octet, although it has no isochronous mode and no
 /// PrmCmd: profibus-wire 2.4 refuses reserved bits only, and masters set Prm_Structure for DP-V1 slaves. The device gets the
 /// octets and may refuse them.
 fn dpv1_status(user: &[u8]) -> (Dpv1Status1, bool) {
