@@ -7,7 +7,7 @@
 
 mod reader;
 
-pub use reader::{CaptureError, Packet, Reader};
+pub use reader::{CaptureError, Packet, Reader, Skipped};
 
 use super::{CharacterErrors, Entry, Trace};
 use profivac_dp::link::Baud;
@@ -20,6 +20,7 @@ pub const USER0: u16 = 147;
 const SECTION_HEADER: u32 = 0x0A0D_0D0A;
 const BYTE_ORDER: u32 = 0x1A2B_3C4D;
 const INTERFACE: u32 = 1;
+const SIMPLE_PACKET: u32 = 3;
 const ENHANCED_PACKET: u32 = 6;
 
 const OPT_COMMENT: u16 = 1;
@@ -90,21 +91,23 @@ impl Times {
 /// Writes a trace as a capture file with `link_type`, [`PROFIBUS_DL`] or [`USER0`].
 #[must_use]
 pub fn write(trace: &Trace, link_type: u16) -> Vec<u8> {
-    let mut file = file_header(trace.baud, link_type);
+    let mut file = file_header(Some(trace.baud), link_type);
     trace.entries.iter().for_each(|entry| file.extend(packet(entry, Times::Measured, trace.baud)));
     file
 }
 
-/// The blocks before the first packet, for a file that is written packet by packet.
+/// The blocks before the first packet, for a file that is written packet by packet. `baud` is the rate of the line, if it is known.
 #[must_use]
-pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
+pub fn file_header(baud: Option<Baud>, link_type: u16) -> Vec<u8> {
     let mut file = Vec::new();
     // Version 1.0, section length not specified.
     block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
     for times in Times::ALL {
         let mut options = option(IF_DESCRIPTION, times.description().as_bytes());
         options.extend(option(IF_TSRESOL, &[9]));
-        options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
+        if let Some(baud) = baud {
+            options.extend(option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes()));
+        }
         options.extend(option(0, &[]));
         // No limit of the packet length.
         block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], &options]);
@@ -112,7 +115,7 @@ pub fn file_header(baud: Baud, link_type: u16) -> Vec<u8> {
     file
 }
 
-/// The block of one packet.
+/// The block of one packet. Its start is in bit times of `baud`.
 #[must_use]
 pub fn packet(entry: &Entry, times: Times, baud: Baud) -> Vec<u8> {
     packet_with_flags(entry, times, 0, baud)
@@ -228,6 +231,75 @@ mod tests {
         }
     }
 
+    /// A section, and interfaces of these link types with these options.
+    fn file_of(interfaces: &[(u16, Vec<u8>)]) -> Vec<u8> {
+        let mut file = Vec::new();
+        block(&mut file, SECTION_HEADER, &[&BYTE_ORDER.to_le_bytes(), &[1, 0, 0, 0], &[0xFF; 8]]);
+        for (link_type, options) in interfaces {
+            block(&mut file, INTERFACE, &[&link_type.to_le_bytes(), &[0; 6], options, &option(0, &[])]);
+        }
+        file
+    }
+
+    /// A packet of the interface with this number: one octet at this number of ticks.
+    fn short_packet(file: &mut Vec<u8>, interface: u32, ticks: u32) {
+        let fields = [interface, 0, ticks, 1, 1].map(u32::to_le_bytes).concat();
+        block(file, ENHANCED_PACKET, &[&fields, &[0xE5, 0, 0, 0]]);
+    }
+
+    #[test]
+    fn each_interface_has_its_own_link_type_resolution_and_offset() {
+        let milliseconds = option(IF_TSRESOL, &[3]);
+        let halves = [option(IF_TSRESOL, &[0x81]), option(IF_TSOFFSET, &100_i64.to_le_bytes())].concat();
+        let mut file = file_of(&[(1, vec![]), (USER0, milliseconds), (PROFIBUS_DL, halves), (USER0, vec![])]);
+        for (interface, ticks) in [(0, 9), (1, 2000), (2, 5), (3, 3_000_000), (0, 9)] {
+            short_packet(&mut file, interface, ticks);
+        }
+        let mut reader = Reader::new(Baud::B9600);
+        reader.push(&file);
+        let packets: Vec<Packet> = std::iter::from_fn(|| reader.next()).map(Result::unwrap).collect();
+        let times: Vec<f64> = packets.iter().map(|packet| packet.entry.start.0 as f64 / 9600.0).collect();
+        assert_eq!(times, [2.0, 102.5, 3.0]);
+        assert_eq!((reader.end(), reader.skipped()), (Ok(()), Some(Skipped { link_type: 1, packets: 2 })));
+    }
+
+    /// Two lines in a file have no common rate: their times are in bit times of the default one.
+    #[test]
+    fn interfaces_of_several_rates_have_no_line_rate() {
+        let rate = |baud: Baud| option(IF_SPEED, &u64::from(baud.bits_per_second()).to_le_bytes());
+        let (slow, fast) = (rate(Baud::B19200), rate(Baud::B1500000));
+        for (interfaces, expected) in [
+            (vec![(USER0, slow.clone()), (USER0, slow.clone())], Some(Baud::B19200)),
+            (vec![(USER0, slow.clone()), (PROFIBUS_DL, vec![])], Some(Baud::B19200)),
+            (vec![(USER0, slow.clone()), (1, fast.clone())], Some(Baud::B19200)),
+            (vec![(USER0, slow), (USER0, fast)], None),
+        ] {
+            let mut file = file_of(&interfaces);
+            short_packet(&mut file, 0, 1_000_000);
+            let mut reader = Reader::new(Baud::B9600);
+            reader.push(&file);
+            let packet = reader.next().unwrap().unwrap();
+            assert_eq!(reader.line_baud(), expected);
+            assert_eq!(packet.entry.start.0, u64::from(reader.baud().bits_per_second()));
+        }
+    }
+
+    /// A simple packet has neither a time nor an interface.
+    #[test]
+    fn a_simple_packet_has_octets_and_no_time() {
+        let mut file = file_of(&[(USER0, vec![])]);
+        block(&mut file, SIMPLE_PACKET, &[&3_u32.to_le_bytes(), &[0xDC, 2, 2, 0]]);
+        let mut reader = Reader::new(Baud::B9600);
+        reader.push(&file);
+        let packet = reader.next().unwrap().unwrap();
+        assert_eq!((&packet.entry.octets[..], packet.times), (&[0xDC, 2, 2][..], Times::Invented));
+        assert_eq!(reader.end(), Ok(()));
+        let mut short = file_of(&[(USER0, vec![])]);
+        let offset = short.len() as u64;
+        block(&mut short, SIMPLE_PACKET, &[&5_u32.to_le_bytes(), &[0xDC, 2, 2, 0]]);
+        assert_eq!(read(&short, Baud::B9600), Err(CaptureError::Block { offset }));
+    }
+
     /// The length of an option has two octets. A longer comment would make the file unreadable from there on.
     #[test]
     fn an_option_has_at_most_65535_octets() {
@@ -264,7 +336,7 @@ mod tests {
         let entries = trace(Baud::B500000).entries;
         for link_type in [PROFIBUS_DL, USER0] {
             let (mut file, all) =
-                (file_header(Baud::B500000, link_type), [Times::Measured, Times::Invented, Times::Measured]);
+                (file_header(Some(Baud::B500000), link_type), [Times::Measured, Times::Invented, Times::Measured]);
             for (entry, times) in entries.iter().zip(all) {
                 file.extend(packet(entry, times, Baud::B500000));
             }
@@ -280,7 +352,7 @@ mod tests {
     fn the_direction_of_a_packet_is_read_back() {
         let trace = trace(Baud::B19200);
         let directions = [Some(Direction::Sent), Some(Direction::Received), None];
-        let mut file = file_header(trace.baud, PROFIBUS_DL);
+        let mut file = file_header(Some(trace.baud), PROFIBUS_DL);
         for (entry, direction) in trace.entries.iter().zip(directions) {
             file.extend(match direction {
                 Some(direction) => directed_packet(entry, direction, trace.baud),
@@ -387,6 +459,7 @@ mod tests {
     fn each_error_names_its_cause() {
         let file = write(&trace(Baud::B1500000), 1);
         assert_eq!(read(&file, Baud::B9600), Err(CaptureError::LinkType(1)));
+        assert_eq!(read(&file_of(&[(1, vec![])]), Baud::B9600), Err(CaptureError::LinkType(1)), "no packet came");
         assert_eq!(read(b"GIF89a", Baud::B9600), Err(CaptureError::NotPcapng));
         assert_eq!(read(&file[..40], Baud::B9600), Err(CaptureError::Cut { offset: 28 }));
         let mut orphan = file[..28].to_vec();

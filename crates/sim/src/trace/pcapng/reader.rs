@@ -2,7 +2,7 @@
 
 use super::{
     BYTE_ORDER, CharacterErrors, Direction, ENHANCED_PACKET, EPB_FLAGS, Entry, IF_DESCRIPTION, IF_SPEED, IF_TSOFFSET,
-    IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL, SECTION_HEADER, Times, USER0,
+    IF_TSRESOL, INTERFACE, OPT_COMMENT, PROFIBUS_DL, SECTION_HEADER, SIMPLE_PACKET, Times, USER0,
 };
 use profivac_dp::link::{Baud, BitTime};
 use std::fmt;
@@ -12,6 +12,9 @@ const LARGEST: u32 = 1 << 24;
 
 /// The most interfaces of a section. chosen: a capture has one for each captured line.
 const MOST_INTERFACES: usize = 1 << 12;
+
+/// The types of blocks that are read.
+const KNOWN: [u32; 4] = [SECTION_HEADER, INTERFACE, SIMPLE_PACKET, ENHANCED_PACKET];
 
 /// Octets of a block beside its body: type and length before, length after.
 const FRAMING: usize = 12;
@@ -37,7 +40,7 @@ pub enum CaptureError {
         /// The position of the block in the file, in octets.
         offset: u64,
     },
-    /// The link type of an interface is not PROFIBUS.
+    /// No interface before the first packet has the link type of PROFIBUS; this is the one of the packet, or of the first interface.
     LinkType(u16),
 }
 
@@ -68,6 +71,37 @@ pub struct Packet {
     pub times: Times,
 }
 
+/// Packets of interfaces of other link types, which are not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Skipped {
+    /// The link type of the first one.
+    pub link_type: u16,
+    /// Their number.
+    pub packets: u64,
+}
+
+impl fmt::Display for Skipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { link_type, packets } = self;
+        let plural = if *packets == 1 { "" } else { "s" };
+        write!(
+            f,
+            "{packets} packet{plural} skipped: expected link type {PROFIBUS_DL} or {USER0}, the first one has {link_type}"
+        )
+    }
+}
+
+/// Rate of the lines of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LineRate {
+    /// No interface of PROFIBUS has one.
+    Unknown,
+    /// All that have one have this one.
+    One(Baud),
+    /// The interfaces have different ones.
+    Several,
+}
+
 /// Reads packets from a file in portions of any size.
 pub struct Reader {
     /// The octets pushed last; those before `at` are read.
@@ -80,8 +114,12 @@ pub struct Reader {
     passing: u64,
     big_endian: bool,
     interfaces: Vec<Interface>,
-    baud: Baud,
+    default_baud: Baud,
+    line_rate: LineRate,
     direction: Option<Direction>,
+    skipped: Option<Skipped>,
+    /// An interface so far has the link type of PROFIBUS.
+    has_profibus: bool,
     stage: Stage,
     /// The size of the block that is not complete yet.
     reserve_octets: usize,
@@ -115,17 +153,38 @@ impl Reader {
             passing: 0,
             big_endian: false,
             interfaces: Vec::new(),
-            baud: default_baud,
+            default_baud,
+            line_rate: LineRate::Unknown,
             direction: None,
+            skipped: None,
+            has_profibus: false,
             stage: Stage::New,
             reserve_octets: 0,
         }
     }
 
-    /// The baud rate, from the interfaces before the first packet. The times of all packets are in its bit times.
+    /// The rate whose bit times the times of all packets are: that of the line, or the default one.
     #[must_use]
     pub const fn baud(&self) -> Baud {
-        self.baud
+        match self.line_rate {
+            LineRate::One(baud) => baud,
+            LineRate::Unknown | LineRate::Several => self.default_baud,
+        }
+    }
+
+    /// The rate of the line, from the interfaces before the first packet. `None` if they have none of PROFIBUS, or different ones.
+    #[must_use]
+    pub const fn line_baud(&self) -> Option<Baud> {
+        match self.line_rate {
+            LineRate::One(baud) => Some(baud),
+            LineRate::Unknown | LineRate::Several => None,
+        }
+    }
+
+    /// The packets of other link types so far.
+    #[must_use]
+    pub const fn skipped(&self) -> Option<Skipped> {
+        self.skipped
     }
 
     /// The sender of the packet that [`next`](Self::next) returned last. `None` if the file does not say it.
@@ -172,14 +231,17 @@ impl Reader {
     /// Ends the file.
     ///
     /// # Errors
-    /// [`CaptureError`] if the file is empty or ends within a block, unless an error was returned before.
+    /// [`CaptureError`] if the file is empty or ends within a block, or all its interfaces have other link types, unless an error was
+    /// returned before.
     pub fn end(&mut self) -> Result<(), CaptureError> {
-        match self.stage {
-            Stage::Damaged => Ok(()),
-            Stage::New => Err(self.damaged(CaptureError::NotPcapng)),
+        let foreign = self.interfaces.first().filter(|_| !self.has_profibus).map(|interface| interface.link_type);
+        match (self.stage, foreign) {
+            (Stage::Damaged, _) => Ok(()),
+            (Stage::New, _) => Err(self.damaged(CaptureError::NotPcapng)),
             _ if self.passing > 0 => Err(self.damaged(CaptureError::Cut { offset: self.passed })),
-            _ if self.at == self.ahead.len() => Ok(()),
-            _ => Err(self.damaged(CaptureError::Cut { offset: self.offset })),
+            _ if self.at != self.ahead.len() => Err(self.damaged(CaptureError::Cut { offset: self.offset })),
+            (Stage::Begun | Stage::Packets, Some(link_type)) => Err(self.damaged(CaptureError::LinkType(link_type))),
+            (Stage::Begun | Stage::Packets, None) => Ok(()),
         }
     }
 
@@ -199,7 +261,7 @@ impl Reader {
             }
             let mut head = Fields { octets: rest, big_endian: self.big_endian };
             let (offset, kind, length) = (self.offset, head.long()?, head.long()?);
-            let (size, is_known) = (length as usize, [SECTION_HEADER, INTERFACE, ENHANCED_PACKET].contains(&kind));
+            let (size, is_known) = (length as usize, KNOWN.contains(&kind));
             let is_first = self.stage == Stage::New && kind != SECTION_HEADER;
             if is_first || size < FRAMING || !size.is_multiple_of(4) || (is_known && length > LARGEST) {
                 return Some(Err(CaptureError::Block { offset }));
@@ -231,33 +293,65 @@ impl Reader {
 
     /// The packet of a block, or `None` for a block of another type.
     fn entry(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Packet>, CaptureError> {
-        let octets = self.ahead.get(body).unwrap_or_default();
-        let body = Fields { octets, big_endian: self.big_endian };
+        let octets = self.ahead.get(body.clone()).unwrap_or_default();
+        let fields = Fields { octets, big_endian: self.big_endian };
         match kind {
             SECTION_HEADER => {
                 self.interfaces.clear();
                 self.stage = if self.stage == Stage::New { Stage::Begun } else { self.stage };
             }
             INTERFACE => {
-                let interface = Interface::read(body).ok_or(CaptureError::Block { offset })??;
-                if self.stage == Stage::Begun {
-                    self.baud = interface.baud.unwrap_or(self.baud);
-                }
                 if self.interfaces.len() >= MOST_INTERFACES {
                     return Err(CaptureError::Interface { offset });
                 }
+                let interface = Interface::read(fields).ok_or(CaptureError::Block { offset })?;
+                if self.stage == Stage::Begun && interface.is_profibus() {
+                    self.line_rate = self.line_rate.with(interface.baud);
+                }
+                self.has_profibus |= interface.is_profibus();
                 self.interfaces.push(interface);
             }
-            _ => {
-                let number = body.clone().long().ok_or(CaptureError::Block { offset })?;
-                let interface = self.interfaces.get(number as usize).ok_or(CaptureError::Interface { offset })?;
-                let (entry, direction) = interface.entry(body, self.baud).ok_or(CaptureError::Block { offset })?;
-                self.direction = direction;
-                self.stage = Stage::Packets;
-                return Ok(Some(Packet { entry, times: interface.times }));
-            }
+            _ => return self.packet(offset, kind, body),
         }
         Ok(None)
+    }
+
+    /// The packet of a block, or `None` if its interface is none of PROFIBUS.
+    fn packet(&mut self, offset: u64, kind: u32, body: std::ops::Range<usize>) -> Result<Option<Packet>, CaptureError> {
+        let octets = self.ahead.get(body).unwrap_or_default();
+        let mut fields = Fields { octets, big_endian: self.big_endian };
+        // A simple packet belongs to the first interface.
+        let number = if kind == SIMPLE_PACKET { Some(0) } else { fields.long() };
+        let number = number.ok_or(CaptureError::Block { offset })?;
+        let interface = self.interfaces.get(number as usize).ok_or(CaptureError::Interface { offset })?;
+        // A live capture of another line would be read for ever without a word.
+        if !self.has_profibus {
+            return Err(CaptureError::LinkType(interface.link_type));
+        }
+        if !interface.is_profibus() {
+            let skipped = self.skipped.get_or_insert(Skipped { link_type: interface.link_type, packets: 0 });
+            skipped.packets = skipped.packets.saturating_add(1);
+            return Ok(None);
+        }
+        let read = match kind {
+            SIMPLE_PACKET => interface.simple_packet(fields),
+            _ => interface.packet(fields, self.baud()),
+        };
+        let (packet, direction) = read.ok_or(CaptureError::Block { offset })?;
+        (self.direction, self.stage) = (direction, Stage::Packets);
+        Ok(Some(packet))
+    }
+}
+
+impl LineRate {
+    /// The rate with that of another interface.
+    fn with(self, rate: Option<Baud>) -> Self {
+        match (self, rate) {
+            (known, None) => known,
+            (Self::Unknown, Some(rate)) => Self::One(rate),
+            (Self::One(known), Some(rate)) if known == rate => self,
+            (Self::One(_) | Self::Several, Some(_)) => Self::Several,
+        }
     }
 }
 
@@ -300,6 +394,9 @@ impl<'a> Fields<'a> {
 
 /// The parameters of an interface for reading its packets.
 struct Interface {
+    link_type: u16,
+    /// The most octets of a packet that were captured; 0 without a limit.
+    captured_octets: u32,
     baud: Option<Baud>,
     times: Times,
     ticks_per_second: u128,
@@ -308,13 +405,21 @@ struct Interface {
 }
 
 impl Interface {
-    fn read(mut body: Fields<'_>) -> Option<Result<Self, CaptureError>> {
+    fn read(mut body: Fields<'_>) -> Option<Self> {
         let link_type = body.short()?;
-        if link_type != PROFIBUS_DL && link_type != USER0 {
-            return Some(Err(CaptureError::LinkType(link_type)));
+        body.take(2)?;
+        let captured_octets = body.long()?;
+        let mut interface = Self {
+            link_type,
+            captured_octets,
+            baud: None,
+            times: Times::Measured,
+            ticks_per_second: 1_000_000,
+            offset_seconds: 0,
+        };
+        if !interface.is_profibus() {
+            return Some(interface);
         }
-        body.take(6)?;
-        let mut interface = Self { baud: None, times: Times::Measured, ticks_per_second: 1_000_000, offset_seconds: 0 };
         while let Some((code, mut value)) = body.option() {
             match code {
                 IF_SPEED => interface.baud = rate(value.number(8)?),
@@ -326,11 +431,23 @@ impl Interface {
                 _ => {}
             }
         }
-        Some(Ok(interface))
+        Some(interface)
     }
 
-    fn entry(&self, mut body: Fields<'_>, baud: Baud) -> Option<(Entry, Option<Direction>)> {
-        body.long()?;
+    const fn is_profibus(&self) -> bool {
+        matches!(self.link_type, PROFIBUS_DL | USER0)
+    }
+
+    /// A simple packet, which has neither a time nor a direction.
+    fn simple_packet(&self, mut body: Fields<'_>) -> Option<(Packet, Option<Direction>)> {
+        let length = body.long()?;
+        let captured = if self.captured_octets == 0 { length } else { length.min(self.captured_octets) };
+        let octets = body.take(captured as usize)?;
+        Some((Packet { entry: Entry::new(BitTime(0), octets, Vec::new()), times: Times::Invented }, None))
+    }
+
+    /// The packet behind the number of its interface, and its sender.
+    fn packet(&self, mut body: Fields<'_>, baud: Baud) -> Option<(Packet, Option<Direction>)> {
         let (high, low) = (u64::from(body.long()?), u64::from(body.long()?));
         let (length, _) = (body.long()? as usize, body.long()?);
         let octets = body.take(length.checked_next_multiple_of(4)?)?.get(..length)?;
@@ -348,7 +465,7 @@ impl Interface {
                 _ => {}
             }
         }
-        Some((Entry::new(start, octets, errors), direction))
+        Some((Packet { entry: Entry::new(start, octets, errors), times: self.times }, direction))
     }
 }
 
