@@ -18,10 +18,18 @@ const MAX_OCTETS: u64 = 256 * 1024;
 /// # Errors
 /// An error of the system, or a file that is too large or not UTF-8.
 pub fn read(path: &Path) -> io::Result<String> {
+    read_at_most(path, MAX_OCTETS)
+}
+
+/// Reads a text file of at most this number of octets in UTF-8.
+///
+/// # Errors
+/// An error of the system, or a file that is too large or not UTF-8.
+pub fn read_at_most(path: &Path, most: u64) -> io::Result<String> {
     let mut octets = Vec::new();
-    File::open(path)?.take(MAX_OCTETS.saturating_add(1)).read_to_end(&mut octets)?;
-    if octets.len() as u64 > MAX_OCTETS {
-        return Err(io::Error::other(format!("expected a text of at most {MAX_OCTETS} octets, got more")));
+    File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut octets)?;
+    if octets.len() as u64 > most {
+        return Err(io::Error::other(format!("expected a text of at most {most} octets, got more")));
     }
     String::from_utf8(octets).map_err(|_| io::Error::other("expected a text in UTF-8, got other octets"))
 }

@@ -82,6 +82,8 @@ pub enum PortError {
         /// What the server says; may be empty.
         words: String,
     },
+    /// The caller has ended the wait for the port, see [`open_unless`](super::open_unless).
+    Interrupted(String),
     /// The file that describes the port is wrong. Only ports of other crates are described by files.
     File(Box<dyn Error + Send + Sync>),
     /// The port was open and is gone.
@@ -215,6 +217,7 @@ impl PortError {
             | Self::NoBaudRate(_)
             | Self::InvalidAddress(_)
             | Self::UnresolvedHost { .. }
+            | Self::Interrupted(_)
             | Self::File(_)
             | Self::Lost(_)
             | Self::System { .. } => None,
@@ -275,6 +278,7 @@ impl PortError {
             Self::ServerBusy { name, words } => {
                 write!(f, "the server at {name} closes each connection at once and says '{words}'")
             }
+            Self::Interrupted(name) => write!(f, "{name}: interrupted while the server closed each connection at once"),
             Self::File(error) => write!(f, "{error}"),
             Self::Lost(name) => write!(f, "lost {name}: it was unplugged, or its other side was closed"),
             Self::System { name, source } => write!(f, "{name}: {source}"),

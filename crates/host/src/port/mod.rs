@@ -16,6 +16,7 @@
 
 mod adapter;
 mod delivery;
+mod doubled_ff;
 #[cfg(all(test, target_os = "linux"))]
 mod driver_rates;
 mod echo;
@@ -139,12 +140,21 @@ pub trait Port: Send {
 /// # Errors
 /// A [`PortError`] that names the port and says what to do.
 pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
+    open_unless(name, baud, &|| false)
+}
+
+/// The same, but a server that has another client is waited for only until `is_cancelled` returns `true`: a program that catches signals
+/// ends the wait with one.
+///
+/// # Errors
+/// As [`open`], and [`PortError::Interrupted`].
+pub fn open_unless(name: &str, baud: Baud, is_cancelled: &dyn Fn() -> bool) -> Result<Box<dyn Port>, PortError> {
     Ok(match name.split_once("://") {
-        Some(("tcp", address)) => Box::new(server::open(name, || TcpClient::connect(address))?),
+        Some(("tcp", address)) => Box::new(server::open(name, is_cancelled, || TcpClient::connect(address))?),
         Some((scheme @ ("telnet" | "rfc2217"), address)) => {
             let baud = (scheme == "rfc2217").then_some(baud);
             let begin = || TelnetClient::begin(name.to_owned(), tcp::connect(name, address)?, baud);
-            Box::new(server::open(name, begin)?)
+            Box::new(server::open(name, is_cancelled, begin)?)
         }
         Some((scheme, _)) if !scheme.contains('/') => return Err(PortError::UnknownScheme(name.to_owned())),
         _ => Box::new(Serial::open(name, baud)?),
@@ -157,8 +167,20 @@ pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
 /// # Errors
 /// As [`open`].
 pub fn open_to_listen(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
+    open_to_listen_unless(name, baud, &|| false)
+}
+
+/// The same with the wait of [`open_unless`].
+///
+/// # Errors
+/// As [`open_unless`].
+pub fn open_to_listen_unless(
+    name: &str,
+    baud: Baud,
+    is_cancelled: &dyn Fn() -> bool,
+) -> Result<Box<dyn Port>, PortError> {
     if name.contains("://") {
-        return open(name, baud);
+        return open_unless(name, baud, is_cancelled);
     }
     Ok(Box::new(Serial::open_to_listen(name, baud)?))
 }

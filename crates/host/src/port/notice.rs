@@ -76,6 +76,8 @@ pub enum Notice {
     },
     /// A server at a `tcp://` port begins with commands of telnet.
     TelnetServer(String),
+    /// A server at a `tcp://` port sends each FF twice, as telnet does.
+    DoubledFf(String),
     /// A server at a `telnet://` or `rfc2217://` port does not answer the commands of telnet.
     NoTelnetServer(String),
     /// A server that speaks telnet refuses binary transmission.
@@ -167,7 +169,7 @@ impl Notice {
             ),
             Self::TransmitterNotSwitched(_) => Some("its RS-485 adapter must switch it by itself".to_owned()),
             Self::LateAnswer { remedy, needed_tbit, .. } => remedy.text(*needed_tbit),
-            Self::TelnetServer(name) => {
+            Self::TelnetServer(name) | Self::DoubledFf(name) => {
                 let address = name.trim_start_matches("tcp://");
                 Some(format!("use telnet://{address}, or rfc2217://{address}, which also sets its rate and 8E1"))
             }
@@ -232,6 +234,9 @@ impl Notice {
             }
             Self::PtyNotReady { name, reason } => format!("{name} is not ready for the next program ({reason})"),
             Self::TelnetServer(name) => format!("the server at {name} speaks telnet, which changes octets of the line"),
+            Self::DoubledFf(name) => {
+                format!("the server at {name} sends FF twice, as telnet does, so telegrams with this octet are damaged")
+            }
             Self::NoTelnetServer(name) => format!("the server at {name} does not answer in telnet"),
             Self::NotBinary(name) => {
                 format!("the server at {name} refuses binary transmission and may change octets of the line")

@@ -32,18 +32,22 @@ pub(super) trait Connection: Sized {
     fn check_server(&mut self, heard: &[u8]);
 }
 
-/// Connects until the server keeps the connection.
+/// Connects until the server keeps the connection. Looks before each further attempt whether the wait `is_cancelled`.
 ///
 /// # Errors
-/// The error of `connect`, and [`PortError::ServerBusy`] if the server closes each connection.
+/// The error of `connect`, [`PortError::ServerBusy`] if the server closes each connection, and [`PortError::Interrupted`].
 pub(super) fn open<C: Connection>(
     name: &str,
+    is_cancelled: &dyn Fn() -> bool,
     mut connect: impl FnMut() -> Result<C, PortError>,
 ) -> Result<C, PortError> {
     let mut heard = Vec::new();
     for attempt in 0..ATTEMPTS {
         if attempt > 0 {
             std::thread::sleep(PAUSE);
+            if is_cancelled() {
+                return Err(PortError::Interrupted(name.to_owned()));
+            }
         }
         heard.clear();
         match connect().and_then(|connection| kept(name, connection, &mut heard)) {
@@ -85,6 +89,8 @@ mod tests {
     use profivac_dp::link::Baud;
     use std::io::{Read, Write};
     use std::net::TcpListener;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A server that runs `serve` with the number of each connection, and the part of its name behind the scheme.
     fn server(mut serve: impl FnMut(usize, std::net::TcpStream) + Send + 'static) -> String {
@@ -154,6 +160,17 @@ mod tests {
             let error = port::open(&format!("tcp://{address}"), Baud::B19200).map(|_| ()).unwrap_err().to_string();
             assert!(error.contains(expected) && error.contains(&address), "{error}");
         }
+    }
+
+    #[test]
+    fn the_wait_for_a_busy_server_ends_when_the_caller_cancels_it() {
+        let connections = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&connections);
+        let address = server(move |number, _| counted.store(number + 1, Ordering::SeqCst));
+        let name = format!("tcp://{address}");
+        let is_cancelled = || connections.load(Ordering::SeqCst) >= 2;
+        let error = port::open_unless(&name, Baud::B19200, &is_cancelled).map(|_| ()).unwrap_err();
+        assert!(matches!(&error, PortError::Interrupted(port) if *port == name), "{error:?}");
     }
 
     #[test]

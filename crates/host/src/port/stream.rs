@@ -1,5 +1,6 @@
 //! Octets over a socket: the client side of a TCP connection, and the port of a segment in memory.
 
+use super::doubled_ff::{DoubledFf, Verdict};
 use super::notice::{DropCounter, Notice, Notices};
 use super::server::{Connection, words};
 use super::{CHUNK, Character, Port, PortError};
@@ -18,6 +19,8 @@ pub struct Stream<S> {
     notices: Notices,
     /// The first octets, until they show whether a server greets; `None` behind them.
     greeting: Option<Vec<u8>>,
+    /// The octets, until they show whether a server sends FF twice; `None` behind them.
+    doubled: Option<DoubledFf>,
 }
 
 impl<S> Stream<S> {
@@ -25,16 +28,28 @@ impl<S> Stream<S> {
     pub fn new(name: String, socket: S, notices: Vec<Notice>) -> Self {
         let mut waiting = Notices::default();
         waiting.extend(notices);
-        Self { name, socket, drops: DropCounter::default(), notices: waiting, greeting: None }
+        Self { name, socket, drops: DropCounter::default(), notices: waiting, greeting: None, doubled: None }
     }
 
-    /// Examines the first octets for the greeting of a server that does not pass octets alone.
-    pub(super) fn with_greeting(self) -> Self {
-        Self { greeting: Some(Vec::new()), ..self }
+    /// Examines the first octets for the greeting of a server that does not pass octets alone, and all octets for an FF that it doubles.
+    pub(super) fn examined(self) -> Self {
+        Self { greeting: Some(Vec::new()), doubled: Some(DoubledFf::default()), ..self }
     }
 
-    /// Examines the next octets while they may be a greeting.
+    /// Examines the next octets until they show what the server sends.
     fn examine(&mut self, octets: &[u8]) {
+        self.examine_greeting(octets);
+        match self.doubled.as_mut().map(|doubled| doubled.examine(octets)) {
+            None | Some(Verdict::Open) => {}
+            Some(Verdict::Raw) => self.doubled = None,
+            Some(Verdict::Doubled) => {
+                self.doubled = None;
+                self.notices.extend([Notice::DoubledFf(self.name.clone())]);
+            }
+        }
+    }
+
+    fn examine_greeting(&mut self, octets: &[u8]) {
         let Some(mut seen) = self.greeting.take() else { return };
         seen.extend(octets.iter().take(GREETING_OCTETS.saturating_sub(seen.len())));
         match greeting(&seen, &self.name) {
@@ -69,7 +84,7 @@ impl Connection for Stream<TcpStream> {
         let name = &self.name;
         let banner = || words(heard).map(|words| Notice::ServerBanner { name: name.clone(), words });
         if let Some(notice) = greeting(heard, name).or_else(banner) {
-            self.greeting = None;
+            (self.greeting, self.doubled) = (None, None);
             self.notices.extend([notice]);
         }
     }

@@ -143,7 +143,7 @@ impl TcpClient {
     pub fn connect(address: &str) -> Result<Self, PortError> {
         let name = format!("tcp://{address}");
         let socket = connect(&name, address)?;
-        Ok(Self::new(name, socket, Vec::new()).with_greeting())
+        Ok(Self::new(name, socket, Vec::new()).examined())
     }
 }
 
