@@ -47,6 +47,10 @@ words! {
         BusRate = "bus-rate",
         /// The database records nothing.
         NotRecording = "not-recording",
+        /// The last check of the database has found damage.
+        DatabaseDamaged = "database-damaged",
+        /// The archive does not answer, or does not store.
+        NotArchived = "not-archived",
     }
 }
 

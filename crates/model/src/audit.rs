@@ -74,7 +74,8 @@ pub struct AuditEntry {
     #[schema(value_type = i64)]
     pub at: Micros,
     /// The action.
-    pub action: AuditAction,
+    #[schema(value_type = AuditAction)]
+    pub action: Word<AuditAction>,
     /// For an `outcome` or `disarmed`, the number of the entry that it belongs to.
     pub refers_to: Option<i64>,
     /// The name of the user.

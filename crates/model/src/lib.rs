@@ -14,6 +14,7 @@ pub mod alarm_state;
 pub mod audit;
 pub mod event;
 pub mod micros;
+pub mod point;
 pub mod quality;
 pub mod words;
 
@@ -24,6 +25,7 @@ pub use alarm_state::{AlarmInput, AlarmState};
 pub use audit::{AuditAction, AuditEntry, Role};
 pub use event::{Event, EventKind};
 pub use micros::Micros;
+pub use point::PointKind;
 pub use profivac_devices::Principle;
 pub use profivac_devices::reading::Quality;
 pub use words::{Word, Words};

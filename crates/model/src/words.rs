@@ -132,7 +132,7 @@ impl<T: Words> Serialize for Word<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AlarmChangeKind, AlarmState, AuditAction, ConditionKind, EventKind, Priority};
+    use crate::{AlarmChangeKind, AlarmState, AuditAction, ConditionKind, EventKind, PointKind, Priority};
     use serde::de::DeserializeOwned;
     use std::fmt::Debug;
 
@@ -151,6 +151,7 @@ mod tests {
         assert_one_word_each::<AuditAction>();
         assert_one_word_each::<ConditionKind>();
         assert_one_word_each::<EventKind>();
+        assert_one_word_each::<PointKind>();
         assert_one_word_each::<Priority>();
     }
 
