@@ -1,6 +1,7 @@
 //! Octets to text and back.
 //!
-//! GSD files are ASCII by the specification, profibus-wire 7; real files are in the code page of the computer that wrote them.
+//! GSD files are ASCII by the specification, profibus-wire 7; real files are in the code page of the computer that wrote them. An editor
+//! that saves a file as "Unicode" makes UTF-16 of it.
 
 use std::borrow::Cow;
 
@@ -13,6 +14,14 @@ pub enum Encoding {
     Utf8,
     /// UTF-8 with a byte order mark.
     Utf8Bom,
+    /// UTF-16 without a mark, the least significant octet of a character first.
+    Utf16Le,
+    /// UTF-16 with a byte order mark, the least significant octet first.
+    Utf16LeBom,
+    /// UTF-16 without a mark, the most significant octet first.
+    Utf16Be,
+    /// UTF-16 with a byte order mark, the most significant octet first.
+    Utf16BeBom,
     /// Windows, western Europe.
     Cp1252,
     /// DOS, western Europe.
@@ -34,7 +43,58 @@ const CP437: &str = "ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜ¢£�
 
 const BOM: &[u8] = b"\xEF\xBB\xBF";
 
+/// How a file in UTF-16 is written.
+struct Wide {
+    mark: &'static [u8],
+    is_little_endian: bool,
+}
+
+impl Wide {
+    fn units<'a>(&self, octets: &'a [u8]) -> impl Iterator<Item = u16> + use<'a> {
+        let unit = if self.is_little_endian { u16::from_le_bytes } else { u16::from_be_bytes };
+        octets.as_chunks::<2>().0.iter().map(move |pair| unit(*pair))
+    }
+
+    /// Whether the octets are text in this code, which becomes the same octets again. A file without a mark begins with an ASCII character:
+    /// one of its first two octets is 0.
+    fn is_code_of(&self, octets: &[u8]) -> bool {
+        let Some(text) = octets.strip_prefix(self.mark) else { return false };
+        let starts = !self.mark.is_empty() || self.units(text).next().is_some_and(|unit| (1..0x80).contains(&unit));
+        starts && text.len().is_multiple_of(2) && char::decode_utf16(self.units(text)).all(|one| one.is_ok())
+    }
+
+    fn decode(&self, octets: &[u8]) -> String {
+        let text = octets.strip_prefix(self.mark).unwrap_or(octets);
+        char::decode_utf16(self.units(text)).map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+    }
+
+    fn encode(&self, text: &str) -> Vec<u8> {
+        let octets = if self.is_little_endian { u16::to_le_bytes } else { u16::to_be_bytes };
+        self.mark.iter().copied().chain(text.encode_utf16().flat_map(octets)).collect()
+    }
+}
+
 impl Encoding {
+    /// The codes of UTF-16. Those with a mark come first, because it would be a character otherwise.
+    const WIDE: [Encoding; 4] = [Encoding::Utf16LeBom, Encoding::Utf16BeBom, Encoding::Utf16Le, Encoding::Utf16Be];
+
+    fn wide(self) -> Option<Wide> {
+        let (mark, is_little_endian): (&[u8], bool) = match self {
+            Encoding::Utf16Le => (b"", true),
+            Encoding::Utf16LeBom => (b"\xFF\xFE", true),
+            Encoding::Utf16Be => (b"", false),
+            Encoding::Utf16BeBom => (b"\xFE\xFF", false),
+            _ => return None,
+        };
+        Some(Wide { mark, is_little_endian })
+    }
+
+    /// Whether a character takes two octets or four.
+    #[must_use]
+    pub fn is_utf16(self) -> bool {
+        self.wide().is_some()
+    }
+
     /// The name as a user knows it.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -42,6 +102,10 @@ impl Encoding {
             Encoding::Ascii => "ASCII",
             Encoding::Utf8 => "UTF-8",
             Encoding::Utf8Bom => "UTF-8 with byte order mark",
+            Encoding::Utf16Le => "UTF-16LE",
+            Encoding::Utf16LeBom => "UTF-16LE with byte order mark",
+            Encoding::Utf16Be => "UTF-16BE",
+            Encoding::Utf16BeBom => "UTF-16BE with byte order mark",
             Encoding::Cp1252 => "cp1252",
             Encoding::Cp850 => "cp850",
             Encoding::Cp437 => "cp437",
@@ -50,10 +114,15 @@ impl Encoding {
 
     /// The code page of these octets.
     ///
-    /// Text that is valid UTF-8 is UTF-8. Otherwise each code page is judged by the characters that it makes of the octets: letters of
+    /// Text that is valid UTF-16 and begins with a byte order mark or an ASCII character is UTF-16. Other text that is valid UTF-8 is UTF-8.
+    /// Otherwise each code page is judged by the characters that it makes of the octets: letters of
     /// western languages count for it, lines of boxes and capitals inside a word against it. chosen: cp1252 if two are equal.
     #[must_use]
     pub fn detect(octets: &[u8]) -> Encoding {
+        let is_code = |one: &Encoding| one.wide().is_some_and(|wide| wide.is_code_of(octets));
+        if let Some(wide) = Self::WIDE.into_iter().find(is_code) {
+            return wide;
+        }
         match std::str::from_utf8(octets) {
             Ok(_) if octets.starts_with(BOM) => Encoding::Utf8Bom,
             Ok(_) if octets.is_ascii() => Encoding::Ascii,
@@ -99,10 +168,13 @@ impl Encoding {
             Encoding::Ascii | Encoding::Utf8 | Encoding::Utf8Bom => {
                 String::from_utf8_lossy(octets.strip_prefix(BOM).unwrap_or(octets)).into_owned()
             }
-            _ => {
-                let table = self.table();
-                octets.iter().map(|octet| character(&table, *octet)).collect()
-            }
+            _ => match self.wide() {
+                Some(wide) => wide.decode(octets),
+                None => {
+                    let table = self.table();
+                    octets.iter().map(|octet| character(&table, *octet)).collect()
+                }
+            },
         }
     }
 
@@ -118,7 +190,10 @@ impl Encoding {
             }
             Encoding::Utf8 => Ok(text.as_bytes().to_vec()),
             Encoding::Utf8Bom => Ok([BOM, text.as_bytes()].concat()),
-            _ => self.encode_by_table(text),
+            _ => match self.wide() {
+                Some(wide) => Ok(wide.encode(text)),
+                None => self.encode_by_table(text),
+            },
         }
     }
 

@@ -2,8 +2,8 @@
 
 use crate::device::Device;
 use crate::encoding::{Encoding, octets_of};
-use crate::lexer::Lexer;
-use crate::problem::{Problem, Severity};
+use crate::lexer::{HEADER, Lexer};
+use crate::problem::{Fault, Problem, Severity};
 use crate::reader::Reader;
 use crate::statement::Statement;
 use std::borrow::Cow;
@@ -52,7 +52,11 @@ impl GsdFile {
             }
         }
         let (problems, steps) = (std::mem::take(&mut lexer.problems), lexer.steps);
-        let (device, problems) = reader.finish(problems);
+        let (device, mut problems) = reader.finish(problems);
+        // It stands in front of the first line, whichever section that belongs to.
+        if let Some(fault) = fault_of(encoding, octets, &text) {
+            problems.insert(0, Problem::new(1, fault, ""));
+        }
         (Self { encoding, text, lines, device, problems }, steps)
     }
 
@@ -101,6 +105,18 @@ impl GsdFile {
     /// The problems where a line is wrong; the others are lines that a known tool does not read.
     pub fn faults(&self) -> impl Iterator<Item = &Problem> {
         self.problems.iter().filter(|problem| problem.severity() == Severity::Fault)
+    }
+}
+
+/// What a tool that expects one octet for each character makes of the beginning of the text.
+fn fault_of(encoding: Encoding, octets: &[u8], text: &str) -> Option<Fault> {
+    let starts_with_header = || text.get(..HEADER.len()).is_some_and(|start| start.eq_ignore_ascii_case(HEADER));
+    match encoding {
+        Encoding::Utf8Bom if starts_with_header() => Some(Fault::MarkBeforeHeader),
+        _ if encoding.is_utf16() => Some(Fault::Utf16),
+        // What follows the byte order mark is not all UTF-16.
+        _ if octets.starts_with(b"\xFF\xFE") || octets.starts_with(b"\xFE\xFF") => Some(Fault::DamagedUtf16),
+        _ => None,
     }
 }
 

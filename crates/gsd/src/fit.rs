@@ -127,16 +127,43 @@ impl<'a> Fit<'a> {
             let modules = search.candidates(slot, &config);
             let before = counts;
             counts.add(octets.get(config.clone()).unwrap_or_default());
-            fit.slots.push(FittedSlot {
-                slot,
-                config,
-                identifiers: before.identifiers..counts.identifiers,
-                inputs: before.inputs..counts.inputs,
-                outputs: before.outputs..counts.outputs,
-                modules,
-            });
+            fit.slots.push(FittedSlot::between(slot, config, before, counts, modules));
         }
         Ok(fit)
+    }
+
+    /// The modules of a configuration in their slots: each slot has the chosen module only.
+    ///
+    /// ```
+    /// use profivac_gsd::{Configuration, Fit, GsdFile};
+    ///
+    /// let file = GsdFile::read(b"#Profibus_DP
+    /// Ident_Number = 0x1234
+    /// Modular_Station = 1
+    /// Max_Module = 4
+    /// Module = \"valve\" 0x20
+    /// EndModule
+    /// Module = \"valve HF\" 0x20
+    /// EndModule
+    /// ");
+    /// let modules = &file.device().modules;
+    /// let configuration = Configuration::in_slots(file.device(), [(1, &modules[1]), (2, &modules[0])])?;
+    /// let fit = Fit::of(&configuration);
+    /// assert_eq!((fit.slots[0].modules[0].name.as_str(), fit.slots[1].outputs.clone()), ("valve HF", 1..2));
+    /// # Ok::<(), profivac_gsd::ConfigurationError>(())
+    /// ```
+    #[must_use]
+    pub fn of(configuration: &Configuration<'a>) -> Self {
+        let (mut at, mut counts) = (0_usize, Counts::default());
+        let slots = configuration.modules().iter().map(|plugged| {
+            let config = &plugged.module.config;
+            let (before, first) = (counts, at);
+            counts.add(config);
+            at = at.saturating_add(config.len());
+            FittedSlot::between(plugged.slot, first..at, before, counts, vec![plugged.module])
+        });
+        let slots = slots.collect();
+        Self { device: configuration.device(), slots, has_other_division: false, may_hide_module: false }
     }
 
     /// The slot of an identifier. Diagnosis counts identifiers from 0, and a module has none, one or several.
@@ -159,6 +186,20 @@ impl<'a> Fit<'a> {
     pub fn configuration(&self) -> Result<Configuration<'a>, ConfigurationError> {
         let first = self.slots.iter().filter_map(|slot| Some((slot.slot, *slot.modules.first()?)));
         Configuration::in_slots(self.device, first)
+    }
+}
+
+impl<'a> FittedSlot<'a> {
+    /// A slot between two counts.
+    fn between(slot: u32, config: Range<usize>, from: Counts, to: Counts, modules: Vec<&'a Module>) -> Self {
+        Self {
+            slot,
+            config,
+            identifiers: from.identifiers..to.identifiers,
+            inputs: from.inputs..to.inputs,
+            outputs: from.outputs..to.outputs,
+            modules,
+        }
     }
 }
 

@@ -36,4 +36,4 @@ pub use general::{General, RATES, Rate, RateError};
 pub use parameter::{DataType, Interval, Parameter, PrmArea, PrmContent, PrmDefinition, PrmItem, PrmText};
 pub use problem::{Fault, Problem, Severity, Tool};
 pub use reading::{Difference, ReadValue, Reading};
-pub use write::text;
+pub use write::{commented_text, text};

@@ -119,6 +119,9 @@ impl Fault {
 }
 
 faults! {
+    Utf16 Remark "file is UTF-16", "it is read; save it as ASCII, or in cp1252 if it has letters beyond ASCII", Pyprofibus, GsdParser;
+    DamagedUtf16 Fault "file begins as UTF-16 and is damaged", "open it in an editor and save it as ASCII", Pyprofibus, GsdParser;
+    MarkBeforeHeader Remark "byte order mark before #Profibus_DP", "save the file without it, or write a line of comment above", Pyprofibus, GsdParser;
     NoHeader Fault "no line #Profibus_DP", "the file is read anyway; write #Profibus_DP above the first keyword", Pyprofibus, GsdParser;
     TextBehindHeader Remark "text behind #Profibus_DP", "move the comment to the next line", Pyprofibus, GsdParser;
     HeaderCapitals Remark "#Profibus_DP in other capitals", "write #Profibus_DP", Pyprofibus;

@@ -2,6 +2,7 @@
 
 use crate::device::{Device, Module, Other};
 use crate::diagnosis::{DiagArea, Diagnosis, UnitDiag, Words};
+use crate::general::{Rate, Section};
 use crate::parameter::{Parameter, PrmArea, PrmContent};
 use crate::words::quoted;
 use std::collections::BTreeMap;
@@ -13,27 +14,42 @@ const IN_A_LINE: usize = 16;
 /// The text of a GSD file for a device: one keyword in a line, texts before the parameters that use them, those before the modules.
 ///
 /// Lines that the model does not interpret follow their block as the file had them. Comments belong to the text of a
-/// [`GsdFile`](crate::GsdFile) and not to the model.
+/// [`GsdFile`](crate::GsdFile) and not to the model; [`commented_text`] writes some at the top.
 ///
 /// ```
-/// use profivac_gsd::{Device, GsdFile, Module, text};
+/// use profivac_gsd::{Device, Module, text};
 ///
 /// let mut device = Device::default();
 /// device.general.ident_number = Some(0x1234);
 /// device.modules.push(Module { name: "2 octets in".to_owned(), config: vec![0x11], ..Module::default() });
 /// assert_eq!(
 ///     text(&device),
-///     "#Profibus_DP\nIdent_Number = 0x1234\nModule = \"2 octets in\" 0x11\nEndModule\n",
+///     "#Profibus_DP\nIdent_Number            = 0x1234\nModule=\"2 octets in\" 0x11\nEndModule\n",
 /// );
 /// ```
 #[must_use]
 pub fn text(device: &Device) -> String {
+    commented_text::<&str>(device, &[])
+}
+
+/// The same, with lines of comment below `#Profibus_DP`.
+///
+/// ```
+/// use profivac_gsd::{Device, commented_text};
+///
+/// assert_eq!(commented_text(&Device::default(), &["made by hand"]), "#Profibus_DP\n; made by hand\n");
+/// ```
+#[must_use]
+pub fn commented_text<C: AsRef<str>>(device: &Device, comments: &[C]) -> String {
     let mut writer = Writer::default();
     writer.line("#Profibus_DP");
-    writer.general(device);
+    comments.iter().for_each(|comment| writer.comment(comment.as_ref()));
+    writer.section(device, Section::Identity);
+    writer.rates(&device.rates);
+    writer.section(device, Section::Services);
     writer.texts(device);
     device.parameters.values().for_each(|parameter| writer.parameter(parameter));
-    writer.area("", &device.prm);
+    writer.user_prm(device);
     writer.diagnosis(&device.diagnosis);
     writer.others(&device.others);
     device.modules.iter().for_each(|module| writer.module(module));
@@ -52,25 +68,43 @@ impl Writer {
         self.text.push('\n');
     }
 
-    fn value(&mut self, keyword: impl Display, value: impl Display) {
-        self.line(&format!("{keyword} = {value}"));
+    /// A comment is one line, and a backslash at its end would continue it.
+    fn comment(&mut self, comment: &str) {
+        let line: String = comment.chars().map(|one| if one.is_control() { ' ' } else { one }).collect();
+        self.line(format!("; {line}").trim_end_matches(['\\', ' ']));
     }
 
-    fn general(&mut self, device: &Device) {
-        for (keyword, value) in device.general.lines() {
-            self.value(keyword, value);
+    /// A keyword of the station: the values stand below each other.
+    fn station(&mut self, keyword: &str, value: impl Display) {
+        self.line(&format!("{keyword:<23} = {value}"));
+    }
+
+    /// A line of a block.
+    fn value(&mut self, keyword: impl Display, value: impl Display) {
+        self.line(&format!("{keyword}={value}"));
+    }
+
+    fn section(&mut self, device: &Device, section: Section) {
+        for (keyword, value) in device.general.section(section) {
+            self.station(keyword, value);
         }
-        for rate in &device.rates {
-            if let Some(supported) = rate.supported {
-                self.value(format!("{}_supp", rate.name), u8::from(supported));
-            }
-            if let Some(tsdr) = rate.max_tsdr {
-                self.value(format!("MaxTsdr_{}", rate.name), tsdr);
-            }
+    }
+
+    fn rates(&mut self, rates: &[Rate]) {
+        for (name, supported) in rates.iter().filter_map(|rate| Some((rate.name, rate.supported?))) {
+            self.station(&format!("{name}_supp"), u8::from(supported));
         }
+        for (name, tsdr) in rates.iter().filter_map(|rate| Some((rate.name, rate.max_tsdr?))) {
+            self.station(&format!("MaxTsdr_{name}"), tsdr);
+        }
+    }
+
+    fn user_prm(&mut self, device: &Device) {
+        self.section(device, Section::UserPrm);
         if let Some(octets) = &device.user_prm_data {
-            self.value("User_Prm_Data", list(octets));
+            self.station("User_Prm_Data", list(octets));
         }
+        self.area("", &device.prm);
     }
 
     fn texts(&mut self, device: &Device) {
@@ -155,7 +189,7 @@ impl Writer {
     }
 
     fn module(&mut self, module: &Module) {
-        self.line(format!("Module = {} {}", quoted(&module.name), list(&module.config)).trim_end());
+        self.line(format!("Module={} {}", quoted(&module.name), list(&module.config)).trim_end());
         if module.numbered {
             self.line(&module.number.to_string());
         }

@@ -119,6 +119,21 @@ fn any_octets_are_read_without_a_panic_and_stay() {
 }
 
 #[test]
+fn any_octets_and_any_lines_in_utf_16_are_read_without_a_panic_and_stay() {
+    let mut random = fastrand::Rng::with_seed(46);
+    for round in 0..1000 {
+        let text = String::from_utf8_lossy(&parts(&mut random)).into_owned();
+        let mut octets = [b"\xFF\xFE".to_vec(), text.encode_utf16().flat_map(u16::to_le_bytes).collect()].concat();
+        if round % 4 == 0 {
+            let place = random.usize(2..octets.len().max(3));
+            octets.truncate(place);
+            octets.extend((0..random.usize(..5)).map(|_| random.u8(..)));
+        }
+        try_all(&octets);
+    }
+}
+
+#[test]
 fn any_order_of_lines_is_read_without_a_panic_and_stays() {
     let mut random = fastrand::Rng::with_seed(45);
     for _ in 0..2000 {

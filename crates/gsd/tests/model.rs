@@ -110,7 +110,7 @@ fn a_text_belongs_to_a_value_with_its_sign() {
     );
     let parameter = file.device().parameters.get(&9).expect("a parameter");
     assert_eq!([-1, 1].map(|value| file.device().text_of(parameter, value)), [Some("below"), Some("above")]);
-    assert!(text(file.device()).contains("Text(-1) = \"below\""));
+    assert!(text(file.device()).contains("Text(-1)=\"below\""));
     assert_eq!(problems(&file), [(11, Fault::BadValue)]);
 }
 

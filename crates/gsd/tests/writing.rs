@@ -1,7 +1,7 @@
 //! A model as text.
 
 use crate::support::file;
-use profivac_gsd::{Configuration, GsdFile, text};
+use profivac_gsd::{Configuration, Device, GsdFile, commented_text, text};
 
 const WHOLE: &str = "\
 GSD_Revision=5
@@ -83,28 +83,28 @@ fn every_line_of_the_file_is_in_the_written_text() {
     let written = text(file(WHOLE).device());
     for line in [
         "#Profibus_DP",
-        "Ident_Number = 0x1234",
-        "Vendor_Name = \"Vendor '&' Sons\"",
-        "Max_Module = 4",
-        "9.6_supp = 1",
-        "User_Prm_Data = 0x01,0x02,0x03",
+        "Ident_Number            = 0x1234",
+        "Vendor_Name             = \"Vendor '&' Sons\"",
+        "Max_Module              = 4",
+        "9.6_supp                = 1",
+        "User_Prm_Data           = 0x01,0x02,0x03",
         "Colour = \"red\", 3",
-        "Text(1) = \"one\"",
+        "Text(1)=\"one\"",
         "Signed16 -5 -5--1,3-4",
         "BitArea(2-3) 1 1,2",
-        "Changeable = 0",
-        "Visible = 0",
-        "Ext_User_Prm_Data_Ref(2) = 7",
-        "Unit_Diag_!Bit(25) = \"no bit\"",
-        "Unit_Diag_Area = 26-28",
-        "X_Unit_Diag_Bit(30) = \"x\"",
-        "Module = \"first\" 0x10,0x20",
+        "Changeable=0",
+        "Visible=0",
+        "Ext_User_Prm_Data_Ref(2)=7",
+        "Unit_Diag_!Bit(25)=\"no bit\"",
+        "Unit_Diag_Area=26-28",
+        "X_Unit_Diag_Bit(30)=\"x\"",
+        "Module=\"first\" 0x10,0x20",
         "0",
-        "Preset = 1",
-        "F_Ext_User_Prm_Data_Const(0) = 0x05",
-        "Channel_Diag(17) = \"own\"",
+        "Preset=1",
+        "F_Ext_User_Prm_Data_Const(0)=0x05",
+        "Channel_Diag(17)=\"own\"",
         "Shape=\"round\"",
-        "Slot(1) = \"s\" 0 0,1-2",
+        "Slot(1)=\"s\" 0 0,1-2",
     ] {
         assert!(written.lines().any(|written| written == line), "{line} is missing in\n{written}");
     }
@@ -120,9 +120,9 @@ fn the_slave_family_has_no_quotation_marks() {
         (line.unwrap_or_default(), again.device().general.slave_family.clone().unwrap_or_default())
     };
     for value in ["3@ET200B", "3@Digital@24V", "0@Machine Vision", "12"] {
-        assert_eq!(family(value), (format!("Slave_Family = {value}"), value.to_owned()));
+        assert_eq!(family(value), (format!("Slave_Family            = {value}"), value.to_owned()));
     }
-    assert_eq!(family("\"3@a;b\""), ("Slave_Family = \"3@a;b\"".to_owned(), "3@a;b".to_owned()));
+    assert_eq!(family("\"3@a;b\""), ("Slave_Family            = \"3@a;b\"".to_owned(), "3@a;b".to_owned()));
 }
 
 #[test]
@@ -133,4 +133,10 @@ fn a_line_that_is_not_interpreted_takes_no_line_behind_it() {
         let written = text(read.device());
         assert_eq!(GsdFile::read(written.as_bytes()).device().modules.len(), 1, "{written}");
     }
+}
+
+#[test]
+fn a_comment_is_one_line_and_continues_in_no_other() {
+    let written = commented_text(&Device::default(), &["two\nlines", "a folder C:\\", ""]);
+    assert_eq!(written, "#Profibus_DP\n; two lines\n; a folder C:\n;\n");
 }
