@@ -84,6 +84,8 @@
 
 pub mod bcg450;
 pub mod catalog;
+#[cfg(feature = "texts")]
+pub mod described;
 pub mod img400;
 pub mod model;
 pub mod profile;

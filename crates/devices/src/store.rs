@@ -15,6 +15,17 @@ pub enum Key {
         /// Its index.
         index: u8,
     },
+    /// A further part of the octets of a parameter that are more than [`MAX_STORED`]. The first part is under its [`Key::Parameter`].
+    Part {
+        /// Its slot.
+        slot: u8,
+        /// The instance in the slot.
+        instance: u8,
+        /// Its index.
+        index: u8,
+        /// The number of the part, 1 to 15.
+        part: u8,
+    },
     /// The station address.
     Address,
     /// A value without an index: an adjustment, run hours.
@@ -27,6 +38,9 @@ impl Key {
     pub const fn to_u32(self) -> u32 {
         match self {
             Self::Parameter { slot, instance, index } => u32::from_be_bytes([0, slot, instance, index]),
+            Self::Part { slot, instance, index, part } => {
+                u32::from_be_bytes([PART_KEY | (part & PARTS), slot, instance, index])
+            }
             Self::Address => ADDRESS_KEY,
             Self::Internal(number) => u32::from_be_bytes([INTERNAL_KEY, 0, 0, number]),
         }
@@ -38,6 +52,9 @@ impl Key {
         match number.to_be_bytes() {
             [0, slot, instance, index] => Some(Self::Parameter { slot, instance, index }),
             [INTERNAL_KEY, 0, 0, number] => Some(Self::Internal(number)),
+            [first @ 0xC1..=0xCF, slot, instance, index] => {
+                Some(Self::Part { slot, instance, index, part: first & PARTS })
+            }
             _ if number == ADDRESS_KEY => Some(Self::Address),
             _ => None,
         }
@@ -49,6 +66,10 @@ const ADDRESS_KEY: u32 = 0x4000_0000;
 
 /// The first octet of the number of a [`Key::Internal`].
 const INTERNAL_KEY: u8 = 0x80;
+
+/// The high bits of the first octet of the number of a [`Key::Part`]; the low ones are the number of the part.
+const PART_KEY: u8 = 0xC0;
+const PARTS: u8 = 0x0F;
 
 /// The memory did not store the values. It still has all old values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,10 +202,11 @@ mod tests {
     #[test]
     fn a_key_and_its_number_convert_both_ways() {
         let parameter = Key::Parameter { slot: 255, instance: 255, index: 255 };
-        for key in [FIRST, parameter, Key::Address, Key::Internal(0), Key::Internal(255)] {
+        let [part, last] = [1, 15].map(|part| Key::Part { slot: 255, instance: 255, index: 255, part });
+        for key in [FIRST, parameter, part, last, Key::Address, Key::Internal(0), Key::Internal(255)] {
             assert_eq!(Key::from_u32(key.to_u32()), Some(key));
         }
-        for number in [0x0100_0000, 0x4000_0001, 0x8000_0100, 0x8001_0000, u32::MAX] {
+        for number in [0x0100_0000, 0x4000_0001, 0x8000_0100, 0x8001_0000, 0xC000_0000, 0xD000_0000, u32::MAX] {
             assert_eq!(Key::from_u32(number), None, "{number:#x}");
         }
     }

@@ -39,11 +39,11 @@ fn blend(low_pa: f64, high_pa: f64, weight: f64) -> f64 {
 
 /// Joins the readings of the parts; the Bayard-Alpert part has none while its emission is off.
 ///
-/// The Pirani measures in both overlaps, so its reading decides where the pressure lies.
-pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: f64) -> Measurement {
+/// The Pirani measures in both overlaps, so its reading decides where the pressure lies. Without a diaphragm it measures up to the end.
+pub fn measure(pirani_pa: f64, ba_pa: Option<f64>, cdg_pa: Option<f64>) -> Measurement {
     let pirani = Measurement { active: PIRANI.part.instance, pa: pirani_pa };
-    let cdg = Measurement { active: CDG.part.instance, pa: cdg_pa };
-    let upper = PIRANI_AND_CDG.weight(pirani_pa);
+    let cdg = cdg_pa.map_or(pirani, |pa| Measurement { active: CDG.part.instance, pa });
+    let upper = cdg_pa.map_or(0.0, |_| PIRANI_AND_CDG.weight(pirani_pa));
     let Some(ba_pa) = ba_pa.filter(|_| upper == 0.0) else { return join(pirani, cdg, &CDG, upper) };
     let ba = Measurement { active: BA.part.instance, pa: ba_pa };
     join(ba, pirani, &PIRANI, BA_AND_PIRANI.weight(pirani_pa))
@@ -71,7 +71,7 @@ mod tests {
 
     /// The measurement of parts that read the same.
     fn at(pa: f64) -> Measurement {
-        measure(pa, Some(pa), pa)
+        measure(pa, Some(pa), Some(pa))
     }
 
     #[test]
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn the_value_has_no_step_in_an_overlap() {
         // The CDG reads twice what the Pirani reads: the value rises steadily from one to the other.
-        let read = |pa: f64| measure(pa, None, 2.0 * pa).pa / pa;
+        let read = |pa: f64| measure(pa, None, Some(2.0 * pa)).pa / pa;
         assert_eq!(read(mbar(1.0)), 1.0);
         assert!(read(mbar(1.001)) < 1.001);
         assert!((read(mbar(10.0f64.sqrt())) - 2.0f64.sqrt()).abs() < 1e-9);
@@ -116,7 +116,7 @@ mod tests {
         // Helium: the Pirani reads 7 times what the ionisation part reads.
         for (pirani_mbar, active) in [(1.04e-2, 2), (1.06e-2, 2), (1.15e-2, 2), (1.3e-2, 1)] {
             let ba_pa = mbar(pirani_mbar) / 7.0;
-            let measured = measure(mbar(pirani_mbar), Some(ba_pa), ba_pa);
+            let measured = measure(mbar(pirani_mbar), Some(ba_pa), Some(ba_pa));
             assert_eq!(measured.active, active, "{pirani_mbar} mbar");
             assert_eq!(active == 1, measured.pa >= mbar(5.5e-3), "{measured:?}");
         }
@@ -124,6 +124,6 @@ mod tests {
 
     #[test]
     fn the_pirani_measures_below_its_range_without_emission() {
-        assert_eq!(measure(1e-6, None, 1e-6), Measurement { active: 1, pa: 1e-6 });
+        assert_eq!(measure(1e-6, None, Some(1e-6)), Measurement { active: 1, pa: 1e-6 });
     }
 }

@@ -13,7 +13,7 @@ mod relay;
 mod simulation;
 pub mod table;
 
-use crate::model::AccessError;
+use crate::model::{AccessError, Counts, DESCRIBED, Limits, Model, Principle};
 use crate::profile::{
     BlockDevice, Cathode, CathodeConditions, CommonExceptions, DeviceBlockValues, ExceptionDetails, ExceptionStatus,
     MeasuringPart, Presentation, ReadingCondition, SelfTestResult, Sensor, SerialNumber, Setup, StateMachine,
@@ -31,7 +31,13 @@ impl<S: Store> Bcg450<S> {
     /// A gauge that has just been switched on.
     #[must_use]
     pub fn new(store: S, setup: Setup) -> Self {
-        Self::from_behaviour(Bcg450Behaviour::new(setup.serial), store, &setup)
+        Self::with_model(&table::MODEL, store, setup)
+    }
+
+    /// The same for a gauge whose tables a device file has, like those of the BCG450-SP.
+    #[must_use]
+    pub fn with_model(model: &'static Model, store: S, setup: Setup) -> Self {
+        Self::from_behaviour(Bcg450Behaviour::new(model, setup.serial), store, &setup)
     }
 }
 
@@ -66,15 +72,15 @@ pub struct Bcg450Behaviour {
 }
 
 impl Bcg450Behaviour {
-    const fn new(serial: SerialNumber) -> Self {
+    fn new(model: &'static Model, serial: SerialNumber) -> Self {
         Self {
             serial,
             machine: StateMachine::power_up(),
-            presentation: Presentation::new(table::FACTORY_UNIT),
+            presentation: Presentation::new(model, table::FACTORY_UNIT),
             selector: 1,
-            pirani: MeasuringPart::new(&parts::PIRANI),
-            ba: MeasuringPart::new(&parts::BA),
-            cdg: MeasuringPart::new(&parts::CDG),
+            pirani: MeasuringPart::new(model.part_like(&parts::PIRANI)),
+            ba: MeasuringPart::new(model.part_like(&parts::BA)),
+            cdg: MeasuringPart::new(model.part_like(&parts::CDG)),
             atmosphere: Sensor::in_air(),
             active: 1,
             has_measured: false,
@@ -119,13 +125,38 @@ impl Bcg450Behaviour {
         active.reading_pa.or(self.pirani.reading_pa).unwrap_or(active.spec.limits.over_pa)
     }
 
-    /// The relay with this instance, 5 or 6.
+    /// Whether the gauge has a diaphragm: one of a device file can be without.
+    fn has_diaphragm(&self) -> bool {
+        let mut parts = self.presentation.model.parts.iter();
+        !DESCRIBED || parts.any(|spec| spec.part.principle == Principle::Diaphragm)
+    }
+
+    /// The number of device details of an alarm: two for each part.
+    fn alarm_details(&self) -> usize {
+        if self.has_diaphragm() { 6 } else { 4 }
+    }
+
+    /// The number of the relay with this instance: 5 and 6, unless a device file has others.
+    fn relay_number(&self, instance: u8) -> Option<usize> {
+        if DESCRIBED {
+            return self.presentation.model.number_in_block(table::SET_POINT_BLOCK, instance);
+        }
+        instance.checked_sub(table::SETPOINT_A.instance).map(usize::from)
+    }
+
+    /// COUNTS of a part.
+    const fn counts(part: &MeasuringPart) -> Counts {
+        if DESCRIBED { part.spec.counts } else { parts::COUNTS }
+    }
+
+    /// The relay with this instance.
     fn relay(&self, instance: u8) -> Option<&Relay> {
-        self.relays.get(usize::from(instance).checked_sub(5)?)
+        self.relays.get(self.relay_number(instance)?)
     }
 
     fn relay_mut(&mut self, instance: u8) -> Option<&mut Relay> {
-        self.relays.get_mut(usize::from(instance).checked_sub(5)?)
+        let number = self.relay_number(instance)?;
+        self.relays.get_mut(number)
     }
 
     /// Executes a Device Block State Command. Reset sets the volatile values to those after power-up.
@@ -153,7 +184,8 @@ impl Bcg450Behaviour {
         let [p0, p1] = self.pirani.sensor_alarm();
         let [b0, b1] = self.ba.sensor_alarm();
         let manufacturer = u8::from(self.faults.comm);
-        ExceptionDetails { common: self.common(), device: [c0, c1, p0, p1, b0, b1], manufacturer }
+        let device = if self.has_diaphragm() { [c0, c1, p0, p1, b0, b1] } else { [p0, p1, b0, b1, 0, 0] };
+        ExceptionDetails { common: self.common(), device, manufacturer }
     }
 
     /// Exception Detail Warning: the status extension, then CDG, Pirani, BA (44).
@@ -165,7 +197,9 @@ impl Bcg450Behaviour {
         // Internal communication as in the alarm (49), then the relays at atmosphere (50, 114).
         let manufacturer =
             u8::from(self.faults.comm) | u8::from(a.atmosphere_reached()) << 1 | u8::from(b.atmosphere_reached()) << 2;
-        ExceptionDetails { common: self.common(), device: [self.one_of_n.bits(), c0, c1, p0, p1, b0, b1], manufacturer }
+        let range = self.one_of_n.bits();
+        let device = if self.has_diaphragm() { [range, c0, c1, p0, p1, b0, b1] } else { [range, p0, p1, b0, b1, 0, 0] };
+        ExceptionDetails { common: self.common(), device, manufacturer }
     }
 
     /// Sensor Warning of the Pirani: Electronics Warning, which means badly adjusted (105).
@@ -189,8 +223,17 @@ impl Bcg450Behaviour {
             disturbed: alarm.is_any(),
             alarmed: !alarm.common.is_empty() || alarm.manufacturer != 0,
         };
-        let range = parts::GAUGE.status_of(self.active().indicated_pa());
+        let range = self.range().status_of(self.active().indicated_pa());
         self.one_of_n = StatusExtension::new(range, self.active().is_valid(&self.condition));
+    }
+
+    /// The range of the whole gauge: from the lowest end of its parts to the highest.
+    fn range(&self) -> Limits {
+        if !DESCRIBED {
+            return parts::GAUGE;
+        }
+        let highest = if self.has_diaphragm() { self.cdg.spec } else { self.pirani.spec };
+        Limits { under_pa: self.ba.spec.limits.under_pa, ..highest.limits }
     }
 
     /// The conditions of the cathode; the Pirani is its controlling part.
@@ -207,7 +250,7 @@ impl Bcg450Behaviour {
         self.machine.detect(self.common());
         self.pirani.failed = self.faults.sensor_1 || self.faults.electronics_1;
         self.ba.failed = self.faults.sensor_2 || self.faults.electronics_2;
-        self.cdg.failed = self.faults.sensor_3 || self.faults.electronics_3;
+        self.cdg.failed = self.has_diaphragm() && (self.faults.sensor_3 || self.faults.electronics_3);
         self.cathode.update_emission(&self.conditions());
         self.measure();
         self.cathode.update_current(self.reading_pa());
@@ -221,10 +264,10 @@ impl Bcg450Behaviour {
     fn measure(&mut self) {
         let pirani_pa = self.pirani.sensor.indicated_pa();
         let ba_pa = self.cathode.is_on().then(|| self.ba.sensor.indicated_pa());
-        let cdg_pa = self.cdg.sensor.indicated_pa();
+        let cdg_pa = self.has_diaphragm().then(|| self.cdg.sensor.indicated_pa());
         self.pirani.reading_pa = Some(pirani_pa);
         self.ba.reading_pa = ba_pa;
-        self.cdg.reading_pa = Some(cdg_pa);
+        self.cdg.reading_pa = cdg_pa;
         let measurement = measure(pirani_pa, ba_pa, cdg_pa);
         if let Some(active) = self.part_mut(measurement.active) {
             active.reading_pa = Some(measurement.pa);

@@ -1,13 +1,13 @@
 //! The value of every row of the tables, and the effect of writing it. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::codes::{AtmosphereCommand, DegasStatus, HotCathodeCommand};
-use super::parts::{self, INSTANCES};
+use super::parts::INSTANCES;
 use super::table::{
-    AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, OneOfNInput, OneOfNTransducer,
+    AnalogInput, Atmosphere, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, OneOfNInput, OneOfNTransducer,
     Parameter, SetPoint,
 };
 use super::{Bcg450Behaviour, Relay};
-use crate::model::{AccessError, Location, PressureFormat, Value};
+use crate::model::{AccessError, DESCRIBED, Location, PressureFormat, Value};
 use crate::profile::{
     DeviceBlockValues, DeviceState, EmissionCurrent, ExceptionStatus, Identity, InputRow, MeasuringPart,
     ParameterAccess, ParameterRef, SerialNumber, exception_status,
@@ -22,8 +22,9 @@ impl ParameterAccess for Bcg450Behaviour {
         location.instance == 0 || location.instance == self.selector
     }
 
-    fn format(&self, _at: &ParameterRef<Parameter>) -> PressureFormat {
-        self.presentation.format(parts::COUNTS)
+    fn format(&self, at: &ParameterRef<Parameter>) -> PressureFormat {
+        let part = self.part(at.instance()).unwrap_or(&self.pirani);
+        self.presentation.format(Self::counts(part))
     }
 
     fn get(&self, at: &ParameterRef<Parameter>) -> Value {
@@ -121,11 +122,11 @@ impl DeviceBlockValues for Bcg450Behaviour {
     fn identity(&self) -> Identity {
         // chosen: gauge 100, PROFIBUS board 1.01 (36).
         Identity {
-            model: &MODEL,
+            model: self.presentation.model,
             device_type: "CG",
             model_number: "353-554",
             software: "100_1.01",
-            configuration: MODEL.title,
+            configuration: self.presentation.model.title,
         }
     }
 
@@ -142,11 +143,11 @@ impl DeviceBlockValues for Bcg450Behaviour {
     }
 
     fn alarm_record(&self) -> Value {
-        self.alarm().record()
+        self.alarm().record_of(self.alarm_details())
     }
 
     fn warning_record(&self) -> Value {
-        self.warning().record()
+        self.warning().record_of(self.alarm_details().saturating_add(1))
     }
 }
 
@@ -225,8 +226,10 @@ impl Bcg450Behaviour {
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
         let (first, last) = INSTANCES;
-        self.selector =
-            Some(instance).filter(|chosen| (first..=last).contains(chosen)).ok_or(AccessError::OutOfRange)?;
+        let is_known = |chosen: &u8| {
+            if DESCRIBED { self.presentation.model.has_instance(1, *chosen) } else { (first..=last).contains(chosen) }
+        };
+        self.selector = Some(instance).filter(is_known).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
@@ -234,7 +237,7 @@ impl Bcg450Behaviour {
     fn set_input(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         let row = InputRow::from_index(at.row.index).ok_or(AccessError::NotWritable)?;
         if is_presentation(at) {
-            return self.presentation.set_row(&MODEL, row, value);
+            return self.presentation.set_row(row, value);
         }
         self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_input(row, value)
     }

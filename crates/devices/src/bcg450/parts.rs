@@ -37,6 +37,10 @@ pub static CDG: PartSpec = PartSpec {
 /// The measuring parts. The last one measures the ambient air, not the chamber, and has no range in the tables (3.3.5).
 pub static PARTS: [Part; 4] = [PIRANI.part, BA.part, CDG.part, Part { instance: 4, principle: Principle::Atmosphere }];
 
+/// Those of a gauge without a diaphragm, in a device file.
+pub static PARTS_WITHOUT_DIAPHRAGM: [Part; 3] =
+    [PIRANI.part, BA.part, Part { instance: 4, principle: Principle::Atmosphere }];
+
 /// The range of the ambient pressure sensor.
 ///
 /// chosen: the manual gives none (3.3.5); as in the gauges of tira56e1.

@@ -1,16 +1,18 @@
 //! Cyclic data, sensors and front panel of the BCG450-SP. Numbers in brackets are those of errata-bpg-bcg-tpg.
 
 use super::Bcg450Behaviour;
-use super::parts::{self, PARTS};
+use super::parts::{self, PARTS, PARTS_WITHOUT_DIAPHRAGM};
 use super::relay::Relay;
 use super::table::MODEL;
-use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
-use crate::profile::{Behaviour, DeviceBlockValues};
+use crate::model::{
+    Configuration, DESCRIBED, Fault, Field, MeasuringRange, Model, Octets, Part, Principle, Unit, command_code,
+};
+use crate::profile::{Behaviour, DeviceBlockValues, MeasuringPart};
 use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Bcg450Behaviour {
     fn model(&self) -> &'static Model {
-        &MODEL
+        if DESCRIBED { self.presentation.model } else { &MODEL }
     }
 
     fn set_unit(&mut self, unit: &'static Unit) {
@@ -43,7 +45,7 @@ impl Behaviour for Bcg450Behaviour {
             Field::PvSelector => Octets::new(&[self.active]),
             Field::ProcessValue(_) => {
                 let pa = self.active().process_value_pa(&self.condition);
-                self.presentation.format(parts::COUNTS).encode(pa)
+                self.presentation.format(Self::counts(self.active())).encode(pa)
             }
             // In none of its telegrams.
             _ => Octets::EMPTY,
@@ -59,7 +61,7 @@ impl Behaviour for Bcg450Behaviour {
             relays: self.relays.each_ref().map(Relay::restarted),
             faults: self.faults,
             seconds: self.seconds,
-            ..Self::new(self.serial)
+            ..Self::new(self.presentation.model, self.serial)
         };
     }
 
@@ -68,12 +70,12 @@ impl Behaviour for Bcg450Behaviour {
     }
 
     fn parts(&self) -> &[Part] {
-        &PARTS
+        if self.has_diaphragm() { &PARTS } else { &PARTS_WITHOUT_DIAPHRAGM }
     }
 
     fn measuring_range(&self, part: usize) -> MeasuringRange {
-        let parts = [&self.pirani, &self.ba, &self.cdg];
-        parts.get(part).map_or(parts::ATMOSPHERE, |part| part.measuring_range())
+        let part = self.parts().get(part).and_then(|part| self.part(part.instance));
+        part.map_or(parts::ATMOSPHERE, MeasuringPart::measuring_range)
     }
 
     fn drive(&self, part: usize) -> Drive {
@@ -84,10 +86,15 @@ impl Behaviour for Bcg450Behaviour {
     }
 
     fn sense(&mut self, part: usize, pa: f64) {
-        let sensors = [&mut self.pirani.sensor, &mut self.ba.sensor, &mut self.cdg.sensor, &mut self.atmosphere];
-        if let Some(sensor) = sensors.into_iter().nth(part) {
-            sensor.sensed_pa = pa;
-        }
+        let principle = self.parts().get(part).map(|part| part.principle);
+        let sensor = match principle {
+            Some(Principle::Pirani) => &mut self.pirani.sensor,
+            Some(Principle::HotCathode) => &mut self.ba.sensor,
+            Some(Principle::Diaphragm) => &mut self.cdg.sensor,
+            Some(Principle::Atmosphere) => &mut self.atmosphere,
+            Some(Principle::ColdCathode) | None => return,
+        };
+        sensor.sensed_pa = pa;
     }
 
     fn advance(&mut self, seconds: f64) {
@@ -141,6 +148,7 @@ impl Behaviour for Bcg450Behaviour {
             relays: self.relays.iter().map(|relay| relay.point.is_closed()).collect(),
             indicated: [&self.pirani, &self.ba, &self.cdg]
                 .into_iter()
+                .take(if self.has_diaphragm() { 3 } else { 2 })
                 .map(|part| part.indicated(&self.condition))
                 .collect(),
             active_instance: self.active,

@@ -163,6 +163,9 @@ blocks! {
     Atmosphere(Atmosphere)             [ATMOSPHERE];
 }
 
+/// The position of the block of the relays in [`Parameter::BLOCKS`].
+pub const SET_POINT_BLOCK: usize = 4;
+
 // 2.3, with the configuration data of 2.3 and not of 1.4 (2).
 static T1: Telegram = telegram(1, &[Field::TransitionCommand]);
 static T2: Telegram = telegram(2, &[Field::ParameterChannel, Field::TransitionCommand]);

@@ -17,7 +17,7 @@ mod trip;
 
 pub use gauges::{Gauges, IonGauge, OtherGauge};
 
-use crate::model::{AccessError, PartSpec, PressureFormat, Principle};
+use crate::model::{AccessError, DESCRIBED, Model, PartSpec, PressureFormat, Principle};
 use crate::profile::{
     BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, FittedChannels, MeasuringPart,
     Presentation, ReadingCondition, SelfTestResult, Setup, StateMachine, StatusExtension, exception_status,
@@ -37,7 +37,13 @@ impl<S: Store> Img400<S> {
     /// A controller that has just been switched on.
     #[must_use]
     pub fn new(store: S, setup: Setup, gauges: Gauges) -> Self {
-        Self::from_behaviour(Img400Behaviour::new(gauges), store, &setup)
+        Self::with_model(&table::MODEL, store, setup, gauges)
+    }
+
+    /// The same for a controller whose tables a device file has, like those of the IMG 400.
+    #[must_use]
+    pub fn with_model(model: &'static Model, store: S, setup: Setup, gauges: Gauges) -> Self {
+        Self::from_behaviour(Img400Behaviour::new(model, gauges), store, &setup)
     }
 }
 
@@ -78,6 +84,17 @@ impl GaugeChannel {
     }
 }
 
+/// A gauge as the tables of this controller have it: in a device file the first and the second of one principle on a channel stand for
+/// those of the IMG 400.
+fn gauge_like(model: &'static Model, gauge: &'static PartSpec) -> &'static PartSpec {
+    if !DESCRIBED {
+        return gauge;
+    }
+    let on_channel = |model: &'static Model| model.parts.iter().copied().filter(move |spec| spec.part == gauge.part);
+    let number = on_channel(&table::MODEL).position(|spec| core::ptr::eq(spec, gauge)).unwrap_or_default();
+    on_channel(model).nth(number).or_else(|| on_channel(model).next_back()).unwrap_or(gauge)
+}
+
 /// The behaviour of the IMG 400.
 #[derive(Clone, Debug)]
 pub struct Img400Behaviour {
@@ -100,19 +117,20 @@ pub struct Img400Behaviour {
 }
 
 impl Img400Behaviour {
-    fn new(gauges: Gauges) -> Self {
-        let [ch1, ch2, ch3, ch4] = gauges.parts();
+    fn new(model: &'static Model, gauges: Gauges) -> Self {
+        let [ch1, ch2, ch3, ch4] = gauges.parts().map(|gauge| gauge.map(|gauge| gauge_like(model, gauge)));
+        let channel = |gauge, place_holder| GaugeChannel::new(gauge, gauge_like(model, place_holder));
         let ion = |gauge: Option<IonGauge>| IonCathode::new(gauge.unwrap_or(IonGauge::Bag));
         Self {
             gauges,
             fitted: FittedChannels::new(gauges.parts().map(|spec| spec.map(|spec| spec.part.principle))),
             machine: StateMachine::power_up(),
-            presentation: Presentation::new(table::FACTORY_UNIT),
+            presentation: Presentation::new(model, table::FACTORY_UNIT),
             channels: [
-                GaugeChannel::new(ch1, &parts::BAG_1),
-                GaugeChannel::new(ch2, &parts::BAG_2),
-                GaugeChannel::new(ch3, &parts::TPR_3),
-                GaugeChannel::new(ch4, &parts::TPR_4),
+                channel(ch1, &parts::BAG_1),
+                channel(ch2, &parts::BAG_2),
+                channel(ch3, &parts::TPR_3),
+                channel(ch4, &parts::TPR_4),
             ],
             ions: [ion(gauges.ch1), ion(gauges.ch2)],
             trips: [const { TripRelay::FACTORY }; RELAYS],

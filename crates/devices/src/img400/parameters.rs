@@ -2,7 +2,7 @@
 //! errata-pxg55x-img400.
 
 use super::codes::HotCathodeCommand;
-use super::table::{AnalogInput, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, MODEL, Parameter, TripPoint};
+use super::table::{AnalogInput, DeviceBlock, Diaphragm, HeatTransfer, HotCathode, Parameter, TripPoint};
 use super::{GaugeChannel, Img400Behaviour};
 use crate::model::{AccessError, Block, Location, PressureFormat, Value};
 use crate::profile::{DeviceState, InputRow, ParameterAccess, ParameterRef};
@@ -198,7 +198,7 @@ impl Img400Behaviour {
             AnalogInput::BlockAdjustCommand => self.adjust(slot, value.coded()?),
             AnalogInput::DataType => self.presentation.set_number(value),
             // From the memory only: the user parameters set it (143).
-            AnalogInput::DataUnits => self.presentation.set_unit(&MODEL, value),
+            AnalogInput::DataUnits => self.presentation.set_unit(value),
             AnalogInput::SafeState => {
                 self.channel_mut(slot).ok_or(AccessError::UnknownSlot)?.part.set_input(InputRow::SafeState, value)
             }

@@ -2,7 +2,6 @@
 
 use super::codes::KeyLock;
 use super::ion::IonCathode;
-use super::table::MODEL;
 use super::{GaugeChannel, Img400Behaviour, StatusExtension};
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
 use crate::profile::Behaviour;
@@ -10,7 +9,7 @@ use crate::simulation::{Drive, FrontPanel, Led, PartReading, StateReport, Switch
 
 impl Behaviour for Img400Behaviour {
     fn model(&self) -> &'static Model {
-        &MODEL
+        self.presentation.model
     }
 
     fn set_unit(&mut self, unit: &'static Unit) {
@@ -49,11 +48,16 @@ impl Behaviour for Img400Behaviour {
     }
 
     fn start(&mut self) {
-        let mut channels = Self::new(self.gauges).channels;
+        let mut channels = Self::new(self.presentation.model, self.gauges).channels;
         for (new, old) in channels.iter_mut().zip(&self.channels) {
             new.part = old.part.restarted();
         }
-        *self = Self { channels, faults: self.faults, seconds: self.seconds, ..Self::new(self.gauges) };
+        *self = Self {
+            channels,
+            faults: self.faults,
+            seconds: self.seconds,
+            ..Self::new(self.presentation.model, self.gauges)
+        };
         self.initialise();
     }
 

@@ -12,6 +12,8 @@ pub enum Codes {
     Range(i64, i64),
     /// Tenths of a percent within these bounds, both included: 500 is 50 %.
     PerMille(i64, i64),
+    /// A number in a unit of its own, which is no pressure unit of the device.
+    Quantity(Quantity),
     /// Each number has a name.
     Names(&'static [Code]),
     /// Each number is a command: the device executes it and does not keep it.
@@ -24,6 +26,17 @@ pub enum Codes {
     BitCommands(&'static [Code]),
     /// A nibble for each of six digits, a zero for a hyphen, and one for a letter: 50973101h is `509731-A`.
     Version,
+}
+
+/// A number in a unit: a speed, a flow, a temperature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// The unit.
+    pub unit: &'static str,
+    /// One step of the number in the record, in this unit.
+    pub factor: f64,
+    /// The lowest and the highest number in the record, if the manual limits it.
+    pub range: Option<(i64, i64)>,
 }
 
 /// A number with a name.
@@ -68,7 +81,13 @@ impl Codes {
     pub const fn codes(&self) -> &'static [Code] {
         match self {
             Self::Names(codes) | Self::Commands(codes) | Self::BitCommands(codes) => codes,
-            Self::Plain | Self::Range(..) | Self::PerMille(..) | Self::Bits(_) | Self::Units | Self::Version => &[],
+            Self::Plain
+            | Self::Range(..)
+            | Self::PerMille(..)
+            | Self::Quantity(_)
+            | Self::Bits(_)
+            | Self::Units
+            | Self::Version => &[],
         }
     }
 

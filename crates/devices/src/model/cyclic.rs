@@ -80,8 +80,9 @@ impl Field {
         }
     }
 
-    /// Its type codes in a configuration of the special format.
-    const fn codes(self) -> &'static [u8] {
+    /// Its type codes in a configuration of the special format; none if it is only in configurations of the general format.
+    #[must_use]
+    pub const fn codes(self) -> &'static [u8] {
         match self {
             Self::ParameterChannel | Self::ChannelStatus | Self::TripRelays(_) => &[OCTET_STRING],
             Self::TransitionCommand => &[UINT8, UINT8],
@@ -117,12 +118,7 @@ impl Telegram {
     /// The number of its octets.
     #[must_use]
     pub const fn octets(&self) -> usize {
-        let (mut fields, mut sum) = (self.fields, 0usize);
-        while let [field, rest @ ..] = fields {
-            sum = sum.saturating_add(field.octets());
-            fields = rest;
-        }
-        sum
+        octets_of(self.fields)
     }
 
     /// The offset of each field, and the field.
@@ -182,13 +178,13 @@ impl Configuration {
     /// The number of octets that the master sends.
     #[must_use]
     pub const fn output_octets(&self) -> usize {
-        octets_of(self.outputs)
+        octets_of(fields_of(self.outputs))
     }
 
     /// The number of octets that the slave sends.
     #[must_use]
     pub const fn input_octets(&self) -> usize {
-        octets_of(self.inputs)
+        octets_of(fields_of(self.inputs))
     }
 
     /// Whether it is the telegram of TTR compatibility mode.
@@ -208,64 +204,90 @@ impl Configuration {
 
     /// Whether the inputs and outputs are not too long.
     const fn is_short(&self) -> bool {
-        self.input_octets() <= MAX_IMAGE
-            && self.output_octets() <= MAX_IMAGE
-            && command_octets(self.outputs) <= MAX_COMMANDS
+        is_short(fields_of(self.outputs), fields_of(self.inputs))
     }
 
-    /// Whether the octets announce the telegrams: both lengths, consistency over the whole length
-    /// (errata-bpg-bcg-tpg 15) and, in the special format, the type of every element, outputs first.
+    /// Whether the octets announce the telegrams.
     const fn is_consistent(&self) -> bool {
-        let mut reader = Reader::new(self.octets);
-        let mut sums = Sums { outputs: 0, inputs: 0 };
-        while let Ok(octet) = reader.octet() {
-            let fits = if octet & 0x30 == 0 {
-                self.special_fits(octet, &mut reader, &mut sums)
-            } else {
-                general(octet, &mut sums);
-                true
-            };
-            if !fits {
-                return false;
-            }
-        }
-        sums.outputs == self.output_octets() && sums.inputs == self.input_octets()
-    }
-
-    /// An identifier of the special format carries both telegrams. profibus-wire 2.6.2.
-    const fn special_fits(&self, octet: u8, reader: &mut Reader<'_>, sums: &mut Sums) -> bool {
-        if octet & 0x80 != 0 {
-            let Some(length) = length(reader) else { return false };
-            sums.outputs = length;
-        }
-        if octet & 0x40 != 0 {
-            let Some(length) = length(reader) else { return false };
-            sums.inputs = length;
-        }
-        codes_follow(self.outputs, reader)
-            && codes_follow(self.inputs, reader)
-            && reader.is_empty()
-            && octet & 0x0F == codes_of(self.outputs).wrapping_add(codes_of(self.inputs))
+        announces(self.octets, fields_of(self.outputs), fields_of(self.inputs))
     }
 }
 
-const fn octets_of(telegram: Option<&Telegram>) -> usize {
-    match telegram {
-        Some(telegram) => telegram.octets(),
-        None => 0,
+/// Whether an image has at most [`MAX_IMAGE`] octets, and outputs without the parameter channel at most [`MAX_COMMANDS`].
+#[must_use]
+pub const fn is_short(outputs: &[Field], inputs: &[Field]) -> bool {
+    octets_of(inputs) <= MAX_IMAGE && octets_of(outputs) <= MAX_IMAGE && command_octets(outputs) <= MAX_COMMANDS
+}
+
+/// Whether configuration data announce these outputs and inputs: both lengths, consistency over the whole length
+/// (errata-bpg-bcg-tpg 15) and, in the special format, the type of every element, outputs first.
+#[must_use]
+pub const fn announces(octets: &[u8], outputs: &[Field], inputs: &[Field]) -> bool {
+    let mut reader = Reader::new(octets);
+    let mut sums = Sums { outputs: 0, inputs: 0 };
+    while let Ok(octet) = reader.octet() {
+        let fits = if octet & 0x30 == 0 {
+            special_fits(octet, &mut reader, &mut sums, outputs, inputs)
+        } else {
+            general(octet, &mut sums);
+            true
+        };
+        if !fits {
+            return false;
+        }
     }
+    sums.outputs == octets_of(outputs) && sums.inputs == octets_of(inputs)
+}
+
+/// An identifier of the special format carries both telegrams. profibus-wire 2.6.2.
+const fn special_fits(
+    octet: u8,
+    reader: &mut Reader<'_>,
+    sums: &mut Sums,
+    outputs: &[Field],
+    inputs: &[Field],
+) -> bool {
+    if octet & 0x80 != 0 {
+        let Some(length) = length(reader) else { return false };
+        sums.outputs = length;
+    }
+    if octet & 0x40 != 0 {
+        let Some(length) = length(reader) else { return false };
+        sums.inputs = length;
+    }
+    codes_follow(outputs, reader)
+        && codes_follow(inputs, reader)
+        && reader.is_empty()
+        && octet & 0x0F == codes_of(outputs).saturating_add(codes_of(inputs))
+}
+
+const fn fields_of(telegram: Option<&Telegram>) -> &'static [Field] {
+    match telegram {
+        Some(telegram) => telegram.fields,
+        None => &[],
+    }
+}
+
+/// The number of octets of these fields.
+#[must_use]
+pub const fn octets_of(mut fields: &[Field]) -> usize {
+    let mut sum = 0usize;
+    while let [field, rest @ ..] = fields {
+        sum = sum.saturating_add(field.octets());
+        fields = rest;
+    }
+    sum
 }
 
 /// The octets of outputs without the parameter channel.
-const fn command_octets(outputs: Option<&Telegram>) -> usize {
-    let Some(outputs) = outputs else { return 0 };
-    let (mut fields, mut sum) = (outputs.fields, 0usize);
-    while let [field, rest @ ..] = fields {
+const fn command_octets(mut outputs: &[Field]) -> usize {
+    let mut sum = 0usize;
+    while let [field, rest @ ..] = outputs {
         sum = match field {
             Field::ParameterChannel => sum,
             _ => sum.saturating_add(field.octets()),
         };
-        fields = rest;
+        outputs = rest;
     }
     sum
 }
@@ -289,10 +311,8 @@ const fn general(octet: u8, sums: &mut Sums) {
     }
 }
 
-/// Whether the type codes of a telegram follow.
-const fn codes_follow(telegram: Option<&Telegram>, reader: &mut Reader<'_>) -> bool {
-    let Some(telegram) = telegram else { return true };
-    let mut fields = telegram.fields;
+/// Whether the type codes of these fields follow.
+const fn codes_follow(mut fields: &[Field], reader: &mut Reader<'_>) -> bool {
     while let [field, rest @ ..] = fields {
         let mut codes = field.codes();
         while let [code, more @ ..] = codes {
@@ -306,10 +326,9 @@ const fn codes_follow(telegram: Option<&Telegram>, reader: &mut Reader<'_>) -> b
     true
 }
 
-/// The number of type codes of a telegram.
-const fn codes_of(telegram: Option<&Telegram>) -> u8 {
-    let Some(telegram) = telegram else { return 0 };
-    let (mut fields, mut sum) = (telegram.fields, 0u8);
+/// The number of type codes of these fields.
+const fn codes_of(mut fields: &[Field]) -> u8 {
+    let mut sum = 0u8;
     while let [field, rest @ ..] = fields {
         sum = sum.saturating_add(field.codes().len() as u8);
         fields = rest;

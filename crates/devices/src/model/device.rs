@@ -14,6 +14,9 @@ use super::role::Role;
 use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
 
+/// Whether tables may come from a device file. A microcontroller has its own alone, which the compiler then knows.
+pub(crate) const DESCRIBED: bool = cfg!(feature = "texts");
+
 /// The end of a name on a device with PROFIBUS and switching outputs; the name in profivac does not have it.
 const SUFFIX: &str = "-SP";
 
@@ -65,6 +68,15 @@ pub struct Model {
     pub gsd: Gsd,
 }
 
+impl PartialEq for Model {
+    /// Whether both are the tables of one device: a program has them once.
+    fn eq(&self, other: &Self) -> bool {
+        core::ptr::eq(self, other)
+    }
+}
+
+impl Eq for Model {}
+
 impl Model {
     /// Whether `name` is the name of this model in any case, or the name on the device: `bcg450`, `BCG450`, `BCG450-SP`, `IMG 400`.
     #[must_use]
@@ -75,6 +87,28 @@ impl Model {
             _ => name,
         };
         letters(plain).eq(letters(self.name))
+    }
+
+    /// The part of this device at the instance of `part`; `part` itself where the tables have no range for it.
+    #[must_use]
+    pub fn part_like(&self, part: &'static PartSpec) -> &'static PartSpec {
+        if !DESCRIBED {
+            return part;
+        }
+        self.parts.iter().find(|spec| spec.part == part.part).copied().unwrap_or(part)
+    }
+
+    /// The number of this instance among those of a block, counted from the lowest: the first relay has the lowest set point.
+    pub(crate) fn number_in_block(&self, block: usize, instance: u8) -> Option<usize> {
+        let locations = self.blocks.get(block)?.locations;
+        let lower = locations.iter().filter(|location| location.instance < instance).count();
+        locations.iter().any(|location| location.instance == instance).then_some(lower)
+    }
+
+    /// Whether a slot has this instance.
+    pub(crate) fn has_instance(&self, slot: u8, instance: u8) -> bool {
+        let mut locations = self.blocks.iter().flat_map(|placed| placed.locations);
+        instance > 0 && locations.any(|location| (location.slot, location.instance) == (slot, instance))
     }
 
     /// The user parameter string with these octets.

@@ -31,8 +31,11 @@ pub use access_error::AccessError;
 pub use alarm_words::{AlarmBit, AlarmWords};
 pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, RowTexts, Storage, text};
 pub use code_table::{CodeTable, UnknownCode};
-pub use codes::{Code, Codes, Precondition, code};
-pub use cyclic::{Configuration, Field, MAX_COMMANDS, MAX_IMAGE, Telegram, configuration, telegram};
+pub use codes::{Code, Codes, Precondition, Quantity, code};
+pub use cyclic::{
+    Configuration, Field, MAX_COMMANDS, MAX_IMAGE, Telegram, announces, configuration, is_short, octets_of, telegram,
+};
+pub(crate) use device::DESCRIBED;
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};
 #[doc(hidden)]
 pub use fault::faults;

@@ -14,6 +14,8 @@ pub enum Role {
     PvSelector,
     /// The instance that a slot shows.
     InstanceSelector,
+    /// The unit of the pressures.
+    Unit,
     /// How the device writes pressures: integer or float.
     NumberType,
     /// Whether the emission is on.
@@ -40,6 +42,53 @@ pub enum Role {
     SetLock,
 }
 
+/// The names that the manuals print for the parameters with a role.
+const PRINTED: [(&str, Role); 28] = [
+    ("Process Value (PV)", Role::ProcessValue),
+    ("ProcessValue (PV)", Role::ProcessValue),
+    ("Reading Valid", Role::ReadingValid),
+    ("Status Extension", Role::StatusExtension),
+    ("One Of N Status Extension", Role::StatusExtension),
+    ("OneOfN Status Extension", Role::StatusExtension),
+    ("PV Selector", Role::PvSelector),
+    ("OneOfN PV Selector", Role::PvSelector),
+    ("Channel Instance Selector", Role::InstanceSelector),
+    ("Data Unit", Role::Unit),
+    ("Data Units", Role::Unit),
+    ("Pressure unit", Role::Unit),
+    ("Data Type", Role::NumberType),
+    ("Emission Status", Role::EmissionStatus),
+    ("Degas Status", Role::DegasStatus),
+    ("Full Scale", Role::FullScale),
+    ("Overrange", Role::Overrange),
+    ("Underrange", Role::Underrange),
+    ("Block Type", Role::BlockType),
+    ("Block Type ID", Role::BlockType),
+    ("Block-Type", Role::BlockType),
+    ("Device Configuration", Role::DeviceConfiguration),
+    ("Hysteresis", Role::PressureDifference),
+    ("High Trip Point Hysteresis", Role::PressureDifference),
+    ("Low Trip Point Hysteresis", Role::PressureDifference),
+    ("Exception Detail Alarm", Role::AlarmDetail),
+    ("Sensor Alarm", Role::SensorAlarm),
+    ("Threshold validation", Role::SetLock),
+];
+
+impl Role {
+    /// The role of a parameter with this printed name.
+    ///
+    /// ```
+    /// use profivac_devices::model::Role;
+    ///
+    /// assert_eq!(Role::of_printed_name("Process Value (PV)"), Some(Role::ProcessValue));
+    /// assert_eq!(Role::of_printed_name("Filter time constant"), None);
+    /// ```
+    #[must_use]
+    pub fn of_printed_name(name: &str) -> Option<Self> {
+        PRINTED.iter().find(|(printed, _)| *printed == name).map(|(_, role)| *role)
+    }
+}
+
 /// The role of the parameter with this identifier in a block table. The tables use one identifier for one role.
 #[doc(hidden)]
 #[macro_export]
@@ -58,6 +107,15 @@ macro_rules! role {
     };
     (ChannelInstanceSelector) => {
         Some($crate::model::Role::InstanceSelector)
+    };
+    (DataUnit) => {
+        Some($crate::model::Role::Unit)
+    };
+    (DataUnits) => {
+        Some($crate::model::Role::Unit)
+    };
+    (PressureUnit) => {
+        Some($crate::model::Role::Unit)
     };
     (DataType) => {
         Some($crate::model::Role::NumberType)
@@ -114,7 +172,7 @@ pub use role;
 
 #[cfg(test)]
 mod tests {
-    use super::Role;
+    use super::{PRINTED, Role};
     use crate::catalog::MODELS;
     use crate::model::{DataType, Row};
 
@@ -129,42 +187,32 @@ mod tests {
     /// each role.
     #[test]
     fn every_role_has_the_rows_that_the_manuals_print_for_it() {
-        for (role, names, data_type) in [
-            (Role::ProcessValue, &["Process Value (PV)", "ProcessValue (PV)"][..], Some(DataType::ByType)),
-            (Role::ReadingValid, &["Reading Valid"], Some(DataType::Boolean)),
-            (
-                Role::StatusExtension,
-                &["Status Extension", "One Of N Status Extension", "OneOfN Status Extension"],
-                Some(DataType::Uint8),
-            ),
-            (Role::PvSelector, &["PV Selector", "OneOfN PV Selector"], Some(DataType::Uint8)),
-            (Role::InstanceSelector, &["Channel Instance Selector"], Some(DataType::Uint8)),
-            (Role::NumberType, &["Data Type"], Some(DataType::Uint8)),
-            (Role::EmissionStatus, &["Emission Status"], None),
-            (Role::DegasStatus, &["Degas Status"], None),
-            (Role::FullScale, &["Full Scale"], Some(DataType::ByType)),
-            (Role::Overrange, &["Overrange"], Some(DataType::ByType)),
-            (Role::Underrange, &["Underrange"], Some(DataType::ByType)),
-            (Role::BlockType, &["Block Type", "Block Type ID", "Block-Type"], Some(DataType::OctetString(4))),
-            (Role::DeviceConfiguration, &["Device Configuration"], Some(DataType::Visible(50))),
-            (
-                Role::PressureDifference,
-                &["Hysteresis", "High Trip Point Hysteresis", "Low Trip Point Hysteresis"],
-                Some(DataType::ByType),
-            ),
-            (Role::AlarmDetail, &["Exception Detail Alarm"], None),
-            (Role::SensorAlarm, &["Sensor Alarm"], Some(DataType::Array(2))),
-            (Role::SetLock, &["Threshold validation"], Some(DataType::Int8)),
-        ] {
-            assert!(rows(role).count() > 0, "{role:?}");
-            for (model, row) in rows(role) {
-                assert!(names.contains(&row.name), "{model} {} is {role:?}", row.name);
-                assert!(data_type.is_none_or(|data_type| row.data_type == data_type), "{model} {}", row.name);
+        for model in MODELS {
+            for row in model.blocks.iter().flat_map(|placed| placed.block.rows) {
+                assert_eq!(Role::of_printed_name(row.name), row.role, "{} {}", model.name, row.name);
             }
-            for model in MODELS {
-                for row in model.blocks.iter().flat_map(|placed| placed.block.rows) {
-                    assert!(!names.contains(&row.name) || row.role == Some(role), "{} {}", model.name, row.name);
-                }
+        }
+        for (printed, role) in PRINTED {
+            assert!(rows(role).any(|(_, row)| row.name == printed), "no manual prints {printed}");
+        }
+        for (role, data_type) in [
+            (Role::ProcessValue, DataType::ByType),
+            (Role::ReadingValid, DataType::Boolean),
+            (Role::StatusExtension, DataType::Uint8),
+            (Role::PvSelector, DataType::Uint8),
+            (Role::InstanceSelector, DataType::Uint8),
+            (Role::NumberType, DataType::Uint8),
+            (Role::FullScale, DataType::ByType),
+            (Role::Overrange, DataType::ByType),
+            (Role::Underrange, DataType::ByType),
+            (Role::BlockType, DataType::OctetString(4)),
+            (Role::DeviceConfiguration, DataType::Visible(50)),
+            (Role::PressureDifference, DataType::ByType),
+            (Role::SensorAlarm, DataType::Array(2)),
+            (Role::SetLock, DataType::Int8),
+        ] {
+            for (model, row) in rows(role) {
+                assert_eq!(row.data_type, data_type, "{model} {}", row.name);
             }
         }
     }

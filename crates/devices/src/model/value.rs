@@ -206,8 +206,12 @@ impl Value {
     /// # Errors
     /// [`AccessError::OutOfRange`] if not.
     pub fn integer<T: TryFrom<i64>>(&self) -> Result<T, AccessError> {
-        let Self::Integer(integer) = self else { return Err(AccessError::OutOfRange) };
-        T::try_from(*integer).map_err(|_| AccessError::OutOfRange)
+        let integer = match self {
+            Self::Integer(integer) => *integer,
+            Self::Boolean(boolean) => i64::from(*boolean),
+            _ => return Err(AccessError::OutOfRange),
+        };
+        T::try_from(integer).map_err(|_| AccessError::OutOfRange)
     }
 
     /// The Boolean.
@@ -215,7 +219,12 @@ impl Value {
     /// # Errors
     /// [`AccessError::OutOfRange`] if it is none.
     pub const fn boolean(&self) -> Result<bool, AccessError> {
-        if let Self::Boolean(boolean) = self { Ok(*boolean) } else { Err(AccessError::OutOfRange) }
+        match self {
+            Self::Boolean(boolean) => Ok(*boolean),
+            Self::Integer(0) => Ok(false),
+            Self::Integer(1) => Ok(true),
+            _ => Err(AccessError::OutOfRange),
+        }
     }
 
     /// The pressure in Pa.
@@ -275,6 +284,31 @@ impl From<u32> for Value {
 }
 
 impl DataType {
+    /// Whether its values are whole numbers; those of a Boolean are 0 and 1.
+    #[must_use]
+    pub const fn is_integer(self) -> bool {
+        matches!(
+            self,
+            Self::Boolean | Self::Int8 | Self::Uint8 | Self::Int16 | Self::Uint16 | Self::Int32 | Self::Uint32
+        )
+    }
+
+    /// Whether a value of one type is a value of the other: whole numbers, floats, pressures, texts, strings.
+    #[must_use]
+    pub(crate) const fn is_alike(self, other: Self) -> bool {
+        self.kind() == other.kind()
+    }
+
+    const fn kind(self) -> u8 {
+        match self {
+            Self::Boolean | Self::Int8 | Self::Uint8 | Self::Int16 | Self::Uint16 | Self::Int32 | Self::Uint32 => 0,
+            Self::Float => 1,
+            Self::ByType => 2,
+            Self::Visible(_) => 3,
+            Self::OctetString(_) | Self::Array(_) | Self::Record(_) => 4,
+        }
+    }
+
     /// The number of octets of a value on the wire.
     #[must_use]
     pub const fn length(self, format: &PressureFormat) -> usize {
@@ -336,9 +370,12 @@ impl DataType {
         let length = self.length(format);
         match value {
             Value::Boolean(boolean) => Octets::filled(&[u8::from(*boolean)], length, 0),
+            // A device file can have a Boolean where the device that it is like has several codes.
+            Value::Integer(integer) if self == Self::Boolean => Octets::new(&[u8::from(*integer != 0)]),
             Value::Integer(integer) => low_octets(&integer.to_be_bytes(), length),
             Value::Float(float) => Octets::filled(&float.to_be_bytes(), length, 0),
-            Value::Pressure(pa) => format.encode(*pa),
+            Value::Pressure(pa) if self == Self::ByType => format.encode(*pa),
+            Value::Pressure(pa) => Octets::filled(&format.encode(*pa), length, 0),
             Value::Octets(octets) => Octets::filled(octets, length, self.fill()),
         }
     }

@@ -3,7 +3,7 @@
 
 use super::part::{MeasuringPart, SafeState};
 use super::presentation::Presentation;
-use crate::model::{AccessError, Model, Value};
+use crate::model::{AccessError, Value};
 
 /// A row of an analog input block. Set points have the first five of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,10 +95,10 @@ impl Presentation {
     ///
     /// # Errors
     /// [`AccessError::OutOfRange`] for a code that is not in the table, [`AccessError::NotWritable`] for other rows.
-    pub fn set_row(&mut self, model: &Model, row: InputRow, value: &Value) -> Result<(), AccessError> {
+    pub fn set_row(&mut self, row: InputRow, value: &Value) -> Result<(), AccessError> {
         match row {
             InputRow::DataType => self.set_number(value),
-            InputRow::DataUnits => self.set_unit(model, value),
+            InputRow::DataUnits => self.set_unit(value),
             _ => Err(AccessError::NotWritable),
         }
     }

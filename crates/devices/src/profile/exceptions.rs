@@ -85,9 +85,16 @@ impl<const N: usize> ExceptionDetails<N> {
     /// The record: each group after its size.
     #[must_use]
     pub fn record(&self) -> Value {
-        let common = [2, self.common.bits(), 0, u8::try_from(N).unwrap_or(u8::MAX)];
+        self.record_of(N)
+    }
+
+    /// The record of a device with only the first `count` device details.
+    #[must_use]
+    pub fn record_of(&self, count: usize) -> Value {
+        let device = self.device.get(..count).unwrap_or(&self.device);
+        let common = [2, self.common.bits(), 0, u8::try_from(device.len()).unwrap_or(u8::MAX)];
         let manufacturer = [1, self.manufacturer];
-        let octets = common.iter().chain(&self.device).chain(&manufacturer);
+        let octets = common.iter().chain(device).chain(&manufacturer);
         let mut record = [0; 24];
         let length = record.iter_mut().zip(octets).map(|(target, octet)| *target = *octet).count();
         Value::octets(record.get(..length).unwrap_or_default())

@@ -32,6 +32,8 @@ mod device_block;
 mod exceptions;
 mod fitted;
 mod hysteresis;
+#[cfg(feature = "texts")]
+mod kept_row;
 mod parameter_access;
 mod parameter_channel;
 mod parameters;

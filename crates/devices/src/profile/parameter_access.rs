@@ -42,6 +42,11 @@ pub trait ParameterAccess: Clone {
     /// Whether the blocks at this location can be accessed now: the selected instance, a channel that is fitted.
     fn is_visible(&self, location: &Location) -> bool;
 
+    /// Whether the behaviour has a value for this row. A row without one keeps what a master writes.
+    fn has_value(&self, _at: &ParameterRef<Self::Parameter>) -> bool {
+        true
+    }
+
     /// The format of the pressures of this parameter on the wire.
     fn format(&self, at: &ParameterRef<Self::Parameter>) -> PressureFormat;
 

@@ -4,10 +4,28 @@
 use super::address::StationAddress;
 use super::behaviour::Behaviour;
 use super::device::BlockDevice;
+#[cfg(feature = "texts")]
+use super::kept_row::KeptRow;
 use super::parameter_access::ParameterRef;
-use crate::model::{AccessError, AccessPath, DataType, Direction, Octets, ParameterSet, PlacedBlock, Value};
+use crate::model::{
+    AccessError, AccessPath, DESCRIBED, DataType, Direction, Octets, ParameterSet, PlacedBlock, Row, Value,
+};
+#[cfg(feature = "texts")]
+use crate::model::{Counts, Location, NumberType, PressureFormat};
 use crate::store::{self, Key, Store};
 use core::marker::PhantomData;
+
+/// The parameter of a row. A device file can have a number where the device that it is like has a text, or a pressure where it has a
+/// number: what the behaviour says there is no value of such a row, so it is none of its parameters.
+fn parameter_of<P: ParameterSet>(position: usize, row: &Row) -> Option<P> {
+    let parameter = P::of(position, row.index)?;
+    if DESCRIBED {
+        let own = P::BLOCKS.get(position).and_then(|placed| placed.block.row(row.index));
+        own.is_none_or(|own| own.data_type.is_alike(row.data_type)).then_some(parameter)
+    } else {
+        Some(parameter)
+    }
+}
 
 /// Finds the parameter at slot and index.
 fn locate<B: Behaviour>(behaviour: &B, slot: u8, index: u8) -> Result<ParameterRef<B::Parameter>, AccessError> {
@@ -15,10 +33,14 @@ fn locate<B: Behaviour>(behaviour: &B, slot: u8, index: u8) -> Result<ParameterR
     for (position, placed) in behaviour.model().blocks.iter().enumerate() {
         for location in placed.locations.iter().filter(|location| location.slot == slot) {
             error = AccessError::UnknownIndex;
-            if let (Some(row), Some(parameter)) = (placed.block.row(index), B::Parameter::of(position, index))
+            if let Some(row) = placed.block.row(index)
+                && let Some(parameter) = parameter_of(position, row)
                 && behaviour.is_visible(location)
             {
-                return Ok(ParameterRef { location, row, parameter });
+                let at = ParameterRef { location, row, parameter };
+                if !DESCRIBED || behaviour.has_value(&at) {
+                    return Ok(at);
+                }
             }
         }
     }
@@ -58,7 +80,7 @@ impl<P: ParameterSet> Iterator for StoredParameters<P> {
             };
             self.row = self.row.wrapping_add(1);
             if row.is_stored()
-                && let Some(parameter) = P::of(self.block, row.index)
+                && let Some(parameter) = parameter_of(self.block, row)
             {
                 return Some(ParameterRef { location, row, parameter });
             }
@@ -90,6 +112,9 @@ impl<B: Behaviour> Changes<'_, B> {
     fn parameter(&mut self) -> Option<(Key, Octets)> {
         let (before, after) = (self.before, self.after);
         for at in self.parameters.by_ref() {
+            if DESCRIBED && !after.has_value(&at) {
+                continue;
+            }
             let (key, value) = (after.storage_key(&at), after.stored_value(&at));
             if value != before.stored_value(&at) || self.written == Some(key) {
                 return Some((key, at.row.data_type.encode_stored(&value, &after.format(&at))));
@@ -114,7 +139,11 @@ impl<B: Behaviour> Changes<'_, B> {
 impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// Reads a parameter.
     pub(super) fn get(&self, path: AccessPath, slot: u8, index: u8) -> Result<Octets, AccessError> {
-        let at = locate(&self.behaviour, slot, index)?;
+        let at = match locate(&self.behaviour, slot, index) {
+            #[cfg(feature = "texts")]
+            Err(AccessError::UnknownIndex) => return self.kept(slot, index)?.read(path, &self.store),
+            located => located?,
+        };
         if !at.row.access.allows(path, Direction::Read) {
             return Err(AccessError::NotReadable);
         }
@@ -126,7 +155,11 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// Writes a parameter. `Ok` means that a nonvolatile value is stored.
     pub(super) fn set(&mut self, path: AccessPath, slot: u8, index: u8, octets: &[u8]) -> Result<(), AccessError> {
-        let at = locate(&self.behaviour, slot, index)?;
+        let at = match locate(&self.behaviour, slot, index) {
+            #[cfg(feature = "texts")]
+            Err(AccessError::UnknownIndex) => return self.kept(slot, index)?.write(path, octets, &mut self.store),
+            located => located?,
+        };
         if !at.row.access.allows(path, Direction::Write) {
             return Err(AccessError::NotWritable);
         }
@@ -141,8 +174,43 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
 
     /// The length of a parameter; `None` if there is none at this slot and index.
     pub(super) fn length(&self, slot: u8, index: u8) -> Option<usize> {
-        let at = locate(&self.behaviour, slot, index).ok()?;
+        let at = match locate(&self.behaviour, slot, index) {
+            #[cfg(feature = "texts")]
+            Err(AccessError::UnknownIndex) => return self.kept(slot, index).ok().map(|row| row.length()),
+            located => located.ok()?,
+        };
         Some(at.row.data_type.length(&self.behaviour.format(&at)))
+    }
+
+    /// The row of a device file at slot and index that the behaviour does not have. Firmware has no device files.
+    #[cfg(feature = "texts")]
+    fn kept(&self, slot: u8, index: u8) -> Result<KeptRow, AccessError> {
+        let behaviour = &self.behaviour;
+        let found = behaviour.model().blocks.iter().find_map(|placed| {
+            let is_here = |location: &&Location| location.slot == slot && behaviour.is_visible(location);
+            Some((placed.locations.iter().find(is_here)?, placed.block.row(index)?))
+        });
+        let (location, row) = found.ok_or(AccessError::UnknownIndex)?;
+        Ok(KeptRow { location, row, format: self.pressure_format(location).ok_or(AccessError::UnknownIndex)? })
+    }
+
+    /// The format of pressures at this location: of a pressure there that the behaviour has, else of another one.
+    #[cfg(feature = "texts")]
+    fn pressure_format(&self, location: &Location) -> Option<PressureFormat> {
+        let model = self.behaviour.model();
+        let all = model.blocks.iter().enumerate().flat_map(|(position, placed)| {
+            let rows = placed.block.rows.iter().filter(|row| row.data_type == DataType::ByType);
+            rows.flat_map(move |row| placed.locations.iter().map(move |location| (position, row, location)))
+        });
+        let mut pressures = all.filter_map(|(position, row, location)| {
+            Some(ParameterRef { location, row, parameter: parameter_of::<B::Parameter>(position, row)? })
+        });
+        let here = pressures.clone().find(|at| at.location.is_at(location));
+        let known = here.or_else(|| pressures.next()).map(|at| self.behaviour.format(&at));
+        known.or_else(|| {
+            let (unit, counts) = (model.units.first()?, Counts::Linear { per_mbar: 1.0 });
+            Some(PressureFormat { unit, number: NumberType::Float, counts, max_integer: model.max_integer })
+        })
     }
 
     /// Changes the device. A change that cannot be stored is undone.
@@ -195,6 +263,9 @@ impl<B: Behaviour, S: Store> BlockDevice<B, S> {
     /// parameter cannot have: another device stored it, and the factory value stays.
     pub(super) fn restore_values(behaviour: &mut B, store: &S, refused: &mut dyn FnMut(Key)) {
         for at in StoredParameters::<B::Parameter>::new(behaviour.model().blocks) {
+            if DESCRIBED && !behaviour.has_value(&at) {
+                continue;
+            }
             let key = behaviour.storage_key(&at);
             let Some(octets) = store::load(store, key) else { continue };
             let format = behaviour.format(&at);

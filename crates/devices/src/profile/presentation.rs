@@ -1,10 +1,14 @@
 //! Unit and number type: one of each for the whole device. errata-bpg-bcg-tpg 72.
 
-use crate::model::{AccessError, Configuration, Counts, INTEGER16_MAX, Model, NumberType, PressureFormat, Unit, Value};
+use crate::model::{
+    AccessError, Configuration, Counts, DESCRIBED, INTEGER16_MAX, Model, NumberType, PressureFormat, Unit, Value,
+};
 
-/// Data Units and Data Type.
+/// Data Units and Data Type, and the tables with their codes.
 #[derive(Clone, Copy, Debug)]
 pub struct Presentation {
+    /// The tables of the device.
+    pub model: &'static Model,
     /// Data Units.
     pub unit: &'static Unit,
     /// Data Type.
@@ -12,10 +16,11 @@ pub struct Presentation {
 }
 
 impl Presentation {
-    /// As it leaves the factory: floats (errata-bpg-bcg-tpg 73).
+    /// As it leaves the factory: floats (errata-bpg-bcg-tpg 73). A device file can have other units than the device that it is like.
     #[must_use]
-    pub const fn new(unit: &'static Unit) -> Self {
-        Self { unit, number: NumberType::Float }
+    pub fn new(model: &'static Model, factory: &'static Unit) -> Self {
+        let unit = if DESCRIBED { model.unit(factory.code).or(model.units.first()) } else { None };
+        Self { model, unit: unit.unwrap_or(factory), number: NumberType::Float }
     }
 
     /// The format of the pressures of an instance on the wire.
@@ -28,8 +33,8 @@ impl Presentation {
     ///
     /// # Errors
     /// [`AccessError::OutOfRange`] for a code that is not in the table.
-    pub fn set_unit(&mut self, model: &Model, value: &Value) -> Result<(), AccessError> {
-        self.unit = model.unit(value.integer()?).ok_or(AccessError::OutOfRange)?;
+    pub fn set_unit(&mut self, value: &Value) -> Result<(), AccessError> {
+        self.unit = self.model.unit(value.integer()?).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 

@@ -17,7 +17,7 @@ pub mod table;
 mod trip;
 mod ttr;
 
-use crate::model::{AccessError, mbar};
+use crate::model::{AccessError, Model, mbar};
 use crate::profile::{
     BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, MeasuringPart, Presentation, ReadingCondition,
     SelfTestResult, SerialNumber, Setup, StateCommand, StateMachine, StatusExtension,
@@ -37,7 +37,13 @@ impl<S: Store> Pxg55x<S> {
     /// A gauge that has just been switched on.
     #[must_use]
     pub fn new(store: S, model: Pxg55xModel, setup: Setup) -> Self {
-        Self::from_behaviour(Pxg55xBehaviour::new(model.variant(), setup.serial), store, &setup)
+        Self::with_model(&model.variant().model, store, model, setup)
+    }
+
+    /// The same for a gauge whose tables a device file has, like those of one of the series.
+    #[must_use]
+    pub fn with_model(tables: &'static Model, store: S, model: Pxg55xModel, setup: Setup) -> Self {
+        Self::from_behaviour(Pxg55xBehaviour::new(tables, model.variant(), setup.serial), store, &setup)
     }
 }
 
@@ -102,18 +108,18 @@ pub struct Pxg55xBehaviour {
 const FACTORY_RESET: u8 = 128;
 
 impl Pxg55xBehaviour {
-    fn new(variant: &'static Variant, serial: SerialNumber) -> Self {
+    fn new(tables: &'static Model, variant: &'static Variant, serial: SerialNumber) -> Self {
         Self {
             variant,
             serial,
             address_switch: 0,
             machine: StateMachine::power_up(),
-            presentation: Presentation::new(table::FACTORY_UNIT),
+            presentation: Presentation::new(tables, table::FACTORY_UNIT),
             ttr: false,
             selector: 1,
-            cdg: variant.family.cdg.map(MeasuringPart::new),
-            pirani: MeasuringPart::new(variant.family.pirani),
-            atm: variant.family.atm.map(MeasuringPart::new),
+            cdg: variant.family.cdg.map(|spec| MeasuringPart::new(tables.part_like(spec))),
+            pirani: MeasuringPart::new(tables.part_like(variant.family.pirani)),
+            atm: variant.family.atm.map(|spec| MeasuringPart::new(tables.part_like(spec))),
             heating: PiraniHeating::new(),
             auto_zero: false,
             cdg_is_active: true,
@@ -131,7 +137,7 @@ impl Pxg55xBehaviour {
             pirani: self.pirani.restarted(),
             atm: self.atm.as_ref().map(MeasuringPart::restarted),
             faults: self.faults,
-            ..Self::new(self.variant, self.serial)
+            ..Self::new(self.presentation.model, self.variant, self.serial)
         }
     }
 

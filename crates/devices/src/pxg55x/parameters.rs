@@ -90,7 +90,7 @@ impl ParameterAccess for Pxg55xBehaviour {
         match at.parameter {
             Parameter::Device(DeviceBlock::StateCommand) => self.state_command(value.integer()?),
             Parameter::OneOfNInput(OneOfNInput::ChannelInstanceSelector) => self.select(value.integer()?),
-            parameter if is_unit(parameter) => self.presentation.set_unit(&self.variant.model, value),
+            parameter if is_unit(parameter) => self.presentation.set_unit(value),
             parameter if is_number(parameter) => self.presentation.set_number(value),
             Parameter::CdgInput(_) | Parameter::PiraniInput(_) | Parameter::AtmInput(_) => {
                 let row = CdgInput::from_index(at.row.index).ok_or(AccessError::UnknownIndex)?;
@@ -151,7 +151,7 @@ fn block_type(block: &Block) -> Value {
 impl DeviceBlockValues for Pxg55xBehaviour {
     fn identity(&self) -> Identity {
         Identity {
-            model: &self.variant.model,
+            model: self.presentation.model,
             device_type: self.variant.family.device_type,
             model_number: self.variant.number,
             software: FIRMWARE,
@@ -313,7 +313,7 @@ impl Pxg55xBehaviour {
             CdgInput::SafeState => part.set_input(InputRow::SafeState, value)?,
             CdgInput::SafeValue => part.set_input(InputRow::SafeValue, value)?,
             CdgInput::AutoZeroEnable => self.auto_zero = value.boolean()?,
-            CdgInput::DataUnit => self.presentation.set_unit(&self.variant.model, value)?,
+            CdgInput::DataUnit => self.presentation.set_unit(value)?,
             CdgInput::DataType => self.presentation.set_number(value)?,
             CdgInput::BlockType
             | CdgInput::ProcessValue
@@ -338,7 +338,7 @@ impl Pxg55xBehaviour {
             Row::LowTripPointHysteresis => trip.limit_mut(TripSide::Low).hysteresis_pa = value.pressure()?,
             Row::FactorOfAtm => trip.factor = factor(value)?,
             Row::SetpointMode => trip.mode = mode(value, has_atmosphere)?,
-            Row::DataUnits => self.presentation.set_unit(&self.variant.model, value)?,
+            Row::DataUnits => self.presentation.set_unit(value)?,
             Row::DataType => self.presentation.set_number(value)?,
             Row::BlockType | Row::Status | Row::DiscreteOutputInstance => return Err(AccessError::NotWritable),
         }

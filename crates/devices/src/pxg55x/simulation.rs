@@ -10,7 +10,7 @@ use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
 
 impl Behaviour for Pxg55xBehaviour {
     fn model(&self) -> &'static Model {
-        &self.variant.model
+        self.presentation.model
     }
 
     fn set_unit(&mut self, unit: &'static Unit) {
@@ -19,7 +19,7 @@ impl Behaviour for Pxg55xBehaviour {
 
     /// The string without a unit selects TTR compatibility mode; unit and data type keep their values then (49).
     fn apply_user_prm(&mut self, prm: &'static UserPrm) {
-        let unit = self.variant.model.unit(prm.unit_code());
+        let unit = self.presentation.model.unit(prm.unit_code());
         self.ttr = unit.is_none();
         self.presentation.unit = unit.unwrap_or(self.presentation.unit);
     }

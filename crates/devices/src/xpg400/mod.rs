@@ -12,7 +12,7 @@ pub mod parts;
 mod simulation;
 pub mod table;
 
-use crate::model::AccessError;
+use crate::model::{AccessError, DESCRIBED, Model};
 use crate::profile::{
     BlockDevice, Cathode, CathodeConditions, CommonExceptions, DeviceBlockValues, ExceptionDetails, ExceptionStatus,
     MeasuringPart, Presentation, ReadingCondition, RelaySetPoint, SelfTestResult, SerialNumber, Setup, StateMachine,
@@ -30,7 +30,13 @@ impl<S: Store> Xpg400<S> {
     /// A gauge that has just been switched on.
     #[must_use]
     pub fn new(store: S, model: Xpg400Model, setup: Setup) -> Self {
-        Self::from_behaviour(Xpg400Behaviour::new(model, setup.serial), store, &setup)
+        Self::with_model(&model.variant().model, model, store, setup)
+    }
+
+    /// The same for a gauge whose tables a device file has, like those of one of the two.
+    #[must_use]
+    pub fn with_model(tables: &'static Model, model: Xpg400Model, store: S, setup: Setup) -> Self {
+        Self::from_behaviour(Xpg400Behaviour::new(tables, model, setup.serial), store, &setup)
     }
 }
 
@@ -113,16 +119,16 @@ impl SideSwitches {
 }
 
 impl Xpg400Behaviour {
-    fn new(model: Xpg400Model, serial: SerialNumber) -> Self {
+    fn new(tables: &'static Model, model: Xpg400Model, serial: SerialNumber) -> Self {
         let variant = model.variant();
         Self {
             model,
             serial,
             machine: StateMachine::power_up(),
-            presentation: Presentation::new(table::FACTORY_UNIT),
+            presentation: Presentation::new(tables, table::FACTORY_UNIT),
             selector: 1,
-            pirani: MeasuringPart::new(variant.pirani),
-            ion: MeasuringPart::new(variant.ion),
+            pirani: MeasuringPart::new(tables.part_like(variant.pirani)),
+            ion: MeasuringPart::new(tables.part_like(variant.ion)),
             ion_is_active: false,
             cathode: Cathode::new(&model.switchover(SideSwitches::FACTORY.low_high).emission),
             set_points: [RelaySetPoint::new(variant.potentiometer), RelaySetPoint::new(variant.potentiometer)],
@@ -157,9 +163,14 @@ impl Xpg400Behaviour {
         if self.ion_is_active { &self.ion } else { &self.pirani }
     }
 
-    /// The set point with this instance, 3 or 4.
+    /// The set point with this instance: 3 or 4, unless a device file has others.
     fn set_point(&self, instance: u8) -> Option<&RelaySetPoint> {
-        self.set_points.get(usize::from(instance).checked_sub(3)?)
+        let number = if DESCRIBED {
+            self.presentation.model.number_in_block(table::SET_POINT_BLOCK, instance)
+        } else {
+            instance.checked_sub(table::SETPOINT_A.instance).map(usize::from)
+        };
+        self.set_points.get(number?)
     }
 
     /// The pressure at which one part takes over from the other.

@@ -7,7 +7,7 @@ use super::table::{
     SideSwitches,
 };
 use super::{Xpg400Behaviour, Xpg400Model};
-use crate::model::{AccessError, Counts, Location, PressureFormat, Value};
+use crate::model::{AccessError, Counts, DESCRIBED, Location, PressureFormat, Value};
 use crate::profile::{
     DeviceBlockValues, DeviceState, EmissionCurrent, ExceptionStatus, Identity, InputRow, MeasuringPart,
     ParameterAccess, ParameterRef, RelaySetPoint, SerialNumber, exception_status,
@@ -124,11 +124,11 @@ impl DeviceBlockValues for Xpg400Behaviour {
     fn identity(&self) -> Identity {
         let variant = self.model.variant();
         Identity {
-            model: &variant.model,
+            model: self.presentation.model,
             device_type: "CG",
             model_number: variant.number,
-            software: variant.model.gsd.software,
-            configuration: variant.model.title,
+            software: self.presentation.model.gsd.software,
+            configuration: self.presentation.model.title,
         }
     }
 
@@ -217,8 +217,10 @@ impl Xpg400Behaviour {
 
     fn select(&mut self, instance: u8) -> Result<(), AccessError> {
         let (first, last) = INSTANCES;
-        self.selector =
-            Some(instance).filter(|chosen| (first..=last).contains(chosen)).ok_or(AccessError::OutOfRange)?;
+        let is_known = |chosen: &u8| {
+            if DESCRIBED { self.presentation.model.has_instance(1, *chosen) } else { (first..=last).contains(chosen) }
+        };
+        self.selector = Some(instance).filter(is_known).ok_or(AccessError::OutOfRange)?;
         Ok(())
     }
 
@@ -226,7 +228,7 @@ impl Xpg400Behaviour {
     fn set_input(&mut self, at: &ParameterRef<Parameter>, value: &Value) -> Result<(), AccessError> {
         let row = InputRow::from_index(at.row.index).ok_or(AccessError::NotWritable)?;
         if is_presentation(at) {
-            return self.presentation.set_row(&self.model.variant().model, row, value);
+            return self.presentation.set_row(row, value);
         }
         self.part_mut(at.instance()).ok_or(AccessError::UnknownIndex)?.set_input(row, value)
     }

@@ -8,7 +8,7 @@ use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Swit
 
 impl Behaviour for Xpg400Behaviour {
     fn model(&self) -> &'static Model {
-        &self.model.variant().model
+        self.presentation.model
     }
 
     fn set_unit(&mut self, unit: &'static Unit) {
@@ -49,7 +49,7 @@ impl Behaviour for Xpg400Behaviour {
             side: self.side,
             faults: self.faults,
             seconds: self.seconds,
-            ..Self::new(self.model, self.serial)
+            ..Self::new(self.presentation.model, self.model, self.serial)
         };
     }
 

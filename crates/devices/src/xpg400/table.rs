@@ -155,6 +155,9 @@ blocks! {
     Degas(Degas)                       [BA];
 }
 
+/// The position of the block of the set points.
+pub const SET_POINT_BLOCK: usize = 4;
+
 /// The blocks of an HPG400-SP.
 #[rustfmt::skip]
 pub static HPG_BLOCKS: [PlacedBlock; 9] = [
