@@ -1,6 +1,7 @@
 //! GSD files of a folder, by ident.
 
 use crate::slave::GsdSlave;
+use crate::words::listed;
 use profivac_gsd::{Device, GsdFile};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -174,22 +175,27 @@ impl Catalog {
         if fitting.is_empty() { all.iter().collect() } else { fitting }
     }
 
+    /// The devices with this ident that a slave can be: with the octets of Get_Cfg those of [`narrowed`](Self::narrowed).
+    #[must_use]
+    pub fn candidates(&self, ident: u16, get_cfg: Option<&[u8]>) -> Vec<&Entry> {
+        match get_cfg {
+            Some(octets) => self.narrowed(ident, octets),
+            None => self.by_ident(ident).iter().collect(),
+        }
+    }
+
     /// The only device with this ident; with the octets of Get_Cfg the only one whose modules give them.
     ///
     /// # Errors
     ///
     /// [`ChoiceError`] if no device has the ident, or several have, with the path of each.
     pub fn choose(&self, ident: u16, get_cfg: Option<&[u8]>) -> Result<&Entry, ChoiceError> {
-        let candidates = match get_cfg {
-            Some(octets) => self.narrowed(ident, octets),
-            None => self.by_ident(ident).iter().collect(),
-        };
-        match candidates.as_slice() {
+        match self.candidates(ident, get_cfg).as_slice() {
             [only] => Ok(only),
             [] => Err(ChoiceError::Unknown(ident)),
             several => {
                 let words = |entry: &&Entry| format!("{} in {}", entry.name(), entry.path.display());
-                Err(ChoiceError::Several { ident, files: several.iter().map(words).collect::<Vec<_>>().join(", ") })
+                Err(ChoiceError::Several { ident, files: listed(several.iter().map(words)) })
             }
         }
     }

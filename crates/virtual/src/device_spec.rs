@@ -4,8 +4,11 @@
 
 use crate::device::GaugeSlave;
 use crate::nonvolatile::{NonvolatileMemory, OpenedMemory};
+use profivac_device_file::{built_in_like, description, is_device_file, known_devices, usual_files};
 use profivac_devices::SimulatedDevice;
 use profivac_devices::bcg450::{self, Bcg450};
+use profivac_devices::catalog::KnownDevices;
+use profivac_devices::described::Described;
 use profivac_devices::img400::{self, Gauges, Img400, IonGauge, OtherGauge};
 use profivac_devices::model::Model;
 use profivac_devices::profile::{SerialNumber, Setup};
@@ -19,7 +22,7 @@ use profivac_dp::link::Baud;
 use profivac_dp::slave::Slave;
 use std::collections::BTreeSet;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// The highest address on a command line: 126 is a switch setting outside 0 to 125.
@@ -40,8 +43,11 @@ pub struct DeviceEntry {
     pub model: &'static Model,
     /// The keys of this device in addition to [`COMMON_KEYS`].
     keys: &'static [&'static str],
-    build: fn(&DeviceSpec, Setup, NonvolatileMemory, Baud) -> BuildResult,
+    build: Build,
 }
+
+/// Builds the slave of a device.
+type Build = fn(&DeviceSpec, Setup, NonvolatileMemory, Baud) -> BuildResult;
 
 /// The slave of a device.
 type BuildResult = Result<Box<dyn GaugeSlave>, SpecError>;
@@ -57,17 +63,21 @@ pub static DEVICES: [DeviceEntry; 12] = [
     DeviceEntry {
         model: &xpg400::table::BPG400.model,
         keys: &[],
-        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Xpg400Model::Bpg, setup), baud)),
+        build: |spec, setup, memory, baud| {
+            Ok(slave(Xpg400::with_model(spec.model, xpg400::Xpg400Model::Bpg, memory, setup), baud))
+        },
     },
     DeviceEntry {
         model: &xpg400::table::HPG400.model,
         keys: &[],
-        build: |_, setup, memory, baud| Ok(slave(Xpg400::new(memory, xpg400::Xpg400Model::Hpg, setup), baud)),
+        build: |spec, setup, memory, baud| {
+            Ok(slave(Xpg400::with_model(spec.model, xpg400::Xpg400Model::Hpg, memory, setup), baud))
+        },
     },
     DeviceEntry {
         model: &bcg450::table::MODEL,
         keys: &[],
-        build: |_, setup, memory, baud| Ok(slave(Bcg450::new(memory, setup), baud)),
+        build: |spec, setup, memory, baud| Ok(slave(Bcg450::with_model(spec.model, memory, setup), baud)),
     },
     DeviceEntry { model: &tpg::table::TPG300, keys: &TPG_KEYS, build: build_tpg },
     DeviceEntry { model: &tpg::table::TPG500, keys: &TPG_KEYS, build: build_tpg },
@@ -92,9 +102,11 @@ fn build_pxg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: B
         Some("off") => Some(false),
         Some(_) => return Err(spec.invalid_value("atm", "on|off")),
     };
-    let kind =
-        Pxg55xModel::named(&spec.device, atmosphere).ok_or_else(|| SpecError::UnknownDevice(spec.device.clone()))?;
-    Ok(slave(Pxg55x::new(memory, kind, setup), baud))
+    let like = behaviour_of(spec.model)?.model;
+    let kind = Pxg55xModel::named(like.name, atmosphere).ok_or_else(|| unknown(&spec.device))?;
+    // A built-in gauge has the tables of its variant, with or without the sensor.
+    let tables = if like == spec.model { &kind.variant().model } else { spec.model };
+    Ok(slave(Pxg55x::with_model(tables, memory, kind, setup), baud))
 }
 
 const TPG_KEYS: [&str; 4] = ["a1", "a2", "b1", "b2"];
@@ -112,7 +124,7 @@ fn build_tpg(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: B
         spec.choice(b1, &TPG_GAUGES, cold_cathode)?,
         spec.choice(b2, &TPG_GAUGES, cold_cathode)?,
     ];
-    Ok(slave(Tpg::new(entry(&spec.device)?.model, memory, setup, gauges), baud))
+    Ok(slave(Tpg::new(spec.model, memory, setup, gauges), baud))
 }
 
 const IMG_KEYS: [&str; 4] = ["ch1", "ch2", "ch3", "ch4"];
@@ -132,7 +144,7 @@ fn build_img(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: B
         ch3: spec.choice(ch3, &OTHER_GAUGES, usual.ch3)?,
         ch4: spec.choice(ch4, &OTHER_GAUGES, usual.ch4)?,
     };
-    Ok(slave(Img400::new(memory, setup, gauges), baud))
+    Ok(slave(Img400::with_model(spec.model, memory, setup, gauges), baud))
 }
 
 fn slave<I: SimulatedDevice + Send + 'static>(simulated: I, baud: Baud) -> Box<dyn GaugeSlave> {
@@ -145,6 +157,8 @@ fn slave<I: SimulatedDevice + Send + 'static>(simulated: I, baud: Baud) -> Box<d
 pub struct DeviceSpec {
     /// The name of the device.
     pub device: String,
+    /// Its tables: built in, or of a device file.
+    pub model: &'static Model,
     /// The setting of the address switch, 0 to 126.
     pub address: u8,
     /// Keys with their values, each key once.
@@ -172,8 +186,22 @@ pub enum SpecError {
     #[error("expected an address from 0 to 126, got {0:?}")]
     InvalidAddress(String),
     /// No device has this name.
-    #[error("unknown device {0:?}; known: {known}{similar}", similar = similar(.0), known = names())]
-    UnknownDevice(String),
+    #[error("unknown device {name:?}; known: {known}{similar}", similar = similar(.name, *.devices), known = names(*.devices))]
+    UnknownDevice {
+        /// The name.
+        name: String,
+        /// The known devices.
+        devices: KnownDevices,
+    },
+    /// A device file cannot be used.
+    #[error("{0}")]
+    DeviceFile(String),
+    /// Nothing says how the device of a file behaves.
+    #[error(
+        "{0} cannot be simulated: its file has tables and no behaviour; a device behaves as the built-in one that it is `like`, or that \
+         it names as its `behaviour`, or as its blocks name theirs"
+    )]
+    NoBehaviour(&'static str),
     /// The device does not have the key.
     #[error("{device} has no key {key:?}; it has {keys}", keys = expected.join(", "))]
     UnknownKey {
@@ -220,27 +248,35 @@ impl FromStr for DeviceSpec {
     type Err = SpecError;
 
     fn from_str(text: &str) -> Result<Self, SpecError> {
+        Self::parse_in(text, Path::new(""))
+    }
+}
+
+impl DeviceSpec {
+    /// Parses a device whose file, if it is one of a device file, is relative to `folder`.
+    ///
+    /// # Errors
+    /// [`SpecError`].
+    pub fn parse_in(text: &str, folder: &Path) -> Result<Self, SpecError> {
         let form = || SpecError::Syntax(text.to_owned());
-        let (device, rest) = text.split_once('@').ok_or_else(form)?;
+        let (device, rest) = device_and_rest(text).ok_or_else(form)?;
         if let Some((device, keys)) = device.split_once(':') {
             let [device, keys, address] = [device, keys, rest].map(str::to_owned);
             return Err(SpecError::KeysBeforeAddress { device, keys, address });
         }
         let (address, keys) = rest.split_once(':').map_or((rest, None), |(address, keys)| (address, Some(keys)));
-        let entry = entry(device)?;
+        let (keys_of_device, model) = known(device, folder)?;
         let address = parse_address(address)?;
-        let mut spec = Self { device: entry.model.name.to_owned(), address, keys: Vec::new() };
+        let mut spec = Self { device: model.name.to_owned(), model, address, keys: Vec::new() };
         for pair in keys.into_iter().flat_map(|keys| keys.split(',')) {
             let (key, value) = pair.split_once('=').ok_or_else(form)?;
-            spec.add(entry, key, value)?;
+            spec.add(keys_of_device, key, value)?;
         }
         Ok(spec)
     }
-}
 
-impl DeviceSpec {
-    fn add(&mut self, entry: &DeviceEntry, key: &str, value: &str) -> Result<(), SpecError> {
-        let mut expected = entry.keys.iter().chain(&COMMON_KEYS);
+    fn add(&mut self, keys: &'static [&'static str], key: &str, value: &str) -> Result<(), SpecError> {
+        let mut expected = keys.iter().chain(&COMMON_KEYS);
         if !expected.clone().any(|known| *known == key) {
             let expected = expected.by_ref().copied().collect();
             return Err(SpecError::UnknownKey { device: self.device.clone(), key: key.to_owned(), expected });
@@ -277,8 +313,7 @@ impl DeviceSpec {
     /// # Errors
     /// [`SpecError::InvalidValue`].
     pub fn build(&self, memory: NonvolatileMemory, baud: Baud) -> Result<Box<dyn GaugeSlave>, SpecError> {
-        let entry = entry(&self.device)?;
-        (entry.build)(self, self.setup(entry.model)?, memory, baud)
+        (way_of(self.model)?.1)(self, self.setup(self.model)?, memory, baud)
     }
 
     /// The setup from the keys of every device.
@@ -315,6 +350,15 @@ impl DeviceSpec {
     }
 }
 
+/// The device and what follows its `@`. The path of a device file may have one too.
+#[must_use]
+pub fn device_and_rest(text: &str) -> Option<(&str, &str)> {
+    const END: &str = ".toml@";
+    let of_file = text.to_ascii_lowercase().find(END).map(|place| place + END.len() - 1);
+    let place = of_file.or_else(|| text.find('@'))?;
+    Some((text.get(..place)?, text.get(place + 1..)?))
+}
+
 /// Parses the setting of an address switch.
 ///
 /// # Errors
@@ -344,17 +388,56 @@ pub fn check_distinct(addresses: impl IntoIterator<Item = u8>) -> Result<(), Spe
     }
 }
 
-/// The device with this name in any case, or with this name on the device: `bcg450`, `BCG450-SP`.
+/// The built-in device with this name in any case, or with this name on the device: `bcg450`, `BCG450-SP`.
 ///
 /// # Errors
 /// [`SpecError::UnknownDevice`] lists the known devices.
 pub fn entry(name: &str) -> Result<&'static DeviceEntry, SpecError> {
-    DEVICES.iter().find(|entry| entry.model.is_called(name)).ok_or_else(|| SpecError::UnknownDevice(name.to_owned()))
+    DEVICES.iter().find(|entry| entry.model.is_called(name)).ok_or_else(|| unknown(name))
+}
+
+/// The device with this name, or of this device file in `folder`, and the keys that it has. A name that is not
+/// built in is searched in the usual folders of device files.
+fn known(device: &str, folder: &Path) -> Result<(&'static [&'static str], &'static Model), SpecError> {
+    let read = |paths: &[PathBuf]| known_devices(paths).map_err(|error| SpecError::DeviceFile(error.to_string()));
+    let model = if is_device_file(Path::new(device)) {
+        read(&[folder.join(device)])?.described().first().copied().ok_or_else(|| unknown(device))?
+    } else if let Ok(entry) = entry(device) {
+        return Ok((entry.keys, entry.model));
+    } else {
+        let devices = read(&usual_files().0)?;
+        devices.named(device).ok_or_else(|| SpecError::UnknownDevice { name: device.to_owned(), devices })?
+    };
+    Ok((way_of(model)?.0, model))
+}
+
+/// The keys of a device, and what builds it: the behaviours that its blocks name, or that of a built-in device.
+fn way_of(model: &'static Model) -> Result<(&'static [&'static str], Build), SpecError> {
+    if description(model).is_some() {
+        return Ok((&[], build_described));
+    }
+    behaviour_of(model).map(|entry| (entry.keys, entry.build))
+}
+
+fn build_described(spec: &DeviceSpec, setup: Setup, memory: NonvolatileMemory, baud: Baud) -> BuildResult {
+    let description = description(spec.model).ok_or(SpecError::NoBehaviour(spec.model.name))?;
+    Ok(slave(Described::new(description, memory, setup), baud))
+}
+
+/// The built-in device whose behaviour a device has: its own, or that of the device that it is like.
+fn behaviour_of(model: &'static Model) -> Result<&'static DeviceEntry, SpecError> {
+    let like = built_in_like(model).unwrap_or(model);
+    let found = DEVICES.iter().find(|entry| entry.model == like);
+    found.ok_or(SpecError::NoBehaviour(model.name))
+}
+
+fn unknown(name: &str) -> SpecError {
+    SpecError::UnknownDevice { name: name.to_owned(), devices: KnownDevices::BUILT_IN }
 }
 
 /// A question with the device that was meant, if a slip of the finger explains the difference.
-fn similar(name: &str) -> String {
-    let similar = DEVICES.iter().map(|entry| entry.model).find(|model| is_slip(name, model.name));
+fn similar(name: &str, devices: KnownDevices) -> String {
+    let similar = devices.iter().find(|model| is_slip(name, model.name));
     similar.map(|model| format!("; did you mean {:?}?", model.name)).unwrap_or_default()
 }
 
@@ -379,8 +462,8 @@ fn is_slip(written: &str, name: &str) -> bool {
     (letters == known_letters && is_near) || (sorted(&letters) == sorted(&known_letters) && number == known_number)
 }
 
-fn names() -> String {
-    DEVICES.iter().map(|entry| entry.model.name).collect::<Vec<_>>().join(", ")
+fn names(devices: KnownDevices) -> String {
+    devices.iter().map(|model| model.name).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -400,18 +483,27 @@ mod tests {
     }
 
     #[test]
+    fn the_path_of_a_device_file_and_a_key_may_have_an_at_sign() {
+        let parts = |text| device_and_rest(text).unwrap();
+        assert_eq!(parts("a@b/my.TOML@7:serial=x@y"), ("a@b/my.TOML", "7:serial=x@y"));
+        assert_eq!(parts("bcg450@5:serial=x@y"), ("bcg450", "5:serial=x@y"));
+        assert_eq!(parse("bcg450@5:serial=x@y").unwrap().value("serial"), Some("x@y"));
+        assert!(device_and_rest("bcg450").is_none());
+    }
+
+    #[test]
     fn a_slip_of_the_finger_has_a_suggestion_and_a_device_of_another_maker_has_none() {
         for (written, meant) in [("bcg451", "bcg450"), ("BGC450-SP", "bcg450"), ("psg-550x", ""), ("IMG 410", "img400")]
         {
             assert_eq!(
-                similar(written),
+                similar(written, KnownDevices::BUILT_IN),
                 if meant.is_empty() { String::new() } else { format!("; did you mean {meant:?}?") }
             );
         }
         for other in
             ["hpt200", "HPT 200", "cpt200", "ppt100", "pcg750", "tpg361", "tpg256a", "bcg552", "thermometer", "", "400"]
         {
-            assert_eq!(similar(other), "", "{other}");
+            assert_eq!(similar(other, KnownDevices::BUILT_IN), "", "{other}");
         }
     }
 
@@ -441,7 +533,7 @@ mod tests {
         for (text, error) in [
             ("bcg450", SpecError::Syntax("bcg450".to_owned())),
             ("bcg450@5:unit", SpecError::Syntax("bcg450@5:unit".to_owned())),
-            ("bcg451@5", SpecError::UnknownDevice("bcg451".to_owned())),
+            ("bcg451@5", unknown("bcg451")),
             ("bcg450@127", SpecError::InvalidAddress("127".to_owned())),
             ("bcg450@", SpecError::InvalidAddress(String::new())),
             ("bcg450@-1", SpecError::InvalidAddress("-1".to_owned())),

@@ -238,6 +238,7 @@ fn print(title: &Title, entries: &BTreeMap<Key, Vec<u8>>) -> String {
 fn key_text(key: Key) -> String {
     match key {
         Key::Parameter { slot, instance, index } => format!("parameter {slot}:{instance}/{index}"),
+        Key::Part { slot, instance, index, part } => format!("part {part} {slot}:{instance}/{index}"),
         Key::Address => "address".to_owned(),
         Key::Internal(number) => format!("hidden {number}"),
     }
@@ -271,13 +272,23 @@ fn parse_key(text: &str) -> Option<Key> {
     match kind {
         "hidden" => Some(Key::Internal(location.parse().ok()?)),
         "parameter" => {
-            let (slot, rest) = location.split_once(':')?;
-            let (instance, index) = rest.split_once('/')?;
-            let (slot, instance, index) = (slot.parse().ok()?, instance.parse().ok()?, index.parse().ok()?);
+            let (slot, instance, index) = parse_numbers(location)?;
             Some(Key::Parameter { slot, instance, index })
+        }
+        "part" => {
+            let (part, location) = location.split_once(' ')?;
+            let ((slot, instance, index), part) = (parse_numbers(location)?, part.parse().ok()?);
+            Some(Key::Part { slot, instance, index, part }).filter(|key| Key::from_u32(key.to_u32()) == Some(*key))
         }
         _ => None,
     }
+}
+
+/// Slot, instance and index.
+fn parse_numbers(text: &str) -> Option<(u8, u8, u8)> {
+    let (slot, rest) = text.split_once(':')?;
+    let (instance, index) = rest.split_once('/')?;
+    Some((slot.parse().ok()?, instance.parse().ok()?, index.parse().ok()?))
 }
 
 #[cfg(test)]
@@ -427,6 +438,8 @@ mod tests {
         let mut memory = open().memory;
         let longest: Vec<u8> = (0..16).collect();
         memory.save(PARAMETER, &longest).unwrap();
+        let part = Key::Part { slot: 0, instance: 0, index: 200, part: 3 };
+        memory.save(part, &[7, 8]).unwrap();
         memory.save(Key::Internal(3), &[]).unwrap();
         assert_eq!(memory.save(Key::Address, &[0; MAX_STORED + 1]), Err(StoreError));
         let OpenedMemory { memory, set_aside: aside } = open();

@@ -11,9 +11,17 @@ use std::sync::Arc;
 /// # Errors
 /// A [`PortError`] that names the port and says what to do.
 pub fn port(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
+    port_unless(name, baud, &|| false)
+}
+
+/// The same with the wait of [`port::open_unless`].
+///
+/// # Errors
+/// As [`port::open_unless`].
+pub fn port_unless(name: &str, baud: Baud, is_cancelled: &dyn Fn() -> bool) -> Result<Box<dyn Port>, PortError> {
     match name.strip_prefix("sim:") {
         Some(path) => Ok(Box::new(SegmentFile::read(Path::new(path))?.run()?)),
-        None => port::open(name, baud),
+        None => port::open_unless(name, baud, is_cancelled),
     }
 }
 

@@ -46,10 +46,11 @@ struct Description {
 
 impl Description {
     /// The devices, each with its position in the text.
-    fn specs(&self) -> Result<Vec<(Range<usize>, StationSpec)>, Positioned> {
+    fn specs(&self, folder: &Path) -> Result<Vec<(Range<usize>, StationSpec)>, Positioned> {
         let mut specs = Vec::new();
         for text in self.devices.get_ref() {
-            specs.push(text.get_ref().parse::<StationSpec>().map_err(|error| Positioned::at(&text.span(), error))?);
+            let spec = StationSpec::parse_in(text.get_ref(), folder);
+            specs.push(spec.map_err(|error| Positioned::at(&text.span(), error))?);
         }
         let addresses = specs.iter().map(StationSpec::address);
         check_distinct(addresses).map_err(|error| Positioned::at(&self.devices.span(), error))?;
@@ -175,7 +176,7 @@ impl SegmentFile {
             .map_err(|error| Positioned::at(&error.span().unwrap_or_default(), EntryError::Toml(Box::new(error))))?;
         let (conditions, baud) = (described.environment(), described.baud);
         let mut file = Self { name: format!("sim:{}", path.display()), baud, devices: Vec::new(), notices: Vec::new() };
-        for (span, spec) in described.specs()? {
+        for (span, spec) in described.specs(path.parent().unwrap_or(Path::new("")))? {
             let station = match spec {
                 StationSpec::Gauge(spec) => {
                     let memory = file.memory(&described, path, &spec)?;
@@ -214,7 +215,6 @@ impl SegmentFile {
     ) -> Result<GsdStation, Positioned> {
         let address = spec.address;
         let state = described.state.as_ref().map(|folder| path.with_file_name(folder.get_ref()));
-        let spec = spec.in_folder(path.parent().unwrap_or(Path::new("")));
         let opened = spec.open(self.baud, state.as_deref()).map_err(|error| Positioned::at(span, Box::new(error)))?;
         self.notices.extend(opened.set_aside.map(|(name, aside)| aside.notice(&name, address)));
         Ok(opened.station)

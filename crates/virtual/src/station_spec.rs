@@ -33,10 +33,7 @@ impl FromStr for StationSpec {
     type Err = StationSpecError;
 
     fn from_str(text: &str) -> Result<Self, StationSpecError> {
-        match is_gsd_file(text) {
-            true => Ok(Self::Slave(text.parse().map_err(Box::new)?)),
-            false => Ok(Self::Gauge(text.parse()?)),
-        }
+        Self::parse_in(text, Path::new(""))
     }
 }
 
@@ -50,12 +47,14 @@ impl StationSpec {
         }
     }
 
-    /// The same with its files relative to a folder.
-    #[must_use]
-    pub fn in_folder(self, folder: &Path) -> Self {
-        match self {
-            Self::Gauge(spec) => Self::Gauge(spec),
-            Self::Slave(spec) => Self::Slave(spec.in_folder(folder)),
+    /// Parses a station whose files are relative to `folder`.
+    ///
+    /// # Errors
+    /// [`StationSpecError`].
+    pub fn parse_in(text: &str, folder: &Path) -> Result<Self, StationSpecError> {
+        match is_gsd_file(text) {
+            true => Ok(Self::Slave(text.parse::<GsdSpec>().map_err(Box::new)?.in_folder(folder))),
+            false => Ok(Self::Gauge(DeviceSpec::parse_in(text, folder)?)),
         }
     }
 }
@@ -76,6 +75,16 @@ impl VirtualStation {
             Self::Gauge(device) => device.switch_address(),
             Self::Slave(slave) => slave.switch_address(),
         }
+    }
+
+    /// The address and the name, as a list of stations has them: `5 (bcg450)`.
+    #[must_use]
+    pub fn named(&self) -> String {
+        let name = match self {
+            Self::Gauge(device) => device.device().name(),
+            Self::Slave(slave) => slave.name(),
+        };
+        format!("{} ({name})", self.switch_address())
     }
 
     fn station(&self) -> &dyn Station {

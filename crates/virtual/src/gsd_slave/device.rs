@@ -1,5 +1,6 @@
 //! The device behind a virtual slave: what a GSD file says, with inputs, outputs, diagnosis and records.
 
+use super::alarms::Alarms;
 use super::diagnosis::Reported;
 use super::plan::{MAX_RECORD, Plan};
 use super::records::Records;
@@ -7,7 +8,7 @@ use profivac_client::values::hex;
 use profivac_dp::link::Baud;
 use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
-use profivac_wire::acyclic::{ErrorCode, Im0};
+use profivac_wire::acyclic::{AlarmAck, ErrorCode, Im0};
 use profivac_wire::address::SetSlaveAdd;
 use profivac_wire::cfg::Lengths;
 use std::ops::Range;
@@ -27,7 +28,10 @@ pub(super) struct GsdDevice {
     /// The user parameters that the slave has accepted last.
     pub(super) prm: Vec<u8>,
     reported: Reported,
-    reported_changed: bool,
+    alarms: Alarms,
+    /// Ext_Diag_Data: the alarm that is shown, and what is reported.
+    blocks: Vec<u8>,
+    blocks_changed: bool,
     pub(super) records: Records,
     /// Why the slave refused the parameters or the configuration last; `None` since it has accepted both.
     pub(super) refusal: Option<String>,
@@ -43,7 +47,9 @@ impl GsdDevice {
             outputs_safe: true,
             prm: Vec::new(),
             reported: Reported::nothing(&plan),
-            reported_changed: false,
+            alarms: Alarms::default(),
+            blocks: Vec::new(),
+            blocks_changed: false,
             records,
             refusal: None,
             refusal_is_new: false,
@@ -67,9 +73,55 @@ impl GsdDevice {
         &self.reported
     }
 
-    pub(super) fn report(&mut self, reported: Reported) {
-        self.reported_changed |= reported.blocks() != self.reported.blocks();
+    /// # Errors
+    /// A sentence: there is no room for it beside an alarm.
+    pub(super) fn report(&mut self, reported: Reported) -> Result<(), String> {
+        self.check_room(&reported, 0)?;
         self.reported = reported;
+        self.compose();
+        Ok(())
+    }
+
+    pub(super) const fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    pub(super) fn change_alarms<T>(&mut self, change: impl FnOnce(&mut Alarms) -> T) -> T {
+        let changed = change(&mut self.alarms);
+        self.compose();
+        changed
+    }
+
+    pub(super) fn take_alarm_notices(&mut self) -> Vec<String> {
+        self.alarms.take_notices()
+    }
+
+    /// Ext_Diag_Data.
+    pub(super) fn blocks(&self) -> &[u8] {
+        &self.blocks
+    }
+
+    fn compose(&mut self) {
+        let alarm = self.alarms.shown().map(|alarm| alarm.block()).unwrap_or_default();
+        let blocks = [&alarm[..], self.reported.blocks()].concat();
+        self.blocks_changed |= blocks != self.blocks;
+        self.blocks = blocks;
+    }
+
+    /// Whether a report, and any alarm beside it that waits or has this length, fit the diagnosis.
+    ///
+    /// # Errors
+    /// A sentence with the lengths.
+    pub(super) fn check_room(&self, reported: &Reported, alarm: usize) -> Result<(), String> {
+        let (alarm, most) = (self.alarms.longest().max(alarm), self.plan.max_ext_diag());
+        let octets = reported.blocks().len().saturating_add(alarm);
+        if octets <= most || alarm == 0 {
+            return Ok(());
+        }
+        Err(format!(
+            "{octets} octets of diagnosis behind the first six, {alarm} of them of an alarm, and the file allows {most}; \
+             end another report first"
+        ))
     }
 
     pub(super) const fn has_new_refusal(&self) -> bool {
@@ -179,12 +231,29 @@ impl Device for GsdDevice {
         true
     }
 
+    /// Ext_Diag does not follow the alarms: profibus-wire 10, point 30.
     fn diagnosis(&self) -> Diagnosis<'_> {
-        Diagnosis { event: self.reported.is_event(), static_diag: false, blocks: self.reported.blocks() }
+        Diagnosis { event: self.reported.is_event(), static_diag: false, blocks: &self.blocks }
     }
 
     fn take_diagnosis_change(&mut self) -> bool {
-        std::mem::take(&mut self.reported_changed)
+        std::mem::take(&mut self.blocks_changed)
+    }
+
+    fn set_exchanging(&mut self, _running: bool) {
+        self.change_alarms(Alarms::discard);
+    }
+
+    fn diagnosis_fetched(&mut self) {
+        self.change_alarms(Alarms::fetched);
+    }
+
+    fn acknowledge_alarm(&mut self, alarm: AlarmAck) -> bool {
+        self.change_alarms(|alarms| alarms.acknowledge(alarm))
+    }
+
+    fn has_alarm_access_point(&self) -> bool {
+        self.plan.device().general.extra_alarm_sap_supp == Some(true)
     }
 
     fn address_is_settable(&self) -> bool {

@@ -4,6 +4,7 @@
 //! diagnosis are, and which services it has. It has no behaviour of its own: [orders](Order) set its inputs, its diagnosis and its
 //! DP-V1 records, and its [state](GsdStation::state) shows the outputs and parameters of the master.
 
+mod alarms;
 mod device;
 mod diagnosis;
 mod order;
@@ -14,9 +15,10 @@ mod state;
 
 pub use order::{FORMS, Order, OrderError};
 pub use spec::{GsdSpec, GsdSpecError, OpenedSlave, is_gsd_file};
-pub use state::{ModuleState, ParameterState, RecordState, SlaveState};
+pub use state::{AlarmState, ModuleState, ParameterState, RecordState, SlaveState};
 
 use crate::nonvolatile::NonvolatileMemory;
+use alarms::NewAlarm;
 use device::GsdDevice;
 use diagnosis::{ChannelError, MAX_CHANNEL, unit_texts};
 use plan::{MAX_ERROR, MAX_RECORD, Plan, octets_of};
@@ -26,6 +28,7 @@ use profivac_dp::slave::Slave;
 use profivac_gsd_slave::{Direction, PlacedModule};
 use profivac_wire::Telegram;
 use records::Records;
+use std::collections::BTreeSet;
 
 /// The address of a slave whose address was never set. profibus-wire 2.11.
 const UNSET_ADDRESS: u8 = 126;
@@ -119,11 +122,14 @@ impl GsdStation {
             Order::Diagnosis { first, last, value } => self.set_diagnosis(*first, *last, value),
             Order::NoDiagnosis => {
                 let cleared = self.slave.device().reported().cleared();
-                self.slave.device_mut().report(cleared);
+                self.slave.device_mut().report(cleared)?;
                 Ok(String::new())
             }
             Order::ChannelError { slot, channel, error, present } => {
                 self.set_channel_error(*slot, *channel, error, *present)
+            }
+            Order::Alarm { slot, alarm_type, change, octets } => {
+                self.raise_alarm(NewAlarm { slot: *slot, alarm_type: *alarm_type, change: *change, data: octets })
             }
             Order::Record { slot, index, octets: Some(octets) } => self.set_record(*slot, *index, octets),
             Order::Record { slot, index, octets: None } => {
@@ -131,6 +137,34 @@ impl GsdStation {
                 self.slave.device().records.get(*slot, *index).map(hex).ok_or_else(missing)
             }
         }
+    }
+
+    /// The orders that report what the file has words for, each with its words: `diagnosis 9 bit 24 on (Supply of valves missing)`. An error of
+    /// a channel is named once, for channel 0 of the first slot that can report it.
+    #[must_use]
+    pub fn fault_orders(&self) -> Vec<String> {
+        let (plan, address) = (self.plan(), self.switch_address);
+        let mut orders = Vec::new();
+        for texts in unit_texts(plan.device()) {
+            let bits = texts.bits.iter().map(|(bit, words)| (format!("bit {bit} on"), words));
+            let inverted = texts.inverted.iter().map(|(bit, words)| (format!("bit {bit} off"), words));
+            let values = texts.areas.iter().flat_map(|area| {
+                let (first, last) = (area.first, area.last);
+                area.values.iter().map(move |(number, words)| (format!("area {first}-{last} {number}"), words))
+            });
+            let all = bits.chain(inverted).chain(values);
+            orders.extend(all.map(|(order, words)| format!("diagnosis {address} {order} ({})", words.text.trim())));
+        }
+        let mut named = BTreeSet::new();
+        for module in plan.modules().iter().filter(|module| !module.identifiers.is_empty()) {
+            for (error, text) in plan.channel_texts(module) {
+                if named.insert((error, text.clone())) {
+                    let slot = module.slot;
+                    orders.push(format!("channel-error {address} {slot} 0 {error} on ({})", text.trim()));
+                }
+            }
+        }
+        orders
     }
 
     fn set_input(&mut self, slot: u32, at: usize, octets: &[u8]) -> Result<String, Refused> {
@@ -169,7 +203,7 @@ impl GsdStation {
     fn set_diagnosis(&mut self, first: u16, last: u16, value: &str) -> Result<String, Refused> {
         let number = self.diagnosis_value(first, last, value)?;
         let changed = self.slave.device().reported().set_unit(first, last, number)?;
-        self.slave.device_mut().report(changed);
+        self.slave.device_mut().report(changed)?;
         Ok(self.reported_texts())
     }
 
@@ -217,7 +251,7 @@ impl GsdStation {
             u8::from(one.data(Direction::Input).is_some()) | u8::from(one.data(Direction::Output).is_some()) << 1;
         let error = ChannelError { identifier, channel, direction, error: number };
         let changed = self.slave.device().reported().set_channel(error, present)?;
-        self.slave.device_mut().report(changed);
+        self.slave.device_mut().report(changed)?;
         Ok(self.reported_texts())
     }
 

@@ -1,13 +1,19 @@
 //! Orders to a virtual slave, as lines write them behind the address: `input 9 2 1F`, `diagnosis 9 bit 24 on`.
 
+use super::alarms::{MANUFACTURER, TYPES};
+use profivac_wire::ext_diag::SpecifierChange;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// The first words of the orders, with the words behind the address.
-pub const FORMS: [(&str, &str); 4] = [
+pub const FORMS: [(&str, &str); 5] = [
     ("input", "ADDR SLOT [at OCTET] OCTET|TYPE:VALUE ..., or ADDR SLOT bit N on|off"),
     ("diagnosis", "ADDR bit N on|off, ADDR area FIRST-LAST VALUE|TEXT, or ADDR none"),
     ("channel-error", "ADDR SLOT CHANNEL ERROR|TEXT on|off"),
+    (
+        "alarm",
+        "ADDR SLOT diagnostic|process|pull|plug|status|update|32...126 [appears|disappears|others-remain] [OCTET|TYPE:VALUE ...]",
+    ),
     ("record", "ADDR SLOT INDEX [OCTET|TYPE:VALUE ...]"),
 ];
 
@@ -56,6 +62,17 @@ pub enum Order {
         error: String,
         /// It begins (`true`) or ends.
         present: bool,
+    },
+    /// Raises an alarm, which waits for the acknowledgement of the master.
+    Alarm {
+        /// The slot; 0 is the station.
+        slot: u8,
+        /// Alarm_Type, 1 to 6 or 32 to 126.
+        alarm_type: u8,
+        /// Whether its cause appears or disappears.
+        change: SpecifierChange,
+        /// Diagnosis_User_Data.
+        octets: Vec<u8>,
     },
     /// Makes or changes a DP-V1 record.
     Record {
@@ -111,6 +128,7 @@ impl Order {
             "input" => Self::input(rest),
             "diagnosis" => Self::diagnosis(rest),
             "channel-error" => Self::channel_error(rest),
+            "alarm" => Self::alarm(rest),
             _ => Self::record(rest),
         };
         Some(parsed.and_then(|order| order.ok_or(OrderError::Form(word))))
@@ -155,6 +173,24 @@ impl Order {
         let (slot, channel) = (slot_number(slot)?, number("channel", channel, 0..=63)?);
         let order = |present| Self::ChannelError { slot, channel, error: error.join(" "), present };
         Ok(on(value).filter(|_| !error.is_empty()).map(order))
+    }
+
+    fn alarm(rest: &[&str]) -> Result<Option<Self>, OrderError> {
+        let [slot, kind, rest @ ..] = rest else { return Ok(None) };
+        let slot = number("slot", slot, 0..=254)?;
+        let named = TYPES.iter().find(|(word, _)| word == kind).map(|(_, alarm_type)| *alarm_type);
+        let alarm_type = match named {
+            Some(alarm_type) => alarm_type,
+            None if kind.bytes().all(|digit| digit.is_ascii_digit()) => number("alarm type", kind, MANUFACTURER)?,
+            None => return Ok(None),
+        };
+        let (change, octets) = match rest {
+            ["appears", octets @ ..] => (SpecifierChange::Appears, octets),
+            ["disappears", octets @ ..] => (SpecifierChange::Disappears, octets),
+            ["others-remain", octets @ ..] => (SpecifierChange::DisappearsOthersRemain, octets),
+            octets => (SpecifierChange::None, octets),
+        };
+        Ok(Some(Self::Alarm { slot, alarm_type, change, octets: read_octets(octets)? }))
     }
 
     fn record(rest: &[&str]) -> Result<Option<Self>, OrderError> {
@@ -259,6 +295,23 @@ mod tests {
                 "channel-error 3 0 Short circuit on",
                 Order::ChannelError { slot: 3, channel: 0, error: text("Short circuit"), present: true },
             ),
+            (
+                "alarm 2 process 12 34",
+                Order::Alarm { slot: 2, alarm_type: 2, change: SpecifierChange::None, octets: vec![0x12, 0x34] },
+            ),
+            (
+                "alarm 0 diagnostic appears",
+                Order::Alarm { slot: 0, alarm_type: 1, change: SpecifierChange::Appears, octets: Vec::new() },
+            ),
+            (
+                "alarm 2 126 others-remain u8:7",
+                Order::Alarm {
+                    slot: 2,
+                    alarm_type: 126,
+                    change: SpecifierChange::DisappearsOthersRemain,
+                    octets: vec![7],
+                },
+            ),
             ("record 1 20 01 02", Order::Record { slot: 1, index: 20, octets: Some(vec![1, 2]) }),
             ("record 1 20", Order::Record { slot: 1, index: 20, octets: None }),
         ] {
@@ -279,7 +332,12 @@ mod tests {
         for line in ["channel-error 1 2 on", "channel-error 1 2 3 maybe", "channel-error"] {
             assert_eq!(parse(line), Err(OrderError::Form("channel-error")), "{line}");
         }
+        for line in ["alarm", "alarm 2", "alarm 2 process-alarm"] {
+            assert_eq!(parse(line), Err(OrderError::Form("alarm")), "{line}");
+        }
         for (line, sentence) in [
+            ("alarm 255 process", "expected for the slot a number from 0 to 254, got \"255\""),
+            ("alarm 2 7", "expected for the alarm type a number from 32 to 126, got \"7\""),
             ("record 1", "expected record ADDR SLOT INDEX [OCTET|TYPE:VALUE ...]"),
             ("record 255 1", "expected for the slot a number from 0 to 254, got \"255\""),
             ("record 1 255", "expected for the index a number from 0 to 254, got \"255\""),

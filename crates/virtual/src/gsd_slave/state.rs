@@ -33,6 +33,8 @@ pub struct SlaveState {
     pub diagnosis: String,
     /// The diagnosis in the file's words.
     pub diagnosis_texts: Vec<String>,
+    /// The alarms that wait for the acknowledgement of the master.
+    pub alarms: Vec<AlarmState>,
     /// The DP-V1 records.
     pub records: Vec<RecordState>,
     /// Why the slave refused Set_Prm or Chk_Cfg last; `None` since it has accepted both.
@@ -67,6 +69,19 @@ pub struct ParameterState {
     pub text: Option<String>,
 }
 
+/// An alarm that waits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct AlarmState {
+    /// The slot; 0 is the station.
+    pub slot: u8,
+    /// Type, slot, sequence number and change in words.
+    pub text: String,
+    /// The sequence number, 0 to 31.
+    pub sequence: u8,
+    /// The master has fetched it with the diagnosis.
+    pub fetched: bool,
+}
+
 /// A DP-V1 record.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RecordState {
@@ -97,6 +112,12 @@ impl GsdStation {
             value: one.value,
             text: one.text,
         });
+        let alarms = device.alarms().iter().map(|alarm| AlarmState {
+            slot: alarm.slot,
+            text: alarm.words(),
+            sequence: alarm.specifier.seq_nr(),
+            fetched: alarm.fetched,
+        });
         let records = device.records.iter();
         SlaveState {
             address: self.station_address(),
@@ -109,8 +130,9 @@ impl GsdStation {
             modules: modules.collect(),
             parameters: parameters.collect(),
             user_prm: hex(&device.prm),
-            diagnosis: hex(device.reported().blocks()),
+            diagnosis: hex(device.blocks()),
             diagnosis_texts: device.reported().texts(plan),
+            alarms: alarms.collect(),
             records: records.map(|((slot, index), octets)| RecordState { slot, index, octets: hex(octets) }).collect(),
             refused: device.refusal.clone(),
         }

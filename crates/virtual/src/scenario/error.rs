@@ -1,9 +1,11 @@
 //! The errors of the entries of a scenario.
 
+use crate::action_text::UnknownName;
 use crate::device_spec::SpecError;
 use crate::gas_pressure::GasPressureError;
+use crate::gsd_slave::FORMS;
 use profivac_client::pressure::PressureError;
-use profivac_client::suggestion::closest;
+use profivac_client::suggestion::{self, with_suggestion};
 use profivac_vacuum::gas::UnknownGas;
 use std::fmt;
 use std::ops::Range;
@@ -13,7 +15,7 @@ use std::ops::Range;
 #[non_exhaustive]
 pub enum ScenarioEntryError {
     /// The text is no TOML, or has a wrong key, or a value of a wrong type.
-    #[error("{}", ParserMessage(.0.message()))]
+    #[error("{}", with_suggestion(.0.message()))]
     Toml(Box<toml::de::Error>),
     /// A quantity has another form, or another unit.
     #[error("expected {what} like {example:?} in {}, got {found:?}", units.join(", "))]
@@ -86,18 +88,31 @@ pub enum ScenarioEntryError {
     UnknownAddress {
         /// The address of the file.
         found: u8,
-        /// The addresses of the gauges.
-        known: Vec<u8>,
+        /// The gauges: `5 (bcg450)`.
+        known: Vec<String>,
+    },
+    /// The address is that of a slave by its GSD file.
+    #[error(
+        "expected the address of a gauge, got {found}, which is {name}, a slave by its GSD file; write order = [...] with {}",
+        orders(faults)
+    )]
+    AddressOfSlave {
+        /// The address of the file.
+        found: u8,
+        /// Vendor and model of the slave.
+        name: String,
+        /// The orders that report what its file has words for.
+        faults: Vec<String>,
     },
     /// The device has no such fault, button, switch or potentiometer.
-    #[error("expected a fault or control of {device}, got {found:?}; it has {}", Has { known, found })]
+    #[error("{device} at address {address} has {unknown}")]
     UnknownPart {
         /// The device.
         device: &'static str,
-        /// The text of the file.
-        found: String,
-        /// The names that the device has.
-        known: Vec<String>,
+        /// Its address.
+        address: u8,
+        /// The missing part, and those that the device has.
+        unknown: UnknownName,
     },
     /// The plant has too many volumes.
     #[error("expected at most {0} volumes with those of pockets")]
@@ -179,25 +194,20 @@ struct Known<'a> {
 impl fmt::Display for Known<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.known.is_empty() { f.write_str("there is none") } else { write!(f, "known: {}", list(self.known)) }?;
-        suggestion(f, self.known, self.found)
+        write_suggestion(f, self.known, self.found)
     }
 }
 
-/// The names that a device has, and the most similar one.
-struct Has<'a> {
-    known: &'a [String],
-    found: &'a str,
-}
-
-impl fmt::Display for Has<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.known.is_empty() { f.write_str("nothing") } else { f.write_str(&list(self.known)) }?;
-        suggestion(f, self.known, self.found)
+/// The orders of a slave: those for its faults, or else the first words of all.
+fn orders(faults: &[String]) -> String {
+    match faults {
+        [] => FORMS.map(|(word, _)| word).join(", "),
+        faults => suggestion::list(faults),
     }
 }
 
-fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt::Result {
-    match closest(found, known.iter().map(String::as_str)) {
+fn write_suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt::Result {
+    match suggestion::closest(found, known.iter().map(String::as_str)) {
         Some(near) => write!(f, "; did you mean {near:?}?"),
         None => Ok(()),
     }
@@ -205,21 +215,6 @@ fn suggestion(f: &mut fmt::Formatter<'_>, known: &[String], found: &str) -> fmt:
 
 fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-}
-
-/// A message of the parser; about an unknown key, with the most similar key.
-struct ParserMessage<'a>(&'a str);
-
-impl fmt::Display for ParserMessage<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0)?;
-        let mut names = self.0.split('`').skip(1).step_by(2);
-        let is_unknown = self.0.starts_with("unknown field");
-        match is_unknown.then(|| names.next()).flatten().and_then(|name| closest(name, names)) {
-            Some(near) => write!(f, "; did you mean `{near}`?"),
-            None => Ok(()),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -235,7 +230,5 @@ mod tests {
         let said = unknown("gaet");
         assert_eq!(said, "expected a valve, got \"gaet\"; known: gate, fore-valve; did you mean \"gate\"?");
         assert!(!unknown("turbo").contains("did you mean"));
-        let sentence = ParserMessage("unknown field `opne`, expected one of `at`, `open`").to_string();
-        assert_eq!(sentence, "unknown field `opne`, expected one of `at`, `open`; did you mean `open`?");
     }
 }

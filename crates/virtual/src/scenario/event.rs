@@ -324,7 +324,8 @@ impl EventParser<'_> {
         let order = Order::parse(word, rest).ok_or_else(forms)?.map_err(|error| wrong(error.to_string()))?;
         let address = parse_address(address).map_err(|error| wrong(error.to_string()))?;
         let mut slaves = self.slaves.borrow_mut();
-        let known = slaves.iter().map(|slave| slave.switch_address().to_string()).collect::<Vec<_>>().join(", ");
+        let known = slaves.iter().map(|slave| format!("{} ({})", slave.switch_address(), slave.name()));
+        let known = known.collect::<Vec<_>>().join(", ");
         let missing =
             || wrong(format!("expected the address of a slave by its GSD file, got {address}; known: {known}"));
         let slave = slaves.iter_mut().find(|slave| slave.switch_address() == address).ok_or_else(missing)?;
@@ -350,25 +351,28 @@ impl EventParser<'_> {
         let Some(text) = action.action() else { return Ok(spec.address) };
         let slave =
             spec.build(NonvolatileMemory::volatile(), Baud::B19200).map_err(|error| TextError::at(at, error))?;
-        let device = slave.device().name();
-        text.resolve(slave.device()).map_err(|unknown| {
-            let found = match action {
-                DeviceAction::Fault(fault, _) => fault.clone(),
-                DeviceAction::Switch(name, value) => format!("{name} = {value}"),
-                DeviceAction::Button(number) => number.to_string(),
-                DeviceAction::Pot(which, _) => which.to_string(),
-                DeviceAction::Power(_) | DeviceAction::Connector(_) | DeviceAction::Write(..) => String::new(),
-            };
-            TextError::at(at, ScenarioEntryError::UnknownPart { device, found, known: unknown.expected })
-        })?;
+        let (device, address) = (slave.device().name(), spec.address);
+        text.resolve(slave.device())
+            .map_err(|unknown| TextError::at(at, ScenarioEntryError::UnknownPart { device, address, unknown }))?;
         Ok(spec.address)
     }
 
     fn spec(&self, device: &Spanned<u8>) -> Result<&DeviceSpec, TextError> {
         let address = *device.get_ref();
         self.specs.iter().find(|spec| spec.address == address).ok_or_else(|| {
-            let known = self.specs.iter().map(|spec| spec.address).collect();
-            TextError::at(&device.span(), ScenarioEntryError::UnknownAddress { found: address, known })
+            let slaves = self.slaves.borrow();
+            let error = match slaves.iter().find(|slave| slave.switch_address() == address) {
+                Some(slave) => ScenarioEntryError::AddressOfSlave {
+                    found: address,
+                    name: slave.name().to_owned(),
+                    faults: slave.fault_orders(),
+                },
+                None => {
+                    let known = self.specs.iter().map(|spec| format!("{} ({})", spec.address, spec.device)).collect();
+                    ScenarioEntryError::UnknownAddress { found: address, known }
+                }
+            };
+            TextError::at(&device.span(), error)
         })
     }
 

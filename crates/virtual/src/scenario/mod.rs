@@ -42,13 +42,14 @@ pub use run::{FailedExpectation, MasterPresence, PartState, Run};
 pub use schematic::{Schematic, SchematicGauge, SchematicKind, SchematicPart};
 
 use crate::device::VirtualDevice;
-use crate::device_spec::{DeviceSpec, SpecError, check_addresses, check_distinct, entry};
+use crate::device_spec::{DeviceSpec, SpecError, check_addresses, check_distinct};
 use crate::gsd_slave::{GsdSpec, GsdSpecError, GsdStation, OpenedSlave};
 use crate::memory_segment::MemorySegment;
 use crate::nonvolatile::NonvolatileMemory;
 use error::TextError;
 use event::EventParser;
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{Configuration, Field, Model, NumberType};
 use profivac_dp::link::Baud;
 use profivac_dp::link::active::{BusParameters, OutOfRange};
@@ -168,7 +169,7 @@ impl Scenario {
             TextError::at(&error.span().unwrap_or_default(), ScenarioEntryError::Toml(Box::new(error)))
         })?;
         let plant = Plant::new(&file)?;
-        let mut gauges = gauges(&file, &plant)?;
+        let mut gauges = gauges(&file, &plant, name)?;
         channels(&file, &plant, &mut gauges)?;
         let specs: Vec<DeviceSpec> = gauges.iter().map(|gauge| gauge.spec.clone()).collect();
         let step_s = file.step.as_ref().map(step).transpose()?.unwrap_or(STEP_S);
@@ -247,10 +248,13 @@ impl Scenario {
     pub fn memory_segment(&self, address: u8, baud: Baud) -> Result<MemorySegment, MemorySegmentError> {
         let devices = self.devices(baud, |_| Ok::<_, SpecError>(NonvolatileMemory::volatile()))?;
         let watched = |(Gauge { spec, .. }, device): (&Gauge, &VirtualDevice)| {
-            let model = entry(&spec.device)?.model;
+            let model = spec.model;
             let configuration = cyclic_configuration(model);
             // Every device has mbar. COUNTS would need the scale of the gauge.
-            let unit = model.unit_named("mbar").ok_or_else(|| SpecError::UnknownDevice(spec.device.clone()))?;
+            let unit = model.unit_named("mbar").ok_or_else(|| SpecError::UnknownDevice {
+                name: spec.device.clone(),
+                devices: KnownDevices::BUILT_IN,
+            })?;
             Ok::<_, SpecError>(CyclicSlave {
                 address: spec.address,
                 model,
@@ -318,11 +322,13 @@ fn environment(plant: &Plant, volume: Volume) -> Environment {
     }
 }
 
-/// The devices and their volumes, in the order of their addresses.
-fn gauges(file: &File, plant: &Plant) -> Result<Vec<Gauge>, TextError> {
+/// The devices and their volumes, in the order of their addresses. Their files are relative to the scenario `name`.
+fn gauges(file: &File, plant: &Plant, name: &str) -> Result<Vec<Gauge>, TextError> {
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut gauges: Vec<Gauge> = Vec::new();
     for (written, at) in &file.gauges {
-        let spec: DeviceSpec = quantities::parsed(written)?;
+        let wrong = |error: SpecError| TextError::at(&written.span(), error);
+        let spec = DeviceSpec::parse_in(written.get_ref(), folder).map_err(wrong)?;
         spec.build(NonvolatileMemory::volatile(), Baud::B19200)
             .map_err(|error| TextError::at(&written.span(), error))?;
         let volume = plant.at(at)?;

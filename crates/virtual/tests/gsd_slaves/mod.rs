@@ -1,5 +1,6 @@
 //! Slaves by their GSD files: what the files say about parameters, configuration, data, diagnosis, records and address.
 
+mod alarms;
 mod hostile;
 mod rig;
 
@@ -479,7 +480,16 @@ fn a_wrong_slave_or_order_of_a_scenario_is_an_error_with_its_position() {
         ("modules=3+7", "modules=4", "the file has no module 4; it has 3 (8 valves), "),
         ("valves.gsd@9", "valves.gsd@5", "two devices at address 5"),
         ("input 9 2 1F 80", "input 9 3 1F", "bus.toml:13:10: no module in slot 3"),
-        ("input 9 2 1F 80", "input 5 2 1F", "expected the address of a slave by its GSD file, got 5; known: 9"),
+        (
+            "input 9 2 1F 80",
+            "input 5 2 1F",
+            "expected the address of a slave by its GSD file, got 5; known: 9 (Example Valve station)",
+        ),
+        (
+            "power-off = [9]",
+            "fault = [{ device = 9, name = \"ram\" }]",
+            "got 9, which is Example Valve station, a slave by its GSD file; write order = [...] with diagnosis 9 bit 24 on (Supply of",
+        ),
         ("input 9 2 1F 80", "pressure 5 2", "expected input ADDR SLOT"),
         ("exchanging = true", "fault = true", "expected only exchanging for a slave by its GSD file"),
     ] {

@@ -79,16 +79,13 @@ fn an_impossible_event_is_an_error_before_the_start() {
         ("start = [\"gate\"]", "x.toml:12:10: expected a pump, got \"gate\"; there is none"),
         (
             "fault = [{ device = 6, name = \"ram\" }]",
-            "x.toml:12:21: device: expected the address of a gauge, got 6; known: 5",
+            "x.toml:12:21: device: expected the address of a gauge, got 6; known: 5 (bpg400)",
         ),
         (
             "fault = [{ device = 5, name = \"sensor3\" }]",
-            "x.toml:12:31: name: expected a fault or control of bpg400, got \"sensor3\"; it has eeprom, ram",
+            "x.toml:12:31: name: bpg400 at address 5 has no fault \"sensor3\"; it has eeprom (EEPROM exception",
         ),
-        (
-            "button = [{ device = 5, number = 1 }]",
-            "x.toml:12:34: number: expected a fault or control of bpg400, got \"1\"; it has nothing",
-        ),
+        ("button = [{ device = 5, number = 1 }]", "x.toml:12:34: number: bpg400 at address 5 has no button"),
         ("heat = [{ wall = \"w\", to = \"hot\" }]", "x.toml:12:28: to: expected a temperature like"),
         (
             "expect = [{ device = 5, near = \"1 mbar\", below = \"2 mbar\" }]",

@@ -5,6 +5,7 @@
 
 mod bit_time;
 mod bring_up;
+mod from_file;
 mod hostile;
 mod one_segment;
 mod real_time;
