@@ -76,10 +76,17 @@ pub const PLATFORM_SILENCE: Duration = Duration::from_millis(50);
 pub const LONGEST_DELAY: Duration = Duration::from_millis(500);
 
 impl Decoder {
-    /// A decoder without any traffic yet.
+    /// A decoder without any traffic yet. Times are bit times of `baud`, which is the rate of the line.
     #[must_use]
     pub fn new(baud: Baud, times: TimeSource) -> Self {
         Self { divider: Divider::new(baud, times), explainer: Explainer::new(baud), pieces: Vec::new(), number: 0 }
+    }
+
+    /// The decoder, for a line with another rate than the one that counts the times. Only with [`TimeSource::Platform`].
+    #[must_use]
+    pub fn with_line_rate(mut self, line: Baud) -> Self {
+        self.divider = self.divider.with_line_rate(line);
+        self
     }
 
     /// The decoder, with the GSD files of slaves.

@@ -74,7 +74,7 @@ impl DeviceTables {
 
     /// The parameters with this slot and index, of the selected instance only if that is known.
     fn named(&self, slot: u8, index: u8) -> impl Iterator<Item = &'static NamedParameter> + '_ {
-        let names = self.model.and_then(ParameterNames::of_catalog);
+        let names = self.model.map(ParameterNames::shared);
         let parameters = names.into_iter().flat_map(move |names| names.at_index(slot, index));
         parameters.filter(|named| {
             let instance = named.parameter.location.instance;
@@ -85,7 +85,7 @@ impl DeviceTables {
     /// Records a value that was read or written: the unit and the selector change the meaning of other parameters.
     pub fn learn(&mut self, slot: u8, index: u8, octets: &[u8]) {
         let Some(row) = self.named(slot, index).next().map(|named| named.parameter.row) else { return };
-        if row.codes == Codes::Units {
+        if row.role == Some(Role::Unit) {
             self.unit = self.unit_of(octets).or(self.unit);
         }
         if let (Some(Role::InstanceSelector), [instance]) = (row.role, octets) {

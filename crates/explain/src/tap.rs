@@ -4,7 +4,7 @@ use super::PLATFORM_SILENCE;
 use super::frame::Chunk;
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT, T_SYN_TBIT};
 use profivac_host::clock::tbit_of;
-use profivac_host::port::{Character, Port, PortClock, PortError, wait_for_port};
+use profivac_host::port::{Character, Notice, Port, PortClock, PortError, wait_for_port};
 use profivac_host::readiness::Readiness;
 use std::time::Duration;
 
@@ -43,6 +43,11 @@ impl Tap {
     pub fn starting_at(port: Box<dyn Port>, baud: Baud, first: BitTime) -> Self {
         let clock = PortClock::starting_at(first, baud, &*port);
         Self { port, baud, clock, received: Vec::new(), last: None, before: first }
+    }
+
+    /// Takes the oldest notice of the port.
+    pub fn next_notice(&mut self) -> Option<Notice> {
+        self.port.next_notice()
     }
 
     /// The present bit time.

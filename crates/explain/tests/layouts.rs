@@ -304,7 +304,7 @@ impl Read for Pipe<'_> {
 /// The pieces of a file that is read from a pipe, and its kind.
 fn piped(file: &[u8], seed: u64) -> (SourceKind, Vec<Piece>) {
     let mut source = Source::open(Pipe { octets: file, random: Random::new(seed) }, Baud::B500000).unwrap();
-    let (mut decoder, mut explained, mut has_more) = (Decoder::new(Baud::B500000, source.times), Vec::new(), true);
+    let (mut decoder, mut explained, mut has_more) = (Decoder::new(source.clock(), source.times), Vec::new(), true);
     while has_more {
         let mut chunks = Vec::new();
         has_more = source.read(&mut chunks).unwrap();

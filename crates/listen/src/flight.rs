@@ -5,8 +5,9 @@ use profivac_explain::frame::{Piece, PieceKind};
 use profivac_sim::trace::Entry;
 use profivac_sim::trace::pcapng::{Times, USER0, file_header, packet};
 use std::collections::VecDeque;
-use std::fs;
-use std::io;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Limits of a flight recorder.
@@ -139,7 +140,7 @@ impl Capture {
     /// The contents of the file, as Wireshark and `profivac decode` read it. Making it takes long for a full memory: a bus thread does not.
     #[must_use]
     pub fn file(&self) -> Vec<u8> {
-        let mut file = file_header(self.baud, USER0);
+        let mut file = file_header(Some(self.baud), USER0);
         for Stored { start, error, octets, .. } in Stored::all(&self.memory) {
             let errors = error.map(usize::from).into_iter().collect();
             file.extend(packet(&Entry::new(start, octets.to_vec(), errors), Times::Measured, self.baud));
@@ -233,6 +234,11 @@ pub struct CaptureFolder {
     limits: FlightLimits,
 }
 
+/// Writes a new file that only its owner may read, as the database: it holds the pressures and parameters of the plant.
+fn write_private(path: &Path, octets: &[u8]) -> io::Result<()> {
+    OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?.write_all(octets)
+}
+
 /// The end of the name of a capture.
 const EXTENSION: &str = ".pcapng";
 
@@ -258,7 +264,7 @@ impl CaptureFolder {
         let octets = file.len() as u64;
         let name = format!("{name}{EXTENSION}");
         let partial = self.folder.join(format!("{name}{PARTIAL}"));
-        let stored = fs::write(&partial, file)
+        let stored = write_private(&partial, file)
             .and_then(|()| self.make_room(octets))
             .and_then(|()| fs::rename(&partial, self.path(&name)));
         if let Err(error) = stored {
@@ -336,6 +342,7 @@ impl CaptureFolder {
 mod tests {
     use super::*;
     use profivac_sim::trace::pcapng::read;
+    use std::os::unix::fs::PermissionsExt;
 
     const BAUD: Baud = Baud::B19200;
 
@@ -441,6 +448,15 @@ mod tests {
         for other in ["4.pcapng", "../captures/5.pcapng", "/etc/passwd", ""] {
             assert_eq!(captures.read(other).unwrap_err().kind(), io::ErrorKind::NotFound, "{other}");
         }
+    }
+
+    #[test]
+    fn only_its_owner_may_read_a_capture() {
+        let folder = tempfile::tempdir().unwrap();
+        let captures = CaptureFolder::new(folder.path().join("captures"), limits());
+        let name = captures.store("1", &[0; 10]).unwrap().name;
+        let file = fs::metadata(folder.path().join("captures").join(name)).unwrap();
+        assert_eq!(file.permissions().mode() & 0o777, 0o600);
     }
 
     /// A folder stands where the file is to appear, so that it cannot be written.

@@ -1,8 +1,7 @@
 //! The known facts about the device of a slave: model, configuration and unit, each with its origin, and the pressures of its inputs.
 
 use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave, CyclicValues, ReportedChannels, TtrReading};
-use profivac_client::identify::device_names;
-use profivac_devices::catalog::{model_with_ident, models_with_ident};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{Configuration, Field, Limits, Model, Telegram, Unit};
 use profivac_devices::profile::StatusExtension;
 use profivac_devices::reading::Quality;
@@ -120,8 +119,8 @@ pub enum Unknown {
     AssumedDevice {
         /// The assumed device.
         device: &'static str,
-        /// Ident_Number.
-        ident: u16,
+        /// All devices with the Ident_Number.
+        all: Vec<&'static str>,
     },
     /// No configuration of the device has the lengths of the exchange.
     NoConfiguration {
@@ -150,8 +149,8 @@ impl fmt::Display for Unknown {
             Self::Device { ident: None } => f.write_str(
                 "the device is not known: neither a diagnosis nor a start-up was heard, and the file does not name it",
             ),
-            Self::AssumedDevice { device, ident } => {
-                write!(f, "the device is one of {}; {device} is assumed", device_names(*ident).join(", "))
+            Self::AssumedDevice { device, all } => {
+                write!(f, "the device is one of {}; {device} is assumed", all.join(", "))
             }
             Self::NoConfiguration { device, outputs, inputs } => {
                 write!(f, "no configuration of the {device} has {outputs} octets out and {inputs} in")
@@ -181,6 +180,7 @@ pub struct GaugeReading {
 /// The facts that telegrams show about the device of a slave, and its last cyclic data.
 #[derive(Clone, Debug, Default)]
 pub struct Knowledge {
+    devices: KnownDevices,
     declared: Option<Declared>,
     ident: Option<u16>,
     /// The configuration of the last acknowledged Chk_Cfg, or of an answer to Get_Cfg.
@@ -197,6 +197,12 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
+    /// Nothing is known yet about the slave, which may be one of `devices`.
+    #[must_use]
+    pub fn new(devices: KnownDevices) -> Self {
+        Self { devices, ..Self::default() }
+    }
+
     /// Takes what the user says.
     pub const fn declare(&mut self, declared: Declared) {
         self.declared = Some(declared);
@@ -300,14 +306,14 @@ impl Knowledge {
         let declared = self.declared.map(|declared| declared.model);
         match (self.ident, declared) {
             (Some(ident), Some(model)) if ident == model.ident => {
-                let is_only = models_with_ident(ident).count() == 1;
+                let is_only = self.devices.with_ident(ident).count() == 1;
                 Some((model, if is_only { Origin::Heard } else { Origin::Configured }))
             }
             (Some(ident), _) => {
-                let is_only = models_with_ident(ident).count() == 1;
+                let is_only = self.devices.with_ident(ident).count() == 1;
                 let with_configuration =
-                    models_with_ident(ident).find(|model| model.configuration(&self.configuration).is_some());
-                let model = with_configuration.or_else(|| model_with_ident(ident))?;
+                    self.devices.with_ident(ident).find(|model| model.configuration(&self.configuration).is_some());
+                let model = with_configuration.or_else(|| self.devices.assumed_with_ident(ident))?;
                 Some((model, if is_only { Origin::Heard } else { Origin::Assumed }))
             }
             (None, model) => Some((model?, Origin::Configured)),
@@ -357,7 +363,8 @@ impl Knowledge {
         let Some((model, model_origin)) = self.model() else { return vec![Unknown::Device { ident: self.ident }] };
         let mut all: Vec<Unknown> = self.contradictions().into_iter().map(Unknown::Contradiction).collect();
         if model_origin == Origin::Assumed {
-            all.push(Unknown::AssumedDevice { device: model.name, ident: model.ident });
+            let names = self.devices.names_with_ident(model.ident).collect();
+            all.push(Unknown::AssumedDevice { device: model.name, all: names });
         }
         if self.at.is_none() {
             return all;

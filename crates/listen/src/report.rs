@@ -7,7 +7,6 @@ use crate::histogram::Histogram;
 use crate::observer::Observer;
 use crate::parameters::{Done, Path};
 use crate::station::{Station, StationState};
-use profivac_client::identify::device_names;
 use profivac_dp::link::{Baud, BitTime};
 use serde::Serialize;
 
@@ -197,7 +196,7 @@ impl BusReport {
             text: event.to_string(),
         };
         Self {
-            baud: baud.bits_per_second(),
+            baud: observer.line_baud().bits_per_second(),
             observed_ms: ms_of(baud, observer.observed_tbit()),
             telegrams: totals.telegrams,
             octets: totals.octets,
@@ -259,9 +258,9 @@ impl StationReport {
         let ident = station.knowledge.ident();
         let devices = match (facts, ident) {
             (Some(facts), _) if facts.model != Origin::Assumed => vec![facts.slave.model.name.to_owned()],
-            (_, Some(ident)) => match device_names(ident).as_slice() {
-                [] => station.described.models(),
-                known => known.iter().map(|name| (*name).to_owned()).collect(),
+            (_, Some(ident)) => match station.described.devices() {
+                known if known.knows(ident) => known.names_with_ident(ident).map(str::to_owned).collect(),
+                _ => station.described.models(),
             },
             (_, None) => station.knowledge.model().into_iter().map(|(model, _)| model.name.to_owned()).collect(),
         };

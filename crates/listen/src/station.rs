@@ -159,11 +159,11 @@ impl Station {
     #[must_use]
     pub fn new(baud: Baud, files: Files) -> Self {
         Self {
+            knowledge: Knowledge::new(files.devices()),
             described: Described::new(files),
             longest_tsdr: None,
             counts: CountsOverTime::new(baud),
             longest_sequence: 0,
-            knowledge: Knowledge::default(),
             contradictions: Vec::new(),
             tables: DeviceTables::default(),
             parameters: Parameters::default(),

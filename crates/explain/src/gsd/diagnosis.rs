@@ -4,7 +4,7 @@ use super::{Described, distinct};
 use crate::dpv1::DeviceBlocks;
 use profivac_gsd::{Diagnosis, Finding};
 use profivac_wire::ext_diag::{
-    Block, Channel, Message, MessageKind, ModuleState, identifiers_with_diagnosis, module_states,
+    Block, Blocks, Channel, Message, MessageKind, ModuleState, identifiers_with_diagnosis, module_states,
 };
 
 impl Described {
@@ -16,14 +16,43 @@ impl Described {
         }
         Some(match block {
             Block::Device(content) => self.device_text(content, device_blocks),
-            Block::Identifier(content) => self.identifiers_text(content),
+            Block::Identifier(content) => self.identifiers_text(identifiers_with_diagnosis(content)),
             Block::Channel(channel) => self.channel_text(channel),
             Block::Revision(_) => return None,
         })
     }
 
-    fn identifiers_text(&self, content: &[u8]) -> String {
-        let all: Vec<_> = identifiers_with_diagnosis(content).map(|one| self.identifier_text(one.into())).collect();
+    /// What an extended diagnosis reports, a text for each block. A block without news has none: bits that are all zero and have no text,
+    /// a Module_Status with valid modules only, a list of identifiers that are empty or that a channel-related block names.
+    #[must_use]
+    pub fn conditions(&self, ext_diag: &[u8], device_blocks: DeviceBlocks) -> Vec<String> {
+        let blocks: Vec<_> = Blocks::new(ext_diag).collect();
+        let has_channel = |number: u16| {
+            let is_of = |block: &_| matches!(block, Ok(Block::Channel(one)) if u16::from(one.identifier) == number);
+            blocks.iter().any(is_of)
+        };
+        let texts = blocks.iter().filter_map(|block| match block {
+            Ok(Block::Identifier(content)) => {
+                let others: Vec<_> = identifiers_with_diagnosis(content).filter(|one| !has_channel(*one)).collect();
+                (!others.is_empty()).then(|| self.identifiers_text(others.into_iter()))
+            }
+            Ok(Block::Device(content)) if self.is_without_news(content, device_blocks) => None,
+            Ok(block) => self.block_text(block, device_blocks),
+            Err(_) => Some("a damaged block".to_owned()),
+        });
+        texts.collect()
+    }
+
+    fn is_without_news(&self, content: &[u8], device_blocks: DeviceBlocks) -> bool {
+        let states = message_in(content, device_blocks).filter(|message| message.kind == MessageKind::MODULE_STATUS);
+        match states {
+            Some(message) => module_states(message.data).all(|state| state == ModuleState::Valid),
+            None => content.iter().all(|octet| *octet == 0) && self.findings(content, None).is_empty(),
+        }
+    }
+
+    fn identifiers_text(&self, identifiers: impl Iterator<Item = u16>) -> String {
+        let all: Vec<_> = identifiers.map(|one| self.identifier_text(one.into())).collect();
         match all.is_empty() {
             true => "no identifier has diagnosis".to_owned(),
             false => format!("with diagnosis: {}", all.join(", ")),
@@ -54,8 +83,7 @@ impl Described {
 
     /// An alarm or a status with the module of its slot, or the vendor's octets, and the texts of the files for its bits.
     fn device_text(&self, content: &[u8], device_blocks: DeviceBlocks) -> String {
-        let message = Message::parse(content).ok().filter(|message| !message.kind.is_reserved());
-        let message = message.filter(|_| device_blocks == DeviceBlocks::Messages);
+        let message = message_in(content, device_blocks);
         if let Some(message) = message.filter(|message| message.kind == MessageKind::MODULE_STATUS) {
             return self.module_status_text(&message);
         }
@@ -106,4 +134,10 @@ impl Described {
         let states = if states.is_empty() { "all valid".to_owned() } else { states.join(", ") };
         format!("module status: {states}")
     }
+}
+
+/// The alarm or the status in a device-related block of a slave that sends messages.
+fn message_in(content: &[u8], device_blocks: DeviceBlocks) -> Option<Message<'_>> {
+    let message = Message::parse(content).ok().filter(|message| !message.kind.is_reserved());
+    message.filter(|_| device_blocks == DeviceBlocks::Messages)
 }

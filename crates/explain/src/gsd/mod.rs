@@ -10,7 +10,8 @@ mod parameters;
 pub use mismatch::{Mismatch, Seen};
 pub use parameters::Extent;
 
-use profivac_gsd::{Device, Fit, FitError, GsdFile, Module};
+use profivac_devices::catalog::KnownDevices;
+use profivac_gsd::{Configuration, Device, Fit, FitError, GsdFile, Module};
 use profivac_sim::describe::Hex;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -23,12 +24,15 @@ const LISTED: usize = 20;
 /// configuration, or names of a megabyte.
 const NAMED: usize = 100;
 
-/// GSD files by Ident_Number.
+/// What files say about slaves: GSD files by Ident_Number, and the devices of device files beside the built-in ones.
 #[derive(Clone, Debug, Default)]
-pub struct Files(Arc<BTreeMap<u16, Vec<Arc<GsdFile>>>>);
+pub struct Files {
+    gsd: Arc<BTreeMap<u16, Vec<Arc<GsdFile>>>>,
+    devices: KnownDevices,
+}
 
 impl Files {
-    /// These files. A file without an Ident_Number is left out.
+    /// These GSD files. A file without an Ident_Number is left out.
     pub fn new(files: impl IntoIterator<Item = Arc<GsdFile>>) -> Self {
         let mut by_ident: BTreeMap<u16, Vec<Arc<GsdFile>>> = BTreeMap::new();
         for file in files {
@@ -36,19 +40,31 @@ impl Files {
                 by_ident.entry(ident).or_default().push(file);
             }
         }
-        Self(Arc::new(by_ident))
+        Self { gsd: Arc::new(by_ident), devices: KnownDevices::BUILT_IN }
     }
 
-    /// Whether there is no file.
+    /// The same files, and these devices.
+    #[must_use]
+    pub fn with_devices(self, devices: KnownDevices) -> Self {
+        Self { devices, ..self }
+    }
+
+    /// The devices whose tables are known.
+    #[must_use]
+    pub const fn devices(&self) -> KnownDevices {
+        self.devices
+    }
+
+    /// Whether there is no GSD file.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.gsd.is_empty()
     }
 
     /// The files of the devices with this Ident_Number.
     #[must_use]
     pub fn of(&self, ident: u16) -> &[Arc<GsdFile>] {
-        self.0.get(&ident).map(Vec::as_slice).unwrap_or_default()
+        self.gsd.get(&ident).map(Vec::as_slice).unwrap_or_default()
     }
 }
 
@@ -172,10 +188,32 @@ impl Slot {
 }
 
 impl Described {
+    /// The devices whose tables are known.
+    #[must_use]
+    pub const fn devices(&self) -> KnownDevices {
+        self.files.devices()
+    }
+
     /// A slave whose Ident_Number is not known yet.
     #[must_use]
     pub fn new(files: Files) -> Self {
         Self { files, ..Self::default() }
+    }
+
+    /// A slave of which the file and the chosen modules are known. `configuration` is of the device of this file.
+    #[must_use]
+    pub fn chosen(file: &Arc<GsdFile>, configuration: &Configuration<'_>) -> Self {
+        let fit = Fit::of(configuration);
+        Self {
+            files: Files::new([Arc::clone(file)]),
+            ident: file.device().general.ident_number.and_then(|ident| u16::try_from(ident).ok()),
+            possible: vec![Arc::clone(file)],
+            config: configuration.chk_cfg(),
+            is_of_set_prm: true,
+            fitted: vec![Fitted::new(file, &fit)],
+            slots: slots(&[(file, fit)]),
+            other: OtherDivision::None,
+        }
     }
 
     /// Takes the Ident_Number. Another one than before is another device; the configuration that came before the first one is kept.

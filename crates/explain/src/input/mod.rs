@@ -8,7 +8,7 @@ pub use source::Source;
 
 pub use super::frame::Chunk;
 use super::frame::TimeSource;
-pub use super::text::{Ignored, IgnoredKind, IgnoredText, LeftOver, Notation};
+pub use super::text::{Ignored, IgnoredKind, IgnoredText, LeftOver, Notation, StatedNotation};
 use profivac_dp::link::Baud;
 use profivac_sim::trace::pcapng::CaptureError;
 use profivac_sim::trace::{Entry, TraceError};
@@ -21,6 +21,8 @@ pub struct Capture {
     pub kind: SourceKind,
     /// Transmission rate of the line, if the file has one.
     pub baud: Option<Baud>,
+    /// The rate whose bit times the times of the chunks are.
+    pub clock: Baud,
     /// Source of its times.
     pub times: TimeSource,
     /// The octets.
@@ -79,7 +81,7 @@ pub enum InputError {
 }
 
 impl Capture {
-    /// Reads a whole file. `baud` converts times in seconds to bit times if the file has no transmission rate.
+    /// Reads a whole file. `baud` is the rate of the line if the file has none: it turns numbers of samples into times.
     ///
     /// # Errors
     /// [`InputError`] if the file has nothing that can be decoded.
@@ -87,8 +89,9 @@ impl Capture {
         let (mut source, mut chunks) = (Source::open(file, baud)?, Vec::new());
         while source.read(&mut chunks)? {}
         let ignored = source.ignored();
+        let clock = source.clock();
         let Source { kind, line_baud: baud, times, octets, left_over, damage, .. } = source;
-        Ok(Self { kind, baud, times, chunks, octets, left_over, ignored, damage })
+        Ok(Self { kind, baud, clock, times, chunks, octets, left_over, ignored, damage })
     }
 }
 
@@ -126,7 +129,7 @@ mod tests {
         let capture = read(b"RX 10 08 02 49 53 16\nwaiting\n0.5 E5").unwrap();
         let ignored: Vec<_> = capture.ignored.kinds().map(|(kind, text)| (kind, text.first_line)).collect();
         assert_eq!(ignored, [(IgnoredKind::Line, 2), (IgnoredKind::Words, 1)]);
-        assert_eq!(read(b"RX E5\n0.5 E5").unwrap().chunks[1].start, Some(BitTime(9600)));
+        assert_eq!(read(b"RX E5\n0.5 E5").unwrap().chunks[1].start, Some(BitTime(6_000_000)));
         assert_eq!(read(&hex("10 08 02 49 53 16 10 02 08 00 0A 16")).unwrap().kind, SourceKind::Octets);
         assert_eq!(read(b"\xB5s 10 08 02 49 53 16\n").unwrap().kind, SourceKind::Text, "one letter is not UTF-8");
     }

@@ -3,12 +3,16 @@
 use super::kind::{BYTE_ORDER_MARK, KindFinder, MOST_OCTETS, SourceKind};
 use super::{Chunk, Damage, InputError};
 use crate::frame::TimeSource;
-use crate::text::{self, Found, Ignored, IgnoredKind, LeftOver, Notation, Row};
+use crate::text::{self, Found, Ignored, IgnoredKind, LeftOver, Notation, Row, StatedNotation};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
 use profivac_sim::trace::pcapng::{self, CaptureError, Times};
 use profivac_sim::trace::{self, Entry, TraceError, pcap};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read};
+
+/// The rate whose bit times count the times of a file without a rate. chosen: the fastest one, whose bit times are whole parts of a
+/// microsecond, so that no time of such a file is rounded to bit times of a line that it does not name.
+const CLOCK: Baud = Baud::B12000000;
 
 /// Size of one read, and longest line of a text that is read at once.
 const PORTION_OCTETS: usize = MOST_OCTETS;
@@ -77,7 +81,7 @@ enum Format {
 }
 
 impl<R: Read> Source<R> {
-    /// Opens a file and finds its kind. `baud` converts times in seconds to bit times if the file has no transmission rate.
+    /// Opens a file and finds its kind. `baud` is the rate of the line if the file has none: it turns numbers of samples into times.
     ///
     /// # Errors
     /// [`InputError`] if the file has nothing that can be decoded.
@@ -105,6 +109,18 @@ impl<R: Read> Source<R> {
         Ok(source)
     }
 
+    /// Opens a text in a notation that the user states: no telegram need show it.
+    ///
+    /// # Errors
+    /// As [`open_as`](Self::open_as).
+    pub fn open_in(input: R, baud: Baud, notation: StatedNotation) -> Result<Self, InputError> {
+        let mut source = Self::open_as(input, baud, SourceKind::Text)?;
+        if let Format::Text(reader) = &mut source.format {
+            reader.state(notation);
+        }
+        Ok(source)
+    }
+
     const fn new(input: R, baud: Baud) -> Self {
         Self {
             input,
@@ -126,6 +142,12 @@ impl<R: Read> Source<R> {
         }
     }
 
+    /// The rate whose bit times the times of the chunks are: that of the line if the file has it, otherwise a fine one.
+    #[must_use]
+    pub fn clock(&self) -> Baud {
+        self.line_baud.unwrap_or(CLOCK)
+    }
+
     /// The notation of a text, as soon as its first telegram with a check octet or its end has shown it.
     #[must_use]
     pub fn notation(&self) -> Option<Notation> {
@@ -135,12 +157,30 @@ impl<R: Read> Source<R> {
         }
     }
 
+    /// Whether a telegram or the user has shown the notation of a text. Otherwise it is assumed.
+    #[must_use]
+    pub fn is_notation_shown(&self) -> bool {
+        match &self.format {
+            Format::Text(reader) => reader.is_shown(),
+            Format::Octets | Format::Pcapng(_) | Format::Pcap(_) | Format::Trace(_) => false,
+        }
+    }
+
     /// The text that is not octets.
     #[must_use]
     pub fn ignored(&self) -> Ignored {
         match &self.format {
             Format::Text(reader) => reader.ignored(),
             Format::Octets | Format::Pcapng(_) | Format::Pcap(_) | Format::Trace(_) => Ignored::default(),
+        }
+    }
+
+    /// The packets of other link types that a capture file has.
+    #[must_use]
+    pub const fn skipped(&self) -> Option<pcapng::Skipped> {
+        match &self.format {
+            Format::Pcapng(reader) => reader.skipped(),
+            Format::Text(_) | Format::Octets | Format::Pcap(_) | Format::Trace(_) => None,
         }
     }
 
@@ -175,7 +215,9 @@ impl<R: Read> Source<R> {
         match kind {
             SourceKind::Octets => {}
             SourceKind::Pcapng => self.begin_capture()?,
-            SourceKind::Pcap => self.format = Format::Pcap(pcap::Reader::new(self.baud)),
+            SourceKind::Pcap => {
+                (self.times, self.format) = (TimeSource::Platform, Format::Pcap(pcap::Reader::new(CLOCK)));
+            }
             SourceKind::Trace => self.begin_trace()?,
             SourceKind::Text => {
                 let mut reader = Box::new(text::Log::new(self.baud));
@@ -190,7 +232,7 @@ impl<R: Read> Source<R> {
 
     /// Reads a capture file up to its first packet: its transmission rate is known then.
     fn begin_capture(&mut self) -> Result<(), InputError> {
-        let mut reader = pcapng::Reader::new(self.baud);
+        let mut reader = pcapng::Reader::new(CLOCK);
         loop {
             reader.push(&std::mem::take(&mut self.buffer));
             match reader.next() {
@@ -205,7 +247,11 @@ impl<R: Read> Source<R> {
                 None => self.fill()?,
             }
         }
-        (self.line_baud, self.format) = (Some(reader.baud()), Format::Pcapng(reader));
+        self.line_baud = reader.line_baud();
+        if self.line_baud.is_none() {
+            self.times = TimeSource::Platform;
+        }
+        self.format = Format::Pcapng(reader);
         Ok(())
     }
 
@@ -322,7 +368,7 @@ impl<R: Read> Source<R> {
         }
         let first = reader.ignored().kinds().map(|(_, text)| (text.first_line, text.first_text.clone())).min();
         for Row { seconds, octets, errors, is_continued, times } in found.rows {
-            let start = seconds.map(|seconds| bit_time(seconds, self.baud));
+            let start = seconds.map(|seconds| bit_time(seconds, CLOCK));
             self.add(Chunk { start, octets, errors, is_continued }, times);
         }
         self.left_over.append(&mut found.left_over);

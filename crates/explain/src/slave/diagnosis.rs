@@ -5,7 +5,6 @@ use crate::dpv1::DeviceBlocks;
 use crate::gsd::Described;
 use crate::note::{Kind, Notes};
 use crate::refusal::{RefusedConfiguration, chk_cfg_reason, set_prm_reason};
-use profivac_client::identify::device_names;
 use profivac_dp::link::Baud;
 use profivac_host::scan::SlaveStatus;
 use profivac_wire::diag::{NO_MASTER, SlaveDiag, StationStatus};
@@ -44,7 +43,8 @@ impl Slave {
         let Some(before) = before else {
             let owner =
                 parsed.owner.map_or_else(|| "has no owner".to_owned(), |owner| format!("belongs to master {owner}"));
-            let devices = match (device_names(parsed.ident).join(", "), self.described.names_text()) {
+            let known: Vec<_> = self.described.devices().names_with_ident(parsed.ident).collect();
+            let devices = match (known.join(", "), self.described.names_text()) {
                 (known, _) if !known.is_empty() => known,
                 (_, described) if !described.is_empty() => format!("{described} by the GSD file"),
                 _ => "an unknown device".to_owned(),

@@ -12,7 +12,6 @@ use crate::gsd::{Described, Extent, Files};
 use crate::names::DeviceTables;
 use crate::note::{Kind, Notes, octets};
 use diagnosis::Diagnosis;
-use profivac_devices::catalog::{MODELS, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_sim::describe::{Hex, set_prm_with_watchdog};
@@ -328,15 +327,15 @@ impl Slave {
 
     /// All devices with its Ident_Number.
     fn candidates(&self) -> impl Iterator<Item = &'static Model> + use<> {
-        let ident = self.ident;
-        MODELS.into_iter().filter(move |model| Some(model.ident) == ident)
+        let devices = self.described.devices();
+        self.ident.into_iter().flat_map(move |ident| devices.with_ident(ident))
     }
 
     fn identify(&mut self, ident: u16) {
         self.described.identify(ident);
         if self.ident != Some(ident) {
             self.ident = Some(ident);
-            let model = model_with_ident(ident);
+            let model = self.described.devices().assumed_with_ident(ident);
             self.tables = DeviceTables { model, ..DeviceTables::default() };
         }
     }

@@ -88,8 +88,30 @@ impl DumpLine {
     }
 }
 
+/// The bars in a line behind which the characters of its octets are searched. chosen: the work for a line grows with its length alone.
+const MOST_BARS: usize = 8;
+
+/// Characters between bars at the end of a line with words before its octets, as ESP-IDF prints it: the text before them, and the characters.
+fn characters_between_bars(line: &str) -> Option<(&str, String)> {
+    let inner = line.trim_end().strip_suffix('|')?;
+    let is_pair = |word: &&str| word.len() == 2 && word.bytes().all(|digit| digit.is_ascii_hexdigit());
+    inner.match_indices('|').take(MOST_BARS).find_map(|(at, _)| {
+        let (front, shown) = (inner.get(..at)?, inner.get(at.saturating_add(1)..)?);
+        let count = shown.chars().count();
+        let words = front.split_whitespace().rev().take_while(is_pair).take(count);
+        let mut octets: Vec<u8> = words.flat_map(|word| pairs(word, 0).octets).collect();
+        octets.reverse();
+        let is_found = count > 0 && octets.len() == count && is_shown(shown, &octets);
+        is_found.then(|| (front, shown.to_owned()))
+    })
+}
+
 /// Characters behind the octets of a line without an address: the text before them, and the characters.
 pub(super) fn characters_at_end(line: &str) -> Option<(&str, String)> {
+    characters_between_bars(line).or_else(|| characters_behind(line))
+}
+
+fn characters_behind(line: &str) -> Option<(&str, String)> {
     let groups = Groups::of(line, false);
     let characters = groups.characters?;
     let at = line.len().checked_sub(groups.tail)?;

@@ -12,6 +12,8 @@ pub(super) enum Quoted {
     Literals,
     /// All strings: C and JSON have no prefix.
     All,
+    /// Both.
+    Any,
 }
 
 /// A string of a line.
@@ -80,6 +82,7 @@ impl Strings {
         let is_begin = |at: usize, quote: char| match self.quoted {
             Quoted::All => quote == '"',
             Quoted::Literals => text.get(..at).is_some_and(is_literal),
+            Quoted::Any => quote == '"' || text.get(..at).is_some_and(is_literal),
         };
         let (at, quote) =
             text.char_indices().find(|(at, letter)| matches!(letter, '"' | '\'') && is_begin(*at, *letter))?;

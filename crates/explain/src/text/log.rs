@@ -1,10 +1,11 @@
 //! Chooses the notation of a text by the check octets of its telegrams, and reads the text in it.
 
-use super::decimal::Decimal;
+use super::decimal::Numbers;
 use super::escapes::{Calls, Quoted, Strings};
 use super::ignored::{Ignored, IgnoredKind};
 use super::radix::Radix;
 use super::single::{Lines, Table};
+use super::word::Commas;
 use super::{Found, Reader, checked_octets, has_token};
 use profivac_dp::link::Baud;
 
@@ -19,6 +20,8 @@ pub enum Notation {
     Table(&'static str),
     /// Decimal numbers.
     Decimal,
+    /// Eight binary digits for each octet.
+    Binary,
     /// Strings with escapes.
     Strings,
     /// Calls that strace prints.
@@ -32,10 +35,24 @@ impl std::fmt::Display for Notation {
             Self::Single(radix) => write!(f, "one octet a line in {radix}"),
             Self::Table(radix) => write!(f, "a table with one octet a line in {radix}"),
             Self::Decimal => f.write_str("octets in decimal"),
+            Self::Binary => f.write_str("octets in binary"),
             Self::Strings => f.write_str("octets in strings with escapes"),
             Self::Calls => f.write_str("octets in the calls that strace prints"),
         }
     }
+}
+
+/// Notation that a user states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StatedNotation {
+    /// Hexadecimal, several octets a line.
+    Hexadecimal,
+    /// Decimal numbers.
+    Decimal,
+    /// Strings with escapes.
+    Strings,
+    /// Calls that strace prints.
+    Calls,
 }
 
 /// The most octets of a text that wait until a telegram shows the notation. chosen: the libraries that a program loads before it opens its
@@ -58,6 +75,8 @@ pub(crate) struct Log {
     /// The number of parts at which the notation is searched next.
     search_at: usize,
     form: Option<Form>,
+    /// A telegram, a token or the user has shown the notation.
+    is_shown: bool,
 }
 
 /// A line or a part of it.
@@ -74,7 +93,7 @@ enum Form {
     Hexadecimal(Box<Reader>),
     Single(Lines),
     Table(Table),
-    Decimal(Decimal),
+    Numbers(Numbers),
     Strings(Strings),
     Calls(Calls),
 }
@@ -90,7 +109,24 @@ impl Log {
             held_octets: 0,
             search_at: 1,
             form: None,
+            is_shown: false,
         }
+    }
+
+    /// The user states the notation, before the first line.
+    pub(crate) fn state(&mut self, notation: StatedNotation) {
+        let form = match notation {
+            StatedNotation::Hexadecimal => self.hexadecimal(Commas::Octets),
+            StatedNotation::Decimal => decimal(Commas::Octets),
+            StatedNotation::Strings => Form::Strings(Strings::new(Quoted::Any)),
+            StatedNotation::Calls => Form::Calls(Calls::default()),
+        };
+        (self.form, self.is_shown) = (Some(form), true);
+    }
+
+    /// Whether a telegram or the user has shown the notation. Otherwise it is the most frequent one.
+    pub(crate) const fn is_shown(&self) -> bool {
+        self.is_shown
     }
 
     /// The notation, as soon as a telegram has shown it.
@@ -123,7 +159,7 @@ impl Log {
         if self.held.len() >= self.search_at || is_full {
             let parts = self.held.len();
             self.search_at = parts.saturating_add(if parts < SEARCHED_PARTS { 1 } else { parts });
-            self.form = self.search(is_full);
+            self.choose(is_full);
             self.release(found);
         }
     }
@@ -131,11 +167,23 @@ impl Log {
     /// Ends the text.
     pub(crate) fn end(&mut self, found: &mut Found) {
         if self.form.is_none() {
-            self.form = self.search(true);
+            self.choose(true);
             self.release(found);
         }
         if let Some(form) = &mut self.form {
             form.end(found);
+        }
+    }
+
+    /// Searches the notation. `is_all` says that no more lines decide.
+    fn choose(&mut self, is_all: bool) {
+        self.form = self.search();
+        self.is_shown = self.form.is_some();
+        if is_all && self.form.is_none() {
+            self.form = Some(match self.is_decimal() {
+                true => decimal(Commas::Octets),
+                false => self.hexadecimal(Commas::Octets),
+            });
         }
     }
 
@@ -160,10 +208,9 @@ impl Log {
     }
 
     /// The notation in which telegrams with a check octet have the most octets. Of equal ones the first counts, which expects most of the
-    /// text. `is_all` says that no more lines decide.
-    fn search(&self, is_all: bool) -> Option<Form> {
-        let hexadecimal = Form::Hexadecimal(Box::new(Reader::new(&self.ignored)));
-        let (rows, score) = self.try_form(hexadecimal.clone());
+    /// text.
+    fn search(&self) -> Option<Form> {
+        let (hexadecimal, Tried { rows, score, .. }) = self.with_commas(&|commas| self.hexadecimal(commas));
         let text = |mark: &str| self.held.iter().any(|part| part.text.contains(mark));
         let mut best = None;
         let mut consider = |form: Form, score: usize| {
@@ -173,11 +220,11 @@ impl Log {
         };
         if text("\"") && text("(") && text(" = ") {
             let form = Form::Calls(Calls::default());
-            consider(form.clone(), self.try_form(form).1);
+            consider(form.clone(), self.try_form(form).score);
         }
         if text("b'") || text("b\"") {
             let form = Form::Strings(Strings::new(Quoted::Literals));
-            consider(form.clone(), self.try_form(form).1);
+            consider(form.clone(), self.try_form(form).score);
         }
         let lines = self.held.iter().map(|part| part.text.as_str());
         if let Some((table, score)) = Table::of(lines.clone()) {
@@ -186,22 +233,20 @@ impl Log {
         consider(hexadecimal.clone(), score);
         if text("\"") {
             let form = Form::Strings(Strings::new(Quoted::All));
-            consider(form.clone(), self.try_form(form).1);
+            consider(form.clone(), self.try_form(form).score);
         }
         for radix in Radix::ALL {
             if let Some((lines, score)) = Lines::of(radix, lines.clone(), self.baud) {
                 consider(Form::Single(lines), score);
             }
         }
-        let form = Form::Decimal(Decimal::default());
-        consider(form.clone(), self.try_form(form.clone()).1);
-        match best {
-            Some((form, _)) => Some(form),
-            // A token has no check octet: its three octets in one row show nothing else than hexadecimal digits do.
-            None if !text("\\") && rows.iter().any(|octets| has_token(octets)) => Some(hexadecimal),
-            None if is_all && self.is_decimal() => Some(form),
-            None => is_all.then_some(hexadecimal),
-        }
+        let (form, Tried { score, .. }) = self.with_commas(&decimal);
+        consider(form, score);
+        let form = Form::Numbers(Numbers::new(Radix::Binary, Commas::Octets));
+        consider(form.clone(), self.try_form(form).score);
+        // A token has no check octet: its three octets in one row show nothing else than hexadecimal digits do.
+        let has_token = || !text("\\") && rows.iter().any(|octets| has_token(octets));
+        best.map(|(form, _)| form).or_else(|| has_token().then_some(hexadecimal))
     }
 
     /// Whether the numbers of the text can only be decimal.
@@ -212,20 +257,55 @@ impl Log {
                 .into_iter()
                 .any(|word| word.len() == 2 && word.bytes().any(|letter| letter.is_ascii_alphabetic()) && is_hex(word))
         };
-        self.held.iter().any(|part| Decimal::is_certain(&part.text)) && !self.held.iter().any(is_hexadecimal)
+        self.held.iter().any(|part| Numbers::is_certain(&part.text)) && !self.held.iter().any(is_hexadecimal)
     }
 
-    /// The rows of octets that a notation finds in the held text, and how many octets are in telegrams with a check octet.
-    fn try_form(&self, mut form: Form) -> (Vec<Vec<u8>>, usize) {
+    fn hexadecimal(&self, commas: Commas) -> Form {
+        Form::Hexadecimal(Box::new(Reader::new(&self.ignored, commas)))
+    }
+
+    /// The form with commas between octets, or with decimal commas if these leave as many octets in telegrams and fewer besides: a decimal
+    /// comma between octets is a number more.
+    fn with_commas(&self, form: &dyn Fn(Commas) -> Form) -> (Form, Tried) {
+        let plain = form(Commas::Octets);
+        let tried = self.try_form(plain.clone());
+        if self.held.iter().any(|part| Commas::may_be_in_numbers(&part.text)) {
+            let other = form(Commas::Numbers);
+            let of_other = self.try_form(other.clone());
+            let is_better =
+                of_other.score > tried.score || (of_other.score == tried.score && of_other.besides < tried.besides);
+            if of_other.score > 0 && is_better {
+                return (other, of_other);
+            }
+        }
+        (plain, tried)
+    }
+
+    /// What a notation finds in the held text.
+    fn try_form(&self, mut form: Form) -> Tried {
         let (mut found, mut ignored) = (Found::default(), Ignored::default());
         for part in &self.held {
             form.read(1, &part.text, part.is_last, &mut found, &mut ignored);
         }
         form.end(&mut found);
         let rows: Vec<Vec<u8>> = found.rows.into_iter().map(|row| row.octets).collect();
-        let score = checked_octets(&rows.concat());
-        (rows, score)
+        let all = rows.concat();
+        let score = checked_octets(&all);
+        Tried { rows, score, besides: all.len().saturating_sub(score) }
     }
+}
+
+/// What a notation finds in a text.
+struct Tried {
+    /// The rows of octets.
+    rows: Vec<Vec<u8>>,
+    /// How many octets are in telegrams with a check octet, and how many are not.
+    score: usize,
+    besides: usize,
+}
+
+fn decimal(commas: Commas) -> Form {
+    Form::Numbers(Numbers::new(Radix::Decimal, commas))
 }
 
 fn is_hex(word: &str) -> bool {
@@ -238,7 +318,8 @@ impl Form {
             Self::Hexadecimal(_) => Notation::Hexadecimal,
             Self::Single(lines) => Notation::Single(lines.radix().name()),
             Self::Table(table) => Notation::Table(table.radix().name()),
-            Self::Decimal(_) => Notation::Decimal,
+            Self::Numbers(numbers) if matches!(numbers.radix(), Radix::Binary) => Notation::Binary,
+            Self::Numbers(_) => Notation::Decimal,
             Self::Strings(_) => Notation::Strings,
             Self::Calls(_) => Notation::Calls,
         }
@@ -257,7 +338,7 @@ impl Form {
             Self::Hexadecimal(_) => {}
             Self::Single(lines) => lines.read(line, text, found, ignored),
             Self::Table(table) => table.read(line, text, found, ignored),
-            Self::Decimal(decimal) => decimal.read(line, text, is_last, found, ignored),
+            Self::Numbers(numbers) => numbers.read(line, text, is_last, found, ignored),
             Self::Strings(strings) => strings.read(line, text, is_last, found, ignored),
             Self::Calls(calls) => calls.read(line, text, found, ignored),
         }
@@ -268,7 +349,7 @@ impl Form {
             Self::Hexadecimal(reader) => reader.end(found),
             Self::Single(lines) => lines.end(found),
             Self::Table(table) => table.end(found),
-            Self::Decimal(_) | Self::Strings(_) | Self::Calls(_) => {}
+            Self::Numbers(_) | Self::Strings(_) | Self::Calls(_) => {}
         }
     }
 }

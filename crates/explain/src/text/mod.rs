@@ -8,7 +8,7 @@
 //! | logs | `PHY-serial: TX   10 08 02 49 53 16`, `12:00:00.5 2 -> 8 ; SRD ; 68 05 ...` |
 //!
 //! | one octet a line | `uart-1: 10`, `0-1100 UART: RX data: 10`, a table of Saleae Logic |
-//! | numbers | `TX [16, 8, 2, 73, 83, 22]` |
+//! | numbers | `TX [16, 8, 2, 73, 83, 22]`, `[-27]`, `16;8;2;73;83;22`, `00010000 00001000` |
 //! | strings | `b'\x10\x08\x02IS\x16'`, `write(3, "\20\10\2IS\26", 6) = 6` |
 //!
 //! The first telegram with a check octet shows the notation: the one counts in which such telegrams have the most octets.
@@ -39,7 +39,7 @@ mod word;
 pub use dump_lines::OMITTED;
 pub use ignored::{Ignored, IgnoredKind, IgnoredText};
 pub(crate) use log::Log;
-pub use log::Notation;
+pub use log::{Notation, StatedNotation};
 
 use super::frame::{Chunk, Framer, PieceKind};
 use dump::DumpLine;
@@ -47,9 +47,10 @@ use dump_lines::Addresses;
 use ignored::shortened;
 use profivac_wire::Telegram;
 use rows::{MIN_OCTETS, Rows, plain_octets};
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::VecDeque;
-use word::{Meaning, Octets, Word, pairs, words};
+use word::{Commas, Meaning, Octets, Word, column_between_commas, pairs, words};
 
 /// Octets that belong together in a text.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -102,6 +103,7 @@ pub struct Reader {
     repeated: u64,
     /// The words before rows of octets.
     prefixes: VecDeque<String>,
+    commas: Commas,
     /// State within a line that comes in parts.
     part: Part,
     /// A line without an address has had octets.
@@ -135,8 +137,8 @@ const MAX_ALIGNED: usize = 2048;
 
 impl Reader {
     /// A reader of a text of which `ignored` was read already.
-    fn new(ignored: &Ignored) -> Self {
-        Self { ignored: ignored.clone(), ..Self::default() }
+    fn new(ignored: &Ignored, commas: Commas) -> Self {
+        Self { ignored: ignored.clone(), commas, ..Self::default() }
     }
 
     /// The number of lines so far.
@@ -214,7 +216,8 @@ impl Reader {
 
     /// Reports text behind the octets of a dump.
     fn leave_over_or_ignore(&mut self, text: &str, line: usize, found: &mut Found) {
-        let octets: usize = words(text, &|digits, _| pairs(digits, 0)).iter().map(|word| word.octet_count()).sum();
+        let octets: usize =
+            words(text, self.commas, &|digits, _| pairs(digits, 0)).iter().map(|word| word.octet_count()).sum();
         if octets > 0 {
             found.left_over.push(LeftOver { line, text: shortened(text), octets });
         } else {
@@ -260,9 +263,13 @@ impl Reader {
         self.read_waiting(found);
         self.emit_last_row(found);
         let text = self.without_comment(text);
+        let text = &*text;
         let characters = dump::characters_at_end(text);
         let text = characters.as_ref().map_or(text, |(front, _)| front);
-        let words = words(text, &|digits, is_first| self.aligned(digits, is_first));
+        if self.commas == Commas::Octets {
+            self.commas = column_between_commas(text).map_or(Commas::Octets, Commas::Columns);
+        }
+        let words = words(text, self.commas, &|digits, is_first| self.aligned(digits, is_first));
         if words.is_empty() {
             return;
         }
@@ -272,24 +279,29 @@ impl Reader {
             return;
         }
         let mut rows = Rows::of(&words);
-        let prefix = rows.prefix(&words);
-        let is_known = self.prefixes.contains(&prefix);
-        rows.select(&words, is_known);
+        rows.select(&words, |prefix| self.prefixes.iter().any(|known| known == prefix));
         if let Some((_, characters)) = &characters {
             self.ignored.add(IgnoredKind::Characters, self.line, characters);
         }
-        if rows.is_long() {
+        if let Some(prefix) = rows.prefix_of_long(&words) {
             self.learn_prefix(prefix);
         }
         self.emit(&words, &rows, false, found);
     }
 
-    /// The text before a comment.
-    fn without_comment<'a>(&mut self, text: &'a str) -> &'a str {
-        let Some(at) = comment(text) else { return text };
-        let (front, comment) = text.split_at(at);
-        self.ignored.add(IgnoredKind::Comment, self.line, comment);
-        front
+    /// The text before a comment, and with a space in place of each comment of C.
+    fn without_comment<'a>(&mut self, text: &'a str) -> Cow<'a, str> {
+        let (mut clean, mut rest) = (String::new(), text);
+        while let Some((from, to)) = inner_comment(rest) {
+            self.ignored.add(IgnoredKind::Comment, self.line, rest.get(from..to).unwrap_or_default());
+            clean += rest.get(..from).unwrap_or_default();
+            clean.push(' ');
+            rest = rest.get(to..).unwrap_or_default();
+        }
+        let text = if clean.is_empty() { Cow::Borrowed(text) } else { Cow::Owned(clean + rest) };
+        let Some(at) = comment(&text) else { return text };
+        self.ignored.add(IgnoredKind::Comment, self.line, text.get(at..).unwrap_or_default());
+        Cow::Owned(text.get(..at).unwrap_or_default().to_owned())
     }
 
     /// Reads a part of a line. All its columns count, because the whole line is not known.
@@ -303,7 +315,7 @@ impl Reader {
             self.part.digit = text.chars().next_back();
             text = text.get(..text.len().saturating_sub(1)).unwrap_or_default();
         }
-        let words = words(text, &|digits, is_first| self.aligned(digits, is_first));
+        let words = words(text, self.commas, &|digits, is_first| self.aligned(digits, is_first));
         let mut rows = Rows::of(&words);
         rows.select_parts(&words, self.part.is_in_row, !is_last);
         self.emit(&words, &rows, !is_last, found);
@@ -402,13 +414,23 @@ fn joined(words: Vec<(String, usize)>) -> Option<(String, usize)> {
     (!texts.is_empty()).then(|| (shortened(&texts.join(" ")), octets))
 }
 
+/// The begin and the end of a comment of C that begins a word.
+fn inner_comment(text: &str) -> Option<(usize, usize)> {
+    let (from, _) = text.match_indices("/*").find(|(at, _)| begins_word(text, *at))?;
+    let behind = text.get(from.saturating_add(2)..)?;
+    let length = behind.find("*/").map_or(behind.len(), |at| at.saturating_add(2));
+    Some((from, from.saturating_add(2).saturating_add(length)))
+}
+
+fn begins_word(text: &str, at: usize) -> bool {
+    text.get(..at).is_some_and(|front| front.is_empty() || front.ends_with(char::is_whitespace))
+}
+
 /// The position of a comment: `#` without a number behind it, or `//`, at the begin of a word.
 fn comment(text: &str) -> Option<usize> {
-    let is_begin =
-        |at: usize| text.get(..at).is_some_and(|front| front.is_empty() || front.ends_with(char::is_whitespace));
     let marks = text.match_indices('#').filter(|(at, _)| {
         let next = text.get(at.saturating_add(1)..).and_then(|rest| rest.chars().next());
         !next.is_some_and(|letter| letter.is_ascii_digit())
     });
-    marks.chain(text.match_indices("//")).map(|(at, _)| at).filter(|at| is_begin(*at)).min()
+    marks.chain(text.match_indices("//")).map(|(at, _)| at).filter(|at| begins_word(text, *at)).min()
 }

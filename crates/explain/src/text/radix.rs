@@ -35,6 +35,9 @@ impl Radix {
 
     /// The octet of a text.
     pub(super) fn octet(self, text: &str) -> Option<u8> {
+        // The character or the number, and behind it the octet, as Saleae Logic 1 writes it: `'16' (0x10)`.
+        let behind = text.rsplit_once(" (0x").and_then(|(_, rest)| rest.strip_suffix(')'));
+        let text = behind.filter(|_| self == Self::Hexadecimal).unwrap_or(text);
         let number = |digits: &str, radix: u32| {
             let is_number = !digits.is_empty() && digits.chars().all(|letter| letter.is_digit(radix));
             u8::from_str_radix(digits, radix).ok().filter(|_| is_number)

@@ -6,6 +6,9 @@ use super::word::{Meaning, Word};
 /// The least number of octets in a line with other words: `cafe` and `be` are words.
 pub(super) const MIN_OCTETS: usize = 3;
 
+/// The rows of a line that are compared with the words before rows of other lines: the work for a line grows with its length alone.
+const MOST_EXAMINED: usize = 8;
+
 impl Row {
     pub(super) fn add(&mut self, meaning: &Meaning) {
         match meaning {
@@ -51,15 +54,24 @@ impl Rows {
         Self { rows, is_taken: vec![false; words.len()], lengths }
     }
 
-    /// The words before the first row, without numbers.
-    pub(super) fn prefix(&self, words: &[Word<'_>]) -> String {
-        let end = self.rows.first().map_or(0, |row| row.start);
-        let others = words.iter().take(end).filter(|word| word.meaning == Meaning::Other);
-        others.map(|word| word.text).collect::<Vec<_>>().join(" ")
+    /// The words before a row, with a sign for each number that is none of the row.
+    fn prefix(words: &[Word<'_>], row: &std::ops::Range<usize>) -> String {
+        let shown = |word: &Word<'_>| match word.meaning {
+            Meaning::Other if !word.text.bytes().all(|letter| letter.is_ascii_digit()) => Some(word.text.to_owned()),
+            Meaning::Time(_) => None,
+            _ => Some("0".to_owned()),
+        };
+        words.iter().take(row.start).filter_map(shown).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The words before the first selected row, if the selected rows are long.
+    pub(super) fn prefix_of_long(&self, words: &[Word<'_>]) -> Option<String> {
+        let taken = self.rows.iter().find(|row| self.is_taken.get(row.start) == Some(&true)).filter(|_| self.is_long());
+        taken.map(|row| Self::prefix(words, row))
     }
 
     /// Selects the rows of a whole line.
-    pub(super) fn select(&mut self, words: &[Word<'_>], is_known_prefix: bool) {
+    pub(super) fn select(&mut self, words: &[Word<'_>], is_known: impl Fn(&str) -> bool) {
         let outside = words.iter().any(|word| word.is_octet() && !word.in_brackets);
         let is_text = |word: &Word<'_>| word.meaning == Meaning::Other && !(outside && word.in_brackets);
         let has_words = words.iter().any(is_text);
@@ -69,17 +81,24 @@ impl Rows {
         let longest = self.rows.iter().zip(&self.lengths).max_by_key(|(_, length)| **length);
         let best = longest.and_then(|(row, _)| words.get(row.start)).map(|word| word.column);
         let is_single = self.lengths.iter().all(|length| *length == 1);
-        let is_marked = self.rows.first().and_then(|row| words.get(row.start)).is_some_and(|word| word.is_marked);
-        let begins_row = is_known_prefix || is_marked;
+        let begins_row = |row: &std::ops::Range<usize>| {
+            words.get(row.start).is_some_and(|word| word.is_marked) || is_known(&Self::prefix(words, row))
+        };
+        let is_first_known = self.rows.first().is_some_and(begins_row);
         for (number, (row, length)) in self.rows.iter().zip(&self.lengths).enumerate() {
             let Some(first) = words.get(row.start) else { continue };
             let in_column = !has_words || is_single || Some(first.column) == best;
             let is_sc = words.get(row.clone()).is_some_and(is_short_ack);
-            let is_first_known = begins_row && (number == 0 || is_single);
             let is_row_of_columns = is_single && self.rows.len() >= MIN_OCTETS;
             let is_long =
                 *length >= MIN_OCTETS && words.get(row.clone()).is_some_and(|row| row.iter().any(Word::is_number));
-            let is_certain = is_sc || first.is_marked || is_first_known || first.has_notation();
+            // Columns with one octet each continue the first one.
+            let is_of_row = match number {
+                0 => is_first_known,
+                1..MOST_EXAMINED => (is_first_known && is_single) || (*length < MIN_OCTETS && begins_row(row)),
+                _ => is_first_known && is_single,
+            };
+            let is_certain = is_sc || first.is_marked || is_of_row || first.has_notation();
             let is_enough = !has_words || is_row_of_columns || is_long || is_certain;
             if in_column && is_enough && row.start >= time && (brackets_count || !first.in_brackets) {
                 self.is_taken.iter_mut().take(row.end).skip(row.start).for_each(|taken| *taken = true);
@@ -101,7 +120,7 @@ impl Rows {
     }
 
     /// Whether the selected rows show that such lines have octets.
-    pub(super) fn is_long(&self) -> bool {
+    fn is_long(&self) -> bool {
         let is_taken = |row: &std::ops::Range<usize>| self.is_taken.get(row.start) == Some(&true);
         let taken = self.rows.iter().zip(&self.lengths).filter(|(row, _)| is_taken(row));
         taken.map(|(_, length)| length).sum::<usize>() >= MIN_OCTETS

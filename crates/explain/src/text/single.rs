@@ -61,13 +61,17 @@ impl Lines {
     /// The reader for the lines in which octets of `radix` are telegrams, and the octets of these telegrams.
     pub(super) fn of<'a>(radix: Radix, lines: impl Iterator<Item = &'a str>, baud: Baud) -> Option<(Self, usize)> {
         let mut streams: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+        // Behind these words stand octets of hexadecimal: a telegram among those that are read as numbers of another radix is a coincidence.
+        let mut others: BTreeSet<String> = BTreeSet::new();
         for entry in lines.filter_map(entry) {
-            if let Some(octet) = radix.octet(entry.value)
-                && (streams.len() < MOST_WORDS || streams.contains_key(&entry.words))
-            {
-                streams.entry(entry.words).or_default().push(octet);
+            let has_room = streams.len() < MOST_WORDS || streams.contains_key(&entry.words);
+            match radix.octet(entry.value) {
+                Some(octet) if has_room => streams.entry(entry.words).or_default().push(octet),
+                None if is_hexadecimal(entry.value) && others.len() < MOST_WORDS => drop(others.insert(entry.words)),
+                _ => {}
             }
         }
+        streams.retain(|words, _| !others.contains(words));
         let checked = streams.into_iter().map(|(words, octets)| (words, checked_octets(&octets)));
         let (words, counts): (BTreeSet<String>, Vec<usize>) = checked.filter(|(_, count)| *count > 0).unzip();
         let samples = Samples { baud, samples_per_second: None };
@@ -107,6 +111,11 @@ impl Lines {
     pub(super) fn end(&mut self, found: &mut Found) {
         self.waiting.end(found);
     }
+}
+
+/// Whether the value is an octet of two hexadecimal digits.
+fn is_hexadecimal(value: &str) -> bool {
+    value.len() == 2 && value.bytes().all(|digit| digit.is_ascii_hexdigit())
 }
 
 /// The octet at the end of a line, the words before it without direction and numbers, and its time.
@@ -193,6 +202,8 @@ pub(super) struct Table {
     separator: char,
     /// The column of octets, and those that are empty beside it: a table with a column for each direction has an octet in one of them.
     columns: Vec<usize>,
+    /// The name of the column of octets.
+    name: String,
     radix: Radix,
     time: Option<(usize, f64)>,
     errors: Vec<usize>,
@@ -205,7 +216,8 @@ const MOST_COLUMNS: usize = 16;
 impl Table {
     /// The reader for the table whose column has the most octets in telegrams, and their number. The first line has the names of columns.
     pub(super) fn of<'a>(lines: impl Iterator<Item = &'a str> + Clone) -> Option<(Self, usize)> {
-        let header = lines.clone().find(|line| !line.trim().is_empty())?;
+        let is_header = |line: &&str| !line.trim().is_empty() && !line.starts_with('#') && !line.starts_with("sep=");
+        let header = lines.clone().find(is_header)?;
         let separator = [';', '\t', ','].into_iter().find(|separator| header.contains(*separator))?;
         let names: Vec<String> = fields(header, separator).iter().map(|name| name.to_ascii_lowercase()).collect();
         if names.iter().any(|name| name.starts_with(|letter: char| letter.is_ascii_digit())) {
@@ -231,7 +243,8 @@ impl Table {
             *other != column && time.is_none_or(|(at, _)| at != *other) && !errors.contains(other) && is_empty(*other)
         };
         let columns = std::iter::once(column).chain((0..names.len().min(MOST_COLUMNS)).filter(is_other)).collect();
-        Some((Self { separator, columns, radix, time, errors, waiting: Waiting::default() }, count))
+        let name = names.get(column).cloned().unwrap_or_default();
+        Some((Self { separator, columns, name, radix, time, errors, waiting: Waiting::default() }, count))
     }
 
     pub(super) const fn radix(&self) -> Radix {
@@ -243,7 +256,12 @@ impl Table {
         let fields = fields(text, self.separator);
         let field = |column: usize| fields.get(column).map(String::as_str);
         let Some(octet) = self.columns.iter().find_map(|column| self.radix.octet(field(*column)?)) else {
-            ignored.add(IgnoredKind::Line, line, text);
+            let value = self.columns.first().and_then(|column| field(*column)).unwrap_or_default();
+            if value.is_empty() || value.eq_ignore_ascii_case(&self.name) {
+                ignored.add(IgnoredKind::Line, line, text);
+            } else {
+                found.left_over.push(LeftOver { line, text: shortened(value), octets: 1 });
+            }
             return;
         };
         let time = self.time.and_then(|(column, unit)| Some((field(column)?, unit)));

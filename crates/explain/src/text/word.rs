@@ -1,5 +1,6 @@
 //! Words of a line: octets in many notations, numbers, times, other text.
 
+use super::checked_octets;
 use profivac_sim::describe::octet;
 use std::collections::BTreeSet;
 
@@ -51,8 +52,8 @@ impl Word<'_> {
 
     /// Whether the notation says that the word is octets: `0x68`, `$68`, `68h`, `\x68`.
     pub(super) fn has_notation(&self) -> bool {
-        let begins = ["0x", "0X", "$", "\\x"].iter().any(|prefix| self.text.starts_with(prefix));
-        begins || (self.text.len() == 3 && self.text.ends_with(['h', 'H']))
+        let begins = PREFIXES.iter().any(|prefix| self.text.starts_with(prefix));
+        begins || self.text.starts_with("\\x") || (self.text.len() == 3 && self.text.ends_with(['h', 'H']))
     }
 
     /// Whether the word is no word of a language.
@@ -70,27 +71,89 @@ impl Word<'_> {
     }
 }
 
+/// Meaning of the commas of a text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Commas {
+    /// They are between octets.
+    #[default]
+    Octets,
+    /// They are between columns, of which one with this number, counted from 0, has the octets.
+    Columns(usize),
+    /// Between digits they are decimal commas.
+    Numbers,
+}
+
+impl Commas {
+    /// Whether the letter at a position is a decimal comma.
+    pub(super) fn is_in_number(self, text: &str, at: usize) -> bool {
+        let is_digit = |at: Option<usize>| at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit);
+        let is_comma = text.as_bytes().get(at) == Some(&b',');
+        self == Self::Numbers && is_comma && is_digit(at.checked_sub(1)) && is_digit(at.checked_add(1))
+    }
+
+    /// Whether a text has a comma between digits.
+    pub(super) fn may_be_in_numbers(text: &str) -> bool {
+        text.match_indices(',').any(|(at, _)| Self::Numbers.is_in_number(text, at))
+    }
+}
+
+/// The number of the column of octets if commas divide the columns of a line: one column has several octets with spaces between them, or a
+/// telegram, and another one is not empty.
+pub(super) fn column_between_commas(line: &str) -> Option<usize> {
+    let is_octet = |word: &str| word.len() == 2 && octet(word).is_some();
+    let has_telegram = |word: &str| {
+        let is_joined = word.len() >= 12 && word.bytes().all(|digit| digit.is_ascii_hexdigit());
+        is_joined && checked_octets(&pairs(word, 0).octets) > 0
+    };
+    let is_row = |column: &str| match column.split_whitespace().count() {
+        0 => false,
+        1 => has_telegram(column.trim()),
+        _ => column.split_whitespace().all(is_octet),
+    };
+    if !line.contains(',') || line.split(',').filter(|column| !column.trim().is_empty()).count() < 2 {
+        return None;
+    }
+    // Two rows are a request with its answer, or the columns of two directions.
+    let is_one = line.split(',').filter(|column| is_row(column)).count() == 1;
+    line.split([',', ';', '|', '\t']).position(is_row).filter(|_| is_one)
+}
+
 /// Divides the digits of a word into octets. The second argument says whether it is the first word of its line.
 pub(super) type Aligned<'a> = dyn Fn(&str, bool) -> Octets + 'a;
 
 /// Divides a line into words.
-pub(super) fn words<'a>(line: &'a str, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
+pub(super) fn words<'a>(line: &'a str, commas: Commas, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
     let (mut words, mut column, mut depth, mut from, mut is_marked) = (Vec::new(), 0, 0_usize, 0, false);
     let comma = decimal_comma(line);
+    let is_comma = |at: usize| Some(at) == comma || commas.is_in_number(line, at);
     let ends = line.char_indices().chain([(line.len(), ' ')]);
-    for (at, letter) in ends.filter(|(at, letter)| is_separator(*letter) && Some(*at) != comma) {
+    for (at, letter) in ends.filter(|(at, letter)| is_separator(*letter) && !is_comma(*at)) {
         let text = line.get(from..at).unwrap_or_default();
         if !text.is_empty() {
             // The b of b"\x68", which is a notation of Python.
             let is_prefix = text.len() == 1 && matches!(letter, '"' | '\'');
-            let is_number = is_named_number(line, from, words.last());
+            let is_number = is_named_number(line, from, text, words.last());
             let is_other = is_prefix || is_number;
             let meaning = if is_other { Meaning::Other } else { meaning(text, words.is_empty(), aligned) };
-            words.push(Word { text, meaning, column, in_brackets: depth > 0, is_marked });
-            let mark = text.trim_end_matches(':');
-            is_marked = mark.eq_ignore_ascii_case("tx") || mark.eq_ignore_ascii_case("rx");
+            let at = glued(text).filter(|_| !is_other && meaning == Meaning::Other);
+            if let Some((front, back)) = at.and_then(|at| text.split_at_checked(at)) {
+                let first = self::meaning(front, words.is_empty(), aligned);
+                words.push(Word { text: front, meaning: first, column, in_brackets: depth > 0, is_marked });
+                let meaning = self::meaning(back, false, aligned);
+                words.push(Word {
+                    text: back,
+                    meaning,
+                    column,
+                    in_brackets: depth > 0,
+                    is_marked: is_direction(front),
+                });
+            } else {
+                words.push(Word { text, meaning, column, in_brackets: depth > 0, is_marked });
+            }
+            is_marked = is_direction(text);
         }
         match letter {
+            ',' if matches!(commas, Commas::Columns(_)) => column = column.saturating_add(1),
             '|' | ';' | '\t' => column = column.saturating_add(1),
             '(' | '[' => depth = depth.saturating_add(1),
             ')' | ']' => depth = depth.saturating_sub(1),
@@ -101,16 +164,148 @@ pub(super) fn words<'a>(line: &'a str, aligned: &Aligned<'_>) -> Vec<Word<'a>> {
     }
     restore_octets(&mut words);
     find_dates(&mut words);
+    find_numbers(&mut words);
+    if let Commas::Columns(octets) = commas {
+        let rows: Vec<usize> = rows_of_columns(&words);
+        let is_number = |word: &Word<'_>| {
+            word.column != octets
+                && !rows.contains(&word.column)
+                && word.text.bytes().all(|digit| digit.is_ascii_digit())
+        };
+        words.iter_mut().filter(|word| is_number(word)).for_each(|word| word.meaning = Meaning::Other);
+    }
     words
 }
 
-/// Names of numbers that programs write beside octets, as socat does: `length=11 from=12 to=22`.
-const NUMBERS: [&str; 7] = ["length", "len", "from", "to", "size", "count", "offset"];
+/// The columns that have several words, each of them an octet of two digits: those of the other direction.
+fn rows_of_columns(words: &[Word<'_>]) -> Vec<usize> {
+    let columns: BTreeSet<usize> = words.iter().map(|word| word.column).collect();
+    let is_row = |column: &usize| {
+        let mut own = words.iter().filter(|word| word.column == *column);
+        own.clone().count() > 1 && own.all(|word| word.text.len() == 2 && octet(word.text).is_some())
+    };
+    columns.into_iter().filter(is_row).collect()
+}
 
-/// Whether the word that begins at `from` is the number of a name.
-fn is_named_number(line: &str, from: usize, before: Option<&Word<'_>>) -> bool {
-    let is_value = line.get(..from).is_some_and(|front| front.ends_with('='));
-    is_value && before.is_some_and(|word| NUMBERS.iter().any(|name| word.text.eq_ignore_ascii_case(name)))
+/// Whether a word says who has sent the octets behind it: `TX`, `RX:`.
+fn is_direction(word: &str) -> bool {
+    let mark = word.rsplit('-').next().unwrap_or_default().trim_end_matches([':', '-']);
+    mark.eq_ignore_ascii_case("tx") || mark.eq_ignore_ascii_case("rx")
+}
+
+/// The place behind the last colon or hyphen of a word that ends with octets: `TX:10`, `000028-Tx:10`, `Tx:000028-10`. A hyphen in front of
+/// octets follows a number or a direction, because names have hyphens too.
+fn glued(text: &str) -> Option<usize> {
+    let at = text.rfind([':', '-'])?;
+    let (front, back) = (text.get(..at)?, text.get(at.saturating_add(1)..)?);
+    let is_octets =
+        back.len() >= 2 && back.len().is_multiple_of(2) && back.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let is_name = match text.as_bytes().get(at) {
+        Some(b':') => {
+            front.bytes().any(|letter| letter.is_ascii_alphabetic())
+                && !front.contains(['.', '/'])
+                && !names_a_number(front)
+        }
+        _ => {
+            let number = front.rsplit(':').next().unwrap_or_default();
+            let is_number =
+                !number.is_empty() && number.bytes().all(|letter| letter.is_ascii_digit() || letter == b'.');
+            back.len() == 2 && (is_direction(front) || is_number)
+        }
+    };
+    (is_octets && is_name).then_some(at.saturating_add(1))
+}
+
+/// Names of numbers that stand in front of octets: `len:06`, `seq:0001`.
+const NUMBER_NAMES: [&str; 26] = [
+    "addr", "address", "bytes", "ch", "channel", "count", "frame", "from", "id", "idx", "index", "len", "length",
+    "line", "no", "num", "number", "octets", "offset", "packet", "pkt", "port", "pos", "seq", "size", "to",
+];
+
+/// Whether the word, or its last part, is the name of a number that is no octet of a telegram.
+pub(super) fn names_a_number(word: &str) -> bool {
+    let last = word.trim_end_matches(':').rsplit(['_', '-', '.', ':']).next().unwrap_or_default();
+    NUMBER_NAMES.iter().any(|name| last.eq_ignore_ascii_case(name))
+}
+
+/// Numbers beside octets are none: a clock that is not the first word, a date, the seconds since 1970, a number in the first column, an
+/// address with `0x`.
+fn find_numbers(words: &mut [Word<'_>]) {
+    let sign = |text: &str| text.contains([':', '-', '_', '.']);
+    let is_plain = |word: &Word<'_>| word.is_octet() && !sign(word.text);
+    if !words.iter().any(is_plain) {
+        return;
+    }
+    let has_other_octets = words.iter().filter(|word| word.is_octet()).count() > 1;
+    for word in words.iter_mut().filter(|word| matches!(word.meaning, Meaning::Octets(_))) {
+        if sign(word.text) {
+            match time(word.text, true).filter(|_| word.text.contains(':')) {
+                Some(seconds) => word.meaning = Meaning::Time(seconds),
+                None if is_date(word.text) => word.meaning = Meaning::Other,
+                None => {}
+            }
+        } else if let Some(seconds) = seconds_since_1970(word).filter(|_| has_other_octets) {
+            word.meaning = Meaning::Time(seconds);
+        }
+    }
+    for at in 0..words.len().saturating_sub(1) {
+        let Some([word, next]) = words.get(at..at.saturating_add(2)) else { continue };
+        let is_pair = next.is_octet() && next.text.len() == 2 && word.column == next.column;
+        let is_address = word.text.starts_with("0x") && word.text.len() >= 6;
+        let is_first_number = at == 0 && is_long_number(word);
+        if is_pair
+            && (is_address || is_first_number)
+            && let Some(word) = words.get_mut(at)
+        {
+            word.meaning = Meaning::Other;
+        }
+    }
+}
+
+/// Whether a word is a decimal number that is no pair of digits and has no telegram.
+fn is_long_number(word: &Word<'_>) -> bool {
+    let is_number = word.text.len() >= 3 && word.text.bytes().all(|digit| digit.is_ascii_digit());
+    is_number && matches!(&word.meaning, Meaning::Octets(octets) if checked_octets(&octets.octets) == 0)
+}
+
+/// The seconds of a number that counts seconds since 1970, or thousandths or millionths or billionths of them, after 2001 and before 2033.
+fn seconds_since_1970(word: &Word<'_>) -> Option<f64> {
+    let unit = match word.text.len() {
+        10 => 1.0,
+        13 => 1e-3,
+        16 => 1e-6,
+        19 => 1e-9,
+        _ => return None,
+    };
+    let number: f64 = word.text.parse().ok().filter(|_| is_long_number(word) && word.text.starts_with('1'))?;
+    Some(number * unit)
+}
+
+/// Names of numbers that programs write beside octets, as socat does: `length=11 from=12 to=22`. Behind the first four no octets follow
+/// without a sign between.
+const NUMBERS: [&str; 7] = ["length", "len", "size", "count", "from", "to", "offset"];
+const CERTAIN: usize = 4;
+
+/// Whether the word that begins at `from` is the number of a name: `length=6`, `Length: 0006`, `Length 11:`, `octets_len = 27`, the size in
+/// `octets[27] =`, or a number of three digits and more alone in parentheses.
+fn is_named_number(line: &str, from: usize, text: &str, before: Option<&Word<'_>>) -> bool {
+    let Some(before) = before.filter(|before| before.meaning == Meaning::Other) else { return false };
+    let digits = text.strip_suffix(':').unwrap_or(text);
+    if digits.is_empty() || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
+        return false;
+    }
+    let front = line.get(..from).unwrap_or_default();
+    let behind = line.get(from.saturating_add(text.len())..).unwrap_or_default();
+    let is_size = behind.strip_prefix(']').is_some_and(|behind| behind.trim_start().starts_with('='));
+    if (front.ends_with('[') && is_size) || (front.ends_with('(') && behind.starts_with(')') && text.len() >= 3) {
+        return true;
+    }
+    let has_equals = front.trim_end().ends_with('=');
+    let name = before.text.trim_end_matches(':').to_ascii_lowercase();
+    let has_sign = has_equals || before.text.ends_with(':');
+    let is_name = |number: &&str| name == **number || (has_equals && name.ends_with(&format!("_{number}")));
+    let at = NUMBERS.iter().position(is_name);
+    at.is_some_and(|at| has_sign || at < CERTAIN)
 }
 
 /// The position of a decimal comma: in a clock time with thousandths, or in a number that fills the first column of a line.
@@ -126,7 +321,8 @@ fn decimal_comma(line: &str) -> Option<usize> {
 }
 
 /// The months as the logs of Unix write them.
-const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+pub(super) const MONTHS: [&str; 12] =
+    ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
 /// A clock behind a date is a time, and the date is no octets: `2026-11-29 08:15:00`, `29.11.26 08:15:00`, `Nov 29 08:15:00`.
 fn find_dates(words: &mut [Word<'_>]) {
@@ -134,11 +330,21 @@ fn find_dates(words: &mut [Word<'_>]) {
         let Some([date, clock]) = words.get(at.saturating_sub(1)..=at) else { continue };
         let month = at.checked_sub(2).and_then(|at| words.get(at)).map(|word| word.text);
         let is_day = date.text.len() <= 2 && month.is_some_and(|month| MONTHS.contains(&month));
-        let seconds = time(clock.text, true).filter(|_| clock.text.contains(':') && (is_day || is_date(date.text)));
+        let is_clock = clock.text.contains(':') && (is_day || is_date(date.text));
+        let is_of_socat = words.get(at.saturating_add(1)).is_some_and(|word| word.text == "length");
+        let seconds = time_of_socat(clock.text).filter(|_| is_of_socat).or_else(|| time(clock.text, true));
+        let seconds = seconds.filter(|_| is_clock);
         if let (Some(seconds), Some([date, clock])) = (seconds, words.get_mut(at.saturating_sub(1)..=at)) {
             (date.meaning, clock.meaning) = (Meaning::Other, Meaning::Time(seconds));
         }
     }
+}
+
+/// socat 1.7.4 writes microseconds with nine digits: `12:00:00.000250000` is a quarter of a second behind twelve. Other versions write six.
+fn time_of_socat(clock: &str) -> Option<f64> {
+    let (whole, fraction) = clock.split_once('.')?;
+    let microseconds: f64 = fraction.strip_prefix("000").filter(|_| fraction.len() == 9)?.parse().ok()?;
+    Some(time(whole, true)? + microseconds / 1e6)
 }
 
 /// Three numbers with a sign between them.
@@ -152,7 +358,7 @@ fn is_date(text: &str) -> bool {
     })
 }
 
-fn is_separator(letter: char) -> bool {
+pub(super) fn is_separator(letter: char) -> bool {
     letter.is_whitespace() || ",[](){}<>\"'=|;".contains(letter)
 }
 
@@ -209,6 +415,9 @@ fn other(word: &str) -> Meaning {
     }
 }
 
+/// What languages write in front of hexadecimal digits: C, assemblers, Visual Basic, IEC 61131-3.
+const PREFIXES: [&str; 7] = ["0x", "0X", "$", "&H", "&h", "16#", "B#16#"];
+
 /// `68`, `0x68`, `68h`, `$68`, `\x68\x05`, `680505`, `68:05:05`, `68-05-05`.
 fn octets_of(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Option<Octets> {
     if word.contains("\\x") {
@@ -218,7 +427,7 @@ fn octets_of(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Option<Octets
         let octets: Option<Vec<u8>> = groups.map(one_or_two_digits).collect();
         return octets.map(|octets| Octets { octets, ..Octets::default() });
     }
-    let prefix = word.strip_prefix("0x").or_else(|| word.strip_prefix("0X")).or_else(|| word.strip_prefix('$'));
+    let prefix = PREFIXES.iter().find_map(|prefix| word.strip_prefix(prefix));
     if let Some(digits) = prefix {
         let single = one_or_two_digits(digits).map(|octet| Octets { octets: vec![octet], ..Octets::default() });
         return single.or_else(|| digit_pairs(digits, is_first, aligned));

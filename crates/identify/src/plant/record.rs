@@ -78,6 +78,9 @@ pub enum NotIdentified {
     /// The dose is not within a phase with a closed valve.
     #[error("expected the dose while the valve is closed")]
     DoseWhilePumped,
+    /// No sample lies in a phase with a closed valve, so its times are those of another day or gauge.
+    #[error("expected samples while the valve is closed, found none")]
+    NoRise,
     /// The method found no minimum.
     #[error("the fit found no minimum: the record does not look like a pump-down")]
     NoMinimum,
@@ -106,6 +109,12 @@ impl PlantRecord {
         }
     }
 
+    fn has_sample_in(&self, index: usize) -> bool {
+        let [from, to] =
+            [index, index + 1].map(|index| self.phases.get(index).map_or(f64::INFINITY, |phase| phase.from_s));
+        self.samples.iter().any(|(t, _)| *t > from && *t <= to)
+    }
+
     pub(super) fn check(&self) -> Result<(), NotIdentified> {
         let good = |(t, pa): &(f64, f64)| t.is_finite() && *t >= 0.0 && POSSIBLE_PA.contains(pa);
         if let Some(index) = self.samples.iter().position(|sample| !good(sample)) {
@@ -121,6 +130,9 @@ impl PlantRecord {
         let ordered = self.phases.windows(2).all(|pair| pair[0].from_s < pair[1].from_s);
         if !ordered || !self.phases.first().is_some_and(|phase| phase.pumped) {
             return Err(NotIdentified::Phases);
+        }
+        if !self.phases.iter().enumerate().all(|(index, phase)| phase.pumped || self.has_sample_in(index)) {
+            return Err(NotIdentified::NoRise);
         }
         let positive = |number: f64| number.is_finite() && number > 0.0;
         match self.volume {

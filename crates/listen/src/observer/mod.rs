@@ -22,6 +22,7 @@ use crate::histogram::Histogram;
 use crate::parameters::Passed;
 use crate::station::{Station, StationState};
 use profivac_dp::link::{Baud, BitTime, CHARACTER_TBIT};
+use profivac_explain::divider::character_tbit;
 use profivac_explain::frame::{Piece, PieceKind, TimeSource};
 use profivac_explain::gsd::Files;
 use profivac_explain::names::DeviceTables;
@@ -52,7 +53,11 @@ pub struct Totals {
 /// The state of a line.
 #[derive(Clone, Debug)]
 pub struct Observer {
+    /// The rate whose bit times the times of the pieces are.
     baud: Baud,
+    /// The rate of the line, and the duration of a character on it.
+    line: Baud,
+    character_tbit: u64,
     /// Where the times of the pieces come from: those of an operating system are too coarse to measure a delay.
     times: TimeSource,
     /// The time of the last piece, or of the last `advance`.
@@ -127,6 +132,8 @@ impl Observer {
     pub fn new(baud: Baud, times: TimeSource) -> Self {
         Self {
             baud,
+            line: baud,
+            character_tbit: CHARACTER_TBIT,
             times,
             now: BitTime(0),
             began: None,
@@ -158,6 +165,12 @@ impl Observer {
         }
     }
 
+    /// The observer, for a line with another rate than the one that counts the times. Only with [`TimeSource::Platform`].
+    #[must_use]
+    pub fn with_line_rate(self, line: Baud) -> Self {
+        Self { line, character_tbit: character_tbit(self.baud, line), ..self }
+    }
+
     /// The observer, with the GSD files of slaves.
     #[must_use]
     pub fn with_gsd(mut self, files: Files) -> Self {
@@ -165,10 +178,16 @@ impl Observer {
         self
     }
 
-    /// The baud rate.
+    /// The rate whose bit times the times of the pieces are.
     #[must_use]
     pub const fn baud(&self) -> Baud {
         self.baud
+    }
+
+    /// The rate of the line.
+    #[must_use]
+    pub const fn line_baud(&self) -> Baud {
+        self.line
     }
 
     /// The time of the last piece, or of the last [`advance`](Self::advance).
@@ -268,7 +287,7 @@ impl Observer {
     /// Adds a piece of the traffic.
     pub fn piece(&mut self, piece: &Piece) {
         let start = piece.start.unwrap_or(self.now);
-        let length_tbit = (piece.octets.len() as u64).saturating_mul(CHARACTER_TBIT);
+        let length_tbit = (piece.octets.len() as u64).saturating_mul(self.character_tbit);
         self.now = self.now.max(start + length_tbit);
         self.began.get_or_insert(start);
         self.totals.octets = self.totals.octets.saturating_add(piece.octets.len() as u64);
