@@ -9,6 +9,7 @@ use crate::gauge::{Gauge, HeldSelector, ParameterReading, WriteResult};
 use crate::ms2::Ms2;
 use crate::records::RecordError;
 use oneshot::AsyncReceiver;
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{Location, Model, TypedParameter};
 use profivac_devices::profile::DeviceState;
 use profivac_host::readiness::{self, WakeSource};
@@ -48,6 +49,7 @@ type Job = Box<dyn FnOnce(&mut BusSession) + Send>;
 pub struct AsyncBus {
     jobs: Sender<Job>,
     wake: readiness::Waker,
+    devices: KnownDevices,
 }
 
 /// A gauge on an [`AsyncBus`]. Its clones are the same gauge.
@@ -168,7 +170,14 @@ impl AsyncBus {
         };
         thread::Builder::new().name("bus".to_owned()).spawn(thread)?;
         opened.recv().map_err(|_| ClientError::Closed)??;
-        Ok(Self { jobs, wake })
+        Ok(Self { jobs, wake, devices: KnownDevices::BUILT_IN })
+    }
+
+    /// The same bus, which knows also the devices that files describe.
+    #[must_use]
+    pub const fn with_devices(mut self, devices: KnownDevices) -> Self {
+        self.devices = devices;
+        self
     }
 
     /// Runs `work` in the thread of the bus, for requests that [`AsyncGauge`] does not offer. An example is at
@@ -371,7 +380,7 @@ fn request<T>(
         KeptModel::Yes(Some(model)) if session.has_kept_connection(address) => {
             Gauge::with_model(Ms2::new(session, address).without_reopening(), address, model)
         }
-        KeptModel::Yes(_) | KeptModel::No => Gauge::open(session, address)?,
+        KeptModel::Yes(_) | KeptModel::No => Gauge::open_among(watcher.bus.devices, session, address)?,
     };
     if let KeptModel::Yes(model) = &mut *watcher.kept() {
         *model = Some(gauge.model());

@@ -4,6 +4,7 @@ use crate::async_bus::AsyncBus;
 use crate::error::ClientError;
 use crate::gauge::Gauge;
 use crate::ms2::Ms2;
+use profivac_devices::catalog::KnownDevices;
 use profivac_dp::link::Baud;
 use profivac_host::port::{self, Port};
 use profivac_host::scan::{self, FoundStation};
@@ -30,6 +31,7 @@ use std::time::Duration;
 /// ```
 pub struct Bus {
     session: BusSession,
+    devices: KnownDevices,
 }
 
 impl Bus {
@@ -60,7 +62,7 @@ impl Bus {
     /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`]; [`ClientError::Session`] if the port
     /// failed.
     pub fn gauge(&mut self, address: u8) -> Result<Gauge<Ms2<'_>>, ClientError> {
-        Gauge::open(&mut self.session, address)
+        Gauge::open_among(self.devices, &mut self.session, address)
     }
 
     /// The stations that answer at `addresses`. Sends FDL status and Slave_Diag only.
@@ -91,7 +93,7 @@ impl Bus {
 
 impl From<BusSession> for Bus {
     fn from(session: BusSession) -> Self {
-        Self { session }
+        Self { session, devices: KnownDevices::BUILT_IN }
     }
 }
 
@@ -121,6 +123,7 @@ pub struct BusBuilder {
     timeout: Duration,
     slot_tbit: Option<u32>,
     waits_for_ring_entry: bool,
+    devices: KnownDevices,
 }
 
 impl fmt::Debug for BusBuilder {
@@ -146,7 +149,25 @@ impl BusBuilder {
             timeout: Duration::from_secs(5),
             slot_tbit: None,
             waits_for_ring_entry: false,
+            devices: KnownDevices::BUILT_IN,
         }
+    }
+
+    /// Sets the devices that the bus knows: without this call the twelve, with it also those that files describe.
+    ///
+    /// ```
+    /// use profivac_client::Bus;
+    /// use profivac_devices::catalog::KnownDevices;
+    ///
+    /// let line = profivac_virtual::open::devices(&["bcg450@5"])?;
+    /// let mut bus = Bus::on(line).devices(KnownDevices::with(&[])).open()?;
+    /// assert_eq!(bus.gauge(5)?.model().title, "BCG450-SP");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub const fn devices(mut self, devices: KnownDevices) -> Self {
+        self.devices = devices;
+        self
     }
 
     /// Sets the baud rate of the line.
@@ -229,7 +250,8 @@ impl BusBuilder {
     /// # Errors
     /// [`ClientError::Session`] names the port and the reason, or says that the master address or the slot time is impossible.
     pub fn open(self) -> Result<Bus, ClientError> {
-        Ok(Bus { session: self.open_session()? })
+        let devices = self.devices;
+        Ok(Bus { session: self.open_session()?, devices })
     }
 
     /// Opens the port in a thread of its own, for asynchronous programs and for several threads.
@@ -247,7 +269,8 @@ impl BusBuilder {
     /// # Errors
     /// As [`open`](Self::open); [`ClientError::System`] when the system has no thread or socket left.
     pub fn open_async(self) -> Result<AsyncBus, ClientError> {
-        AsyncBus::open(move || self.open_session())
+        let devices = self.devices;
+        Ok(AsyncBus::open(move || self.open_session())?.with_devices(devices))
     }
 
     fn open_session(self) -> Result<BusSession, ClientError> {

@@ -6,8 +6,9 @@ use crate::error::ClientError;
 use crate::identify;
 use crate::ms2::{Ms2, Ms2Error, is_silence};
 use crate::records::{ErrorKind, Interruption, RecordError, read_code};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{
-    AccessPath, Codes, Configuration, Counts, DataType, Field, HeldPressure, MeasuringRange, Model, NumberType,
+    AccessPath, Configuration, Counts, DataType, Field, HeldPressure, MeasuringRange, Model, NumberType,
     PressureFormat, Role, Unit,
 };
 use profivac_devices::reading::is_pressure;
@@ -106,11 +107,24 @@ impl CyclicSlave {
     /// # Errors
     /// [`CyclicError`].
     pub fn find(session: &mut BusSession, address: u8, master: u8) -> Result<Self, CyclicError> {
+        Self::find_among(KnownDevices::BUILT_IN, session, address, master)
+    }
+
+    /// As [`find`](Self::find), with devices that files describe.
+    ///
+    /// # Errors
+    /// [`CyclicError`].
+    pub fn find_among(
+        devices: KnownDevices,
+        session: &mut BusSession,
+        address: u8,
+        master: u8,
+    ) -> Result<Self, CyclicError> {
         let slave = identify::wait_for_slave(session, address)?;
         if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
             return Err(CyclicError::OwnedByOther { address, master: owner });
         }
-        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
+        let model = identify::model(devices, slave.ident, address, &mut Ms2::new(session, address))?;
         let configuration = present_configuration(session, address, model)?;
         // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
@@ -225,7 +239,11 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
         error => CyclicError::UnreadableUnit { address, error },
     };
     let unknown = || unreadable(RecordError::from(Interruption::UnknownUnit));
-    let (location, data_type) = unit_address(model).ok_or_else(unknown)?;
+    let Some((location, data_type)) = unit_address(model) else {
+        // A device file can describe a device with one unit, or without pressures.
+        let [unit] = model.units else { return Err(unknown()) };
+        return Ok(unit);
+    };
     let code = if model.features.dpv1 {
         read_code(&mut Ms2::new(session, address), location, data_type)
     } else {
@@ -238,7 +256,7 @@ fn present_unit(session: &mut BusSession, slave: &CyclicSlave) -> Result<&'stati
 /// Slot, index and data type of the unit.
 fn unit_address(model: &Model) -> Option<((u8, u8), DataType)> {
     model.blocks.iter().find_map(|placed| {
-        let row = placed.block.rows.iter().find(|row| row.codes == Codes::Units)?;
+        let row = placed.block.rows.iter().find(|row| row.role == Some(Role::Unit))?;
         let address = placed.locations.first()?;
         Some(((address.slot, row.index), row.data_type))
     })

@@ -66,6 +66,19 @@ pub enum ClientError {
         /// Ident_Number.
         ident: u16,
     },
+    /// Device files describe several devices with this Ident_Number.
+    #[error(
+        "the slave at address {address} has the ident number 0x{ident:04X} of {}: name the device file of one of them only",
+        .names.join(" and ")
+    )]
+    SeveralDevices {
+        /// The address.
+        address: u8,
+        /// Ident_Number.
+        ident: u16,
+        /// The devices.
+        names: Vec<&'static str>,
+    },
     /// The text names no parameter or command.
     #[error(transparent)]
     Target(#[from] TargetError),
@@ -520,6 +533,7 @@ impl ClientError {
             Self::Session(SessionError::Parameters(_))
             | Self::Target(_)
             | Self::UnknownDevice { .. }
+            | Self::SeveralDevices { .. }
             | Self::Value { .. }
             | Self::BeyondRange { .. }
             | Self::Typed { error: TypedError::NotOnModel { .. }, .. } => ErrorKind::Usage,
@@ -573,6 +587,7 @@ impl ClientError {
             | Self::NoAnswer(_)
             | Self::Master(_)
             | Self::UnknownDevice { .. }
+            | Self::SeveralDevices { .. }
             | Self::Target(_)
             | Self::Value { .. }
             | Self::BeyondRange { .. }
@@ -609,10 +624,8 @@ impl ClientError {
 /// The advice that refusal codes and parameter suggest.
 fn advice(refused: &RefusalCodes, named: Option<&NamedParameter>) -> Option<Advice> {
     let codes = named.map(|named| &named.parameter.row.codes);
-    let is_presentation = named.is_some_and(|named| {
-        let row = named.parameter.row;
-        row.codes == Codes::Units || row.role == Some(Role::NumberType)
-    });
+    let is_presentation =
+        named.is_some_and(|named| matches!(named.parameter.row.role, Some(Role::Unit | Role::NumberType)));
     let lock = named.and_then(NamedParameter::lock_name);
     Some(match (refused.code_1, refused.code, lock) {
         (_, RefusalCodes::MODE, Some(lock)) => Advice::OpenSet { lock },

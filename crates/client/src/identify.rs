@@ -4,9 +4,9 @@
 use super::error::{ClientError, Operation, ParameterContext};
 use super::records::{RecordError, Records, read_value};
 use super::values::Value;
-use profivac_devices::catalog::{model_with_ident, models_with_ident};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{DataType, Model, Role};
-use profivac_devices::pxg55x::table::VARIANTS;
+use profivac_devices::pxg55x::table::{VARIANTS, Variant};
 use profivac_host::scan::{SlaveStatus, probe};
 use profivac_host::session::BusSession;
 use profivac_wire::control::StationType;
@@ -40,23 +40,34 @@ pub fn wait_for_slave(session: &mut BusSession, address: u8) -> Result<SlaveStat
     }
 }
 
-/// The model with this Ident_Number; of several, the one whose Device Configuration is most similar. TPG300 and TPG500 have
+/// The model with this Ident_Number among `devices`; of several, the one whose Device Configuration is most similar. TPG300 and TPG500 have
 /// none: they have a model for both.
 ///
 /// ```
+/// use profivac_devices::catalog::KnownDevices;
 /// # use profivac_client::{Bus, identify, ms2::Ms2};
 /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["psg552@5"])?).open()?;
 /// let slave = identify::wait_for_slave(bus.session(), 5)?;
-/// let model = identify::model(slave.ident, 5, &mut Ms2::new(bus.session(), 5))?;
+/// let model = identify::model(KnownDevices::BUILT_IN, slave.ident, 5, &mut Ms2::new(bus.session(), 5))?;
 /// assert_eq!(model.name, "psg552");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// [`ClientError::UnknownDevice`]; the error of reading Device Configuration, unless the device refuses it.
-pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'static Model, ClientError> {
-    let first = model_with_ident(ident).ok_or(ClientError::UnknownDevice { address, ident })?;
-    let variants: Vec<_> = VARIANTS.iter().filter(|variant| variant.model.ident == ident).collect();
+/// [`ClientError::UnknownDevice`]; [`ClientError::SeveralDevices`] if files describe several; the error of reading Device Configuration, unless the device refuses it.
+pub fn model(
+    devices: KnownDevices,
+    ident: u16,
+    address: u8,
+    records: &mut impl Records,
+) -> Result<&'static Model, ClientError> {
+    let first = devices.assumed_with_ident(ident).ok_or(ClientError::UnknownDevice { address, ident })?;
+    let described: Vec<_> = devices.described().iter().filter(|model| model.ident == ident).collect();
+    if described.len() > 1 {
+        let names = described.into_iter().map(|model| model.name).collect();
+        return Err(ClientError::SeveralDevices { address, ident, names });
+    }
+    let variants: Vec<_> = series_of(first).collect();
     if variants.is_empty() {
         return Ok(first);
     }
@@ -76,32 +87,27 @@ pub fn model(ident: u16, address: u8, records: &mut impl Records) -> Result<&'st
     Ok(best.map_or(first, |variant| &variant.model))
 }
 
-/// The names of the known devices with this Ident_Number; related devices share one.
-///
-/// ```
-/// use profivac_client::identify::device_names;
-///
-/// assert_eq!(device_names(0x08E6), ["bcg450"]);
-/// assert!(device_names(0xFFFF).is_empty());
-/// ```
-#[must_use]
-pub fn device_names(ident: u16) -> Vec<&'static str> {
-    models_with_ident(ident).map(|model| model.name).collect()
+/// The built-in models of the series of `first`, which share its Ident_Number.
+fn series_of(first: &'static Model) -> impl Iterator<Item = &'static Variant> {
+    let is_of_series = VARIANTS.iter().any(|variant| variant.model == *first);
+    VARIANTS.iter().copied().filter(move |variant| is_of_series && variant.model.ident == first.ident)
 }
 
 /// The model of a series that shares one Ident_Number, as Device Configuration reports it. `None` for an Ident_Number of one
 /// device, and if Device Configuration cannot be read: [`model`] then takes the first of the series.
 ///
 /// ```
+/// use profivac_devices::catalog::KnownDevices;
 /// # use profivac_client::{Bus, identify, ms2::Ms2};
 /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["psg552@5"])?).open()?;
-/// let found = identify::reported_model(0x0C85, &mut Ms2::new(bus.session(), 5));
+/// let found = identify::reported_model(KnownDevices::BUILT_IN, 0x0C85, &mut Ms2::new(bus.session(), 5));
 /// assert_eq!(found.map(|model| model.name), Some("psg552"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use]
-pub fn reported_model(ident: u16, records: &mut impl Records) -> Option<&'static Model> {
-    let series = || VARIANTS.iter().filter(move |variant| variant.model.ident == ident);
+pub fn reported_model(devices: KnownDevices, ident: u16, records: &mut impl Records) -> Option<&'static Model> {
+    let first = devices.assumed_with_ident(ident)?;
+    let series = || series_of(first);
     let (location, data_type) = device_configuration(&series().next()?.model)?;
     let Ok(Value::Text(text)) = read_value(records, location, data_type) else { return None };
     series().max_by_key(|variant| similarity(&text, variant.configuration)).map(|variant| &variant.model)

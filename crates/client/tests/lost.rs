@@ -8,6 +8,7 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::identify;
 use profivac_client::records::{Interruption, RecordError, Records, RefusalCodes, Unavailable};
 use profivac_client::{ClientError, ErrorKind};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::catalog::model_named;
 use profivac_devices::model::AccessPath;
 use profivac_dp::link::Baud;
@@ -39,9 +40,11 @@ impl Records for Unreadable {
 #[test]
 fn a_model_of_a_series_is_not_guessed_after_a_lost_answer_or_without_a_connection() {
     let ident = model_named("psg554").unwrap().ident;
-    let lost = identify::model(ident, 5, &mut Unreadable(|| Interruption::NoAnswer.into())).unwrap_err();
+    let lost = identify::model(KnownDevices::BUILT_IN, ident, 5, &mut Unreadable(|| Interruption::NoAnswer.into()))
+        .unwrap_err();
     assert_eq!(lost.kind(), ErrorKind::Line, "{lost}");
-    let full = identify::model(ident, 5, &mut Unreadable(|| Unavailable::NoConnection.into())).unwrap_err();
+    let full = identify::model(KnownDevices::BUILT_IN, ident, 5, &mut Unreadable(|| Unavailable::NoConnection.into()))
+        .unwrap_err();
     assert!(matches!(full, ClientError::Unavailable { reason: Unavailable::NoConnection, .. }), "{full}");
 }
 
@@ -49,7 +52,7 @@ fn a_model_of_a_series_is_not_guessed_after_a_lost_answer_or_without_a_connectio
 fn a_gauge_that_refuses_its_configuration_is_taken_for_the_first_model_of_its_series() {
     let refused = || RecordError::Refused(RefusalCodes { code_1: None, code: 3 });
     let ident = model_named("psg554").unwrap().ident;
-    assert_eq!(identify::model(ident, 5, &mut Unreadable(refused)).unwrap().ident, ident);
+    assert_eq!(identify::model(KnownDevices::BUILT_IN, ident, 5, &mut Unreadable(refused)).unwrap().ident, ident);
 }
 
 /// Read of Data Type of a BCG450: slot 1, index 21.

@@ -16,6 +16,7 @@ mod address;
 mod cancelled;
 mod device_pages;
 mod drops;
+mod gsd_files;
 mod late;
 mod lost;
 mod malformed;

@@ -21,7 +21,7 @@ impl Records for Answers {
     }
 
     fn read(&mut self, slot: u8, index: u8) -> Result<Vec<u8>, RecordError> {
-        let names = ParameterNames::of_catalog(self.model).unwrap();
+        let names = ParameterNames::shared(self.model);
         let data_type = names.at_index(slot, index).next().unwrap().parameter.row.data_type;
         Ok(vec![1; self.octets.unwrap_or_else(|| right_length(data_type))])
     }

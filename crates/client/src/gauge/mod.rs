@@ -28,6 +28,7 @@ use crate::identify;
 use crate::ms2::Ms2;
 use crate::names::{NamedParameter, ParameterNames, Target, TargetError};
 use crate::records::{Records, Unavailable};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{Model, Unit};
 use profivac_host::session::BusSession;
 use selector::SelectorState;
@@ -92,26 +93,35 @@ impl<'a> Gauge<Ms2<'a>> {
     /// [`ClientError::NoAnswer`], [`ClientError::Master`] or [`ClientError::UnknownDevice`]; [`ClientError::Session`] if the port
     /// failed.
     pub fn open(session: &'a mut BusSession, address: u8) -> Result<Self, ClientError> {
+        Self::open_among(KnownDevices::BUILT_IN, session, address)
+    }
+
+    /// As [`open`](Self::open), with devices that files describe.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_among(devices: KnownDevices, session: &'a mut BusSession, address: u8) -> Result<Self, ClientError> {
         let status = identify::wait_for_slave(session, address)?;
-        Self::new(Ms2::new(session, address), address, status.ident)
+        Self::new(devices, Ms2::new(session, address), address, status.ident)
     }
 }
 
 impl<R: Records> Gauge<R> {
-    /// The gauge with this Ident_Number behind `records`.
+    /// The gauge with this Ident_Number among `devices`, behind `records`.
     ///
     /// ```
     /// # use profivac_client::{Bus, Gauge, ms2::Ms2};
     /// # let mut bus = Bus::on(profivac_virtual::open::devices(&["bcg450@5"])?).open()?;
-    /// let mut gauge = Gauge::new(Ms2::new(bus.session(), 5), 5, 0x08E6)?;
+    /// use profivac_devices::catalog::KnownDevices;
+    /// let mut gauge = Gauge::new(KnownDevices::BUILT_IN, Ms2::new(bus.session(), 5), 5, 0x08E6)?;
     /// assert_eq!(gauge.read("device.device-state")?.text, "IDLE");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
     /// [`ClientError::UnknownDevice`].
-    pub fn new(mut records: R, address: u8, ident: u16) -> Result<Self, ClientError> {
-        let model = identify::model(ident, address, &mut records)?;
+    pub fn new(devices: KnownDevices, mut records: R, address: u8, ident: u16) -> Result<Self, ClientError> {
+        let model = identify::model(devices, ident, address, &mut records)?;
         Ok(Self::with_model(records, address, model))
     }
 

@@ -82,6 +82,7 @@ impl<R: Records> Gauge<R> {
         let text = ValueFormat { named, model: self.model, unit }.text(&octets, &value);
         let unit = match named.parameter.row.codes {
             Codes::PerMille(..) => Some("%"),
+            Codes::Quantity(quantity) => Some(quantity.unit),
             _ => unit.map(|unit| unit.name),
         };
         Ok(ParameterReading { named: named.clone(), octets, value, text, unit })
@@ -155,7 +156,7 @@ impl<R: Records> Gauge<R> {
     /// selector.
     fn unit_parameter(&mut self) -> Result<Option<NamedParameter>, ClientError> {
         let (names, via) = (self.names(), self.records.via());
-        let is_unit = |row: &Row| row.codes == Codes::Units && row.access.allows(via, Direction::Read);
+        let is_unit = |row: &Row| row.role == Some(Role::Unit) && row.access.allows(via, Direction::Read);
         let mut units = names.all().iter().filter(|named| is_unit(named.parameter.row));
         let Some(first) = units.clone().next() else { return Ok(None) };
         let shown = match first.parameter.location.instance {

@@ -6,7 +6,7 @@ use crate::error::{ClientError, Operation};
 use crate::names::NamedParameter;
 use crate::records::Records;
 use crate::values::{BeyondRange, Value, ValueError, ValueFormat, whole_number};
-use profivac_devices::model::{Code, Codes, Direction, NumberType, Role, Row, Unit};
+use profivac_devices::model::{Code, Direction, NumberType, Role, Row, Unit};
 
 /// A parameter that was written.
 #[derive(Clone, Debug)]
@@ -223,7 +223,7 @@ impl<R: Records> Gauge<R> {
         let written = self.records.write(slot, index, &octets);
         written
             .map_err(|error| ClientError::from_record(error, Operation::Write, self.context(&named), Some(&named)))?;
-        if named.parameter.row.codes == Codes::Units {
+        if named.parameter.row.role == Some(Role::Unit) {
             self.unit = KnownUnit::Read(None);
         }
         // The caller moves the selector on purpose: it stays where it is.

@@ -1,6 +1,7 @@
 //! The bitmaps of a GSD file: 70 x 40 points, 16 colours, drawn by this module.
 
 use profivac_devices::model::{Field, Model};
+use profivac_gsd::General;
 
 /// The size that the GSD specification asks for.
 const WIDTH: usize = 70;
@@ -54,7 +55,6 @@ const WHITE: Colour = Colour(15);
 /// use profivac_devices::catalog::model_named;
 ///
 /// let model = model_named("bcg450").ok_or("no such model")?;
-/// assert_eq!(Bitmap::Device.keyword(), "Bitmap_Device");
 /// assert_eq!(Bitmap::Device.name(model), "BCG450_N");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -72,13 +72,12 @@ impl Bitmap {
     /// All bitmaps of a device, in the order of the GSD file.
     pub const ALL: [Self; 3] = [Self::Device, Self::Diagnosis, Self::Special];
 
-    /// The keyword of the GSD file.
-    #[must_use]
-    pub const fn keyword(self) -> &'static str {
+    /// Where the model of a GSD file has its name.
+    pub(super) const fn field(self, general: &mut General) -> &mut Option<String> {
         match self {
-            Self::Device => "Bitmap_Device",
-            Self::Diagnosis => "Bitmap_Diag",
-            Self::Special => "Bitmap_SF",
+            Self::Device => &mut general.bitmap_device,
+            Self::Diagnosis => &mut general.bitmap_diag,
+            Self::Special => &mut general.bitmap_sf,
         }
     }
 

@@ -11,7 +11,7 @@ use crate::suggestion::similarity;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::{Block, Code, Location, Model, Role, Row};
 use std::fmt;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, PoisonError, RwLock};
 
 /// A parameter and its location.
 #[derive(Clone, Copy, Debug)]
@@ -265,13 +265,13 @@ impl ParameterNames {
         Self { list: words.iter().map(|it| NamedParameter::from_words(it, &words)).collect() }
     }
 
-    /// The parameters of a model of [`MODELS`], computed once per process.
+    /// The parameters of a model, computed once per process.
     ///
     /// ```
     /// use profivac_client::names::ParameterNames;
     /// use profivac_devices::catalog::model_named;
     ///
-    /// let names = ParameterNames::of_catalog(model_named("bcg450").ok_or("no such model")?).ok_or("not in the catalogue")?;
+    /// let names = ParameterNames::shared(model_named("bcg450").ok_or("no such model")?);
     /// // Slot 1, instance 1, index 19, and the same index of each instance.
     /// let pirani = names.at(1, 1, 19).ok_or("no such parameter")?;
     /// assert_eq!((pirani.name.as_str(), pirani.parameter.numbers().as_str()), ("pirani.process-value", "1:1/19"));
@@ -282,13 +282,25 @@ impl ParameterNames {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
-    pub fn of_catalog(model: &Model) -> Option<&'static Self> {
-        static KNOWN: LazyLock<Vec<ParameterNames>> =
+    pub fn shared(model: &'static Model) -> &'static Self {
+        static BUILT_IN: LazyLock<Vec<ParameterNames>> =
             LazyLock::new(|| MODELS.iter().map(|model| ParameterNames::of(model)).collect());
-        let named = || MODELS.iter().position(|known| known.name == model.name);
-        // A model for several devices has the tables of each.
-        let position = named().or_else(|| MODELS.iter().position(|known| std::ptr::eq(known.blocks, model.blocks)))?;
-        KNOWN.get(position)
+        // Those of device files, and of the model that stands for several devices. A model is never freed, and neither are its names.
+        static OTHERS: RwLock<Vec<(&'static Model, &'static ParameterNames)>> = RwLock::new(Vec::new());
+        let of = |known: &[(&'static Model, &'static Self)]| {
+            known.iter().find(|(other, _)| *other == model).map(|(_, names)| *names)
+        };
+        let built_in = MODELS.iter().position(|known| *known == model).and_then(|position| BUILT_IN.get(position));
+        if let Some(names) = built_in.or_else(|| of(&OTHERS.read().unwrap_or_else(PoisonError::into_inner))) {
+            return names;
+        }
+        let mut others = OTHERS.write().unwrap_or_else(PoisonError::into_inner);
+        if let Some(names) = of(&others) {
+            return names;
+        }
+        let names: &'static Self = Box::leak(Box::new(Self::of(model)));
+        others.push((model, names));
+        names
     }
 
     /// All parameters, by slot, instance and table.

@@ -185,7 +185,7 @@ impl SettingsFile {
 fn write_rank(named: &NamedParameter) -> u8 {
     let row = named.parameter.row;
     match (&row.codes, row.data_type) {
-        (Codes::Units, _) => 0,
+        _ if row.role == Some(Role::Unit) => 0,
         _ if row.role == Some(Role::NumberType) => 1,
         (Codes::Names(_) | Codes::Range(..) | Codes::PerMille(..), _) => 2,
         (_, DataType::Boolean) => 4,

@@ -91,6 +91,13 @@ pub enum Expected {
     Range(i64, i64),
     /// A percentage in a range, limits included, in tenths of a percent.
     Percentage(i64, i64),
+    /// A number in this unit, and the lowest and the highest one.
+    Quantity {
+        /// The unit.
+        unit: &'static str,
+        /// With their unit.
+        limits: Option<(String, String)>,
+    },
     /// A Boolean.
     Boolean,
     /// A pressure with its unit.
@@ -116,6 +123,8 @@ impl fmt::Display for Expected {
             Self::Percentage(low, high) => {
                 write!(f, "a percentage from {} to {}, such as '50 %'", percent(*low), percent(*high))
             }
+            Self::Quantity { unit, limits: None } => write!(f, "a number in {unit}"),
+            Self::Quantity { limits: Some((low, high)), .. } => write!(f, "a number from {low} to {high}"),
             Self::Boolean => f.write_str("true or false"),
             Self::Pressure { example, highest: None } => {
                 write!(f, "a pressure of 0 or more with its unit, such as '{example}'")
@@ -126,7 +135,7 @@ impl fmt::Display for Expected {
                  float)"
             ),
             Self::Number => f.write_str("a number"),
-            Self::Text(length) => write!(f, "1 to {length} ASCII characters"),
+            Self::Text(length) => write!(f, "up to {length} ASCII characters"),
             Self::Octets(length) => write!(f, "{length} octets in hexadecimal digits"),
         }
     }

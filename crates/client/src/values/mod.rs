@@ -85,7 +85,7 @@ impl Value {
         })
     }
 
-    /// Decodes the octets of a record of this row. A percentage is in percent, although its record counts tenths.
+    /// Decodes the octets of a record of this row. A percentage is in percent, although its record counts tenths; a quantity is in its unit.
     ///
     /// ```
     /// use profivac_client::names::ParameterNames;
@@ -94,7 +94,7 @@ impl Value {
     ///
     /// let model = model_named("bcg450").ok_or("no such model")?;
     /// // Percentage of atmosphere of setpoint A: slot 1, instance 5, index 202.
-    /// let named = ParameterNames::of_catalog(model).and_then(|names| names.at(1, 5, 202)).ok_or("no such parameter")?;
+    /// let named = ParameterNames::shared(model).at(1, 5, 202).ok_or("no such parameter")?;
     /// assert_eq!(Value::of_row(named.parameter.row, &50u16.to_be_bytes())?, Value::Number(5.0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -105,9 +105,18 @@ impl Value {
     pub fn of_row(row: &Row, octets: &[u8]) -> Result<Self, LengthError> {
         Ok(match (Self::decode(row.data_type, octets)?, &row.codes) {
             (Self::Integer(tenths), Codes::PerMille(..)) => Self::Number(tenths as f64 / 10.0),
+            (Self::Integer(number), Codes::Quantity(quantity)) => {
+                Self::Number(rounded(number as f64 * quantity.factor))
+            }
+            (Self::Number(number), Codes::Quantity(quantity)) => Self::Number(rounded(number * quantity.factor)),
             (value, _) => value,
         })
     }
+}
+
+/// The number with the digits that a product with a decimal factor has: 0.3 for 3 x 0.1.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.11e}").parse().unwrap_or(number)
 }
 
 impl ValueFormat<'_> {

@@ -1,8 +1,8 @@
 //! Text to the octets of a record.
 
-use super::{Expected, ValueError, ValueFormat, ValueProblem};
+use super::{Expected, ValueError, ValueFormat, ValueProblem, rounded};
 use crate::names::key;
-use profivac_devices::model::{Codes, DataType, NumberType};
+use profivac_devices::model::{Codes, DataType, Length, NumberType, Quantity};
 
 impl ValueFormat<'_> {
     /// Parses a value. `number` is how the device writes its pressures. A pressure needs its unit, in any unit of the device.
@@ -29,6 +29,10 @@ impl ValueFormat<'_> {
         if let Codes::PerMille(low, high) = self.row().codes {
             let octets = per_mille(text, low, high).map(|number| low_octets(number, 2));
             return octets.map_err(|problem| self.value_error(text, number, problem));
+        }
+        if let Codes::Quantity(quantity) = &self.row().codes {
+            let octets = self.quantity(text, quantity);
+            return octets.ok_or_else(|| self.value_error(text, number, ValueProblem::NotAccepted));
         }
         let octets = match self.row().data_type {
             DataType::Boolean | DataType::Uint8 | DataType::Int8 => self.integer(text).map(|it| low_octets(it, 1)),
@@ -60,6 +64,14 @@ impl ValueFormat<'_> {
             (Codes::Units, _) => Expected::OneOf(self.model.units.iter().map(|unit| unit.name).collect()),
             (Codes::Range(low, high), _) => Expected::Range(*low, *high),
             (Codes::PerMille(low, high), _) => Expected::Percentage(*low, *high),
+            (Codes::Quantity(quantity), _) => {
+                let in_unit = |number: i64| format!("{} {}", rounded(number as f64 * quantity.factor), quantity.unit);
+                let limits = quantity.range.or_else(|| self.range());
+                Expected::Quantity {
+                    unit: quantity.unit,
+                    limits: limits.map(|(low, high)| (in_unit(low), in_unit(high))),
+                }
+            }
             (_, DataType::Boolean) => Expected::Boolean,
             (_, DataType::ByType) => {
                 let highest = (number == NumberType::Integer).then_some(self.model.max_integer);
@@ -120,6 +132,29 @@ impl ValueFormat<'_> {
         Some(code.number.into())
     }
 
+    /// A number with or without the unit, which is the only one of the parameter.
+    #[expect(clippy::cast_possible_truncation, reason = "whole and within the range, or a float of 32 bits")]
+    fn quantity(&self, text: &str, quantity: &Quantity) -> Option<Vec<u8>> {
+        let number: f64 = text.strip_suffix(quantity.unit).unwrap_or(text).trim_end().parse().ok()?;
+        let steps = number / quantity.factor;
+        if self.row().data_type == DataType::Float {
+            let float = steps as f32;
+            let is_inside = quantity.range.is_none_or(|(low, high)| (low as f64..=high as f64).contains(&steps));
+            return (is_inside && float.is_finite()).then(|| float.to_be_bytes().to_vec());
+        }
+        let (low, high) = self.range()?;
+        let (low, high) = quantity.range.map_or((low, high), |(lowest, highest)| (low.max(lowest), high.min(highest)));
+        let whole = steps.round();
+        // A decimal factor leaves some 1e-16 of the number.
+        let is_whole = (steps - whole).abs() < 1e-6_f64.max(1e-11 * whole.abs());
+        let is_inside = (low as f64..=high as f64).contains(&whole);
+        let octets = match self.row().data_type.octets() {
+            Length::Exactly(octets) => usize::from(octets),
+            Length::AtMost(_) | Length::ByNumberType => return None,
+        };
+        (is_whole && is_inside).then(|| low_octets(whole as i64, octets))
+    }
+
     fn command(&self, text: &str) -> Option<Vec<u8>> {
         let number = self.code(text)?;
         Some(low_octets(number, 2))
@@ -164,8 +199,9 @@ fn per_mille(text: &str, low: i64, high: i64) -> Result<i64, ValueProblem> {
     }
 }
 
+/// A text, padded with blanks; an empty one is blanks alone.
 fn visible(text: &str, length: usize) -> Option<Vec<u8>> {
-    let fits = text.is_ascii() && !text.is_empty() && text.len() <= length;
+    let fits = text.is_ascii() && text.len() <= length;
     fits.then(|| text.bytes().chain(std::iter::repeat(b' ')).take(length).collect())
 }
 

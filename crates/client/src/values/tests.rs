@@ -106,7 +106,7 @@ fn a_text_that_is_no_value_is_an_error_with_the_accepted_ones() {
             "256",
             "one of inactive, reset, abort, recover, execute, stop, perform-diagnostic",
         ),
-        ("bcg450", "device.device-configuration", &"x".repeat(51), "1 to 50 ASCII characters"),
+        ("bcg450", "device.device-configuration", &"x".repeat(51), "up to 50 ASCII characters"),
     ] {
         let said = parsed(device, target, text);
         assert_eq!(said, format!("expected {sentence}, got {text:?}"));
@@ -286,4 +286,10 @@ fn a_pressure_that_an_integer_cannot_hold_is_refused_with_its_limits() {
             format.parse(shown, NumberType::Integer).unwrap();
         });
     }
+}
+
+/// A device that keeps a text reads it as blanks before the first write: a dump of it can be compared and restored.
+#[test]
+fn an_empty_text_is_blanks() {
+    assert_eq!(parsed("bcg450", "device.device-configuration", ""), hex(&[b' '; 50]));
 }

@@ -48,6 +48,9 @@ impl ValueFormat<'_> {
             Value::Integer(number) => self.format_integer(*number),
             Value::Number(it) => match (&self.row().codes, self.row().data_type, self.unit) {
                 (Codes::PerMille(..), ..) => format!("{} %", format_number(*it)),
+                (Codes::Quantity(quantity), DataType::Float, _) => format!("{} {}", format_number(*it), quantity.unit),
+                // Whole steps have all their digits, which a float of 32 bits has not.
+                (Codes::Quantity(quantity), ..) => format!("{it} {}", quantity.unit),
                 (_, DataType::ByType, Some(unit)) => format!("{} {}", format_number(*it), unit.name),
                 _ => self.name_of_float(*it).unwrap_or_else(|| format_number(*it)),
             },

@@ -47,5 +47,7 @@ pub fn print(pages: &[Page]) -> String {
         }));
     }
     let devices = table(&["Name", "Device", "Vendor", "Manual", "Page"], lines);
-    format!("{HEADER}\n# Devices\n\nDevices with the same tables share a page.\n\n{devices}{READING}")
+    format!(
+        "{HEADER}\n# Devices\n\nDevices with the same tables share a page. [Other devices](gallery.md) are described in files.\n\n{devices}{READING}"
+    )
 }
