@@ -37,7 +37,6 @@ use profivac_client::pressure::Pressure;
 use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_station::alarm::{BusQuantity, Condition, Priority, Rule, Series};
-use profivac_virtual::device_spec::entry;
 use profivac_web_server::visible_text::check_lines;
 use serde::Deserialize;
 use std::collections::HashSet;
@@ -238,8 +237,7 @@ pub fn series(name: &Spanned<String>, segments: &[SegmentToml]) -> Result<Series
 /// depends on its gauges, which the file does not name.
 fn check_range(alarm: &AlarmToml, series: &Series, segments: &[SegmentToml]) -> Result<(), Located> {
     let mut gauges = segments.iter().flat_map(|segment| &segment.gauge);
-    let device = gauges.find(|gauge| *gauge.name.get_ref() == series.gauge).map(|gauge| gauge.device.get_ref());
-    let model = device.and_then(|device| entry(device).ok()).map(|entry| entry.model);
+    let model = gauges.find(|gauge| *gauge.name.get_ref() == series.gauge).and_then(|gauge| gauge.model);
     let Some(model) = model.filter(|model| open_instances(model).is_empty() && !model.parts.is_empty()) else {
         return Ok(());
     };

@@ -7,7 +7,6 @@ use super::segments::{GaugeToml, SegmentToml};
 use crate::time_span::TimeSpan;
 use profivac_host::text_file::Parsed;
 use profivac_listen::Hex;
-use profivac_virtual::device_spec::entry;
 use profivac_web_server::host_name::host;
 use std::collections::HashSet;
 use std::net::IpAddr;
@@ -92,8 +91,6 @@ fn check_slave(address: &Spanned<u8>, poll: Option<&Spanned<Parsed<TimeSpan>>>) 
 
 fn check_gauge(gauge: &GaugeToml) -> Result<(), Located> {
     check_slave(&gauge.address, gauge.poll.as_ref())?;
-    entry(gauge.device.get_ref())
-        .map_err(|error| Located::new(gauge.device.span(), ConfigProblem::UnknownDevice(error)))?;
     gauge.levels.keys().try_for_each(|level| names::check(NamedItem::Level, level))
 }
 
@@ -105,11 +102,10 @@ fn check_declared(gauge: &GaugeToml, listen_only: bool) -> Result<(), Located> {
             return Err(Located::new(value.span(), ConfigProblem::OnlyForListening(key)));
         }
     }
-    let Ok(entry) = entry(gauge.device.get_ref()) else { return Ok(()) };
-    let device = entry.model.name;
+    let Some(model) = gauge.model else { return Ok(()) };
+    let device = model.name;
     if let Some(found) = gauge.configuration.as_ref().filter(|_| gauge.configuration().is_none()) {
-        let known =
-            entry.model.configurations.iter().map(|it| Hex(it.octets).to_string()).collect::<Vec<_>>().join(", ");
+        let known = model.configurations.iter().map(|it| Hex(it.octets).to_string()).collect::<Vec<_>>().join(", ");
         let found_text = found.get_ref().clone();
         return Err(Located::new(
             found.span(),
@@ -117,7 +113,7 @@ fn check_declared(gauge: &GaugeToml, listen_only: bool) -> Result<(), Located> {
         ));
     }
     if let Some(found) = gauge.unit.as_ref().filter(|_| gauge.unit().is_none()) {
-        let known = entry.model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
+        let known = model.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
         let found_text = found.get_ref().clone();
         return Err(Located::new(found.span(), ConfigProblem::UnknownUnit { device, found: found_text, known }));
     }

@@ -16,7 +16,7 @@ use profivac_client::suggestion::closest;
 use profivac_host::text_file::Parsed;
 use profivac_station::alarm::{Condition, Priority, Rule, Series};
 use profivac_station::config::default_alarms::{
-    DAMAGE, DATABASE, Defaults, FAULT, MAX_DAMAGED, NOT_MEASURABLE, SEGMENT, STALE,
+    DAMAGE, DATABASE, DATABASE_DAMAGE, Defaults, FAULT, MAX_DAMAGED, NOT_MEASURABLE, SEGMENT, STALE,
 };
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
@@ -43,6 +43,9 @@ pub struct DefaultAlarmsToml {
     damage: DefaultAlarmToml,
     /// The station does not record. Default: high, after 10 s, ends at once.
     pub database: Option<Spanned<DefaultAlarmToml>>,
+    /// The daily check has found damage in the database. Default: medium, without delays.
+    #[serde(default)]
+    database_damage: DefaultAlarmToml,
     /// The former name of `not-measurable`.
     pub blind: Option<Spanned<DefaultAlarmToml>>,
     /// The former name of `database`.
@@ -97,6 +100,7 @@ pub fn default_alarms(
         all.extend(alarms.not_measurable.rule(&gauge, name, condition));
     }
     all.extend(alarms.database.rule("", "station: not recording".to_owned(), Condition::NotRecording));
+    all.extend(alarms.database_damage.rule("", "station: database damaged".to_owned(), Condition::DatabaseDamaged));
     Ok(all)
 }
 
@@ -114,17 +118,28 @@ struct Templates<'a> {
     segment: Template<'a>,
     damage: Template<'a>,
     database: Template<'a>,
+    database_damage: Template<'a>,
     max_damaged: f64,
 }
 
 impl<'a> Templates<'a> {
     fn new(given: &'a DefaultAlarmsToml, segments: &'a [SegmentToml]) -> Result<Self, Located> {
-        let DefaultAlarmsToml { fault, stale, not_measurable, segment, damage, database, blind, record } = given;
+        let DefaultAlarmsToml {
+            fault,
+            stale,
+            not_measurable,
+            segment,
+            damage,
+            database,
+            database_damage,
+            blind,
+            record,
+        } = given;
         let either = |new: &'a Option<Spanned<_>>, old: &'a Option<Spanned<_>>| {
             new.as_ref().or(old.as_ref()).map_or(&EMPTY, Spanned::get_ref)
         };
         let (not_measurable, database) = (either(not_measurable, blind), either(database, record));
-        let others = [fault, stale, not_measurable, segment, database];
+        let others = [fault, stale, not_measurable, segment, database, database_damage];
         if let Some(limit) = others.into_iter().find_map(|other| other.limit.as_ref()) {
             return Err(Located::new(limit.span(), ConfigProblem::LimitWithoutDamage));
         }
@@ -137,6 +152,7 @@ impl<'a> Templates<'a> {
             segment: Template::new(segment, &SEGMENT, &segments)?,
             damage: Template::new(damage, &DAMAGE, &segments)?,
             database: Template::new(database, &DATABASE, &Exceptions::None)?,
+            database_damage: Template::new(database_damage, &DATABASE_DAMAGE, &Exceptions::None)?,
             max_damaged: max_damaged(damage)?,
         })
     }

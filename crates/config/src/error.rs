@@ -3,6 +3,7 @@
 use super::number_range::NumberRange;
 use super::slave_problem::SlaveProblem;
 use crate::time_span::TimeSpan;
+use profivac_client::suggestion::list;
 use profivac_station::alarm::Priority;
 use profivac_station::directory::ViewState;
 use profivac_station::drawing::DrawingProblem;
@@ -282,6 +283,9 @@ pub enum ConfigProblem {
         /// The station that has it.
         user: AddressUser,
     },
+    /// A device file is wrong.
+    #[error("{0}")]
+    DeviceFile(String),
     /// The device model does not exist.
     #[error(transparent)]
     UnknownDevice(SpecError),
@@ -632,6 +636,9 @@ pub enum ArchiveProblem {
     /// A limit with which no batch arrives.
     #[error("expected at least 1000 octets per second, found {0}")]
     Limit(u32),
+    /// Hours until an alarm that are none.
+    #[error("expected 0 to 720 hours, found {0}; 0 is for no alarm")]
+    AlarmHours(f64),
     /// The table says not where to send.
     #[error(
         "expected [archive.nats] or [archive.https], found neither: name the servers of NATS or the archive to send to"
@@ -777,19 +784,12 @@ fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|name| format!("; did you mean {name:?}?")).unwrap_or_default()
 }
 
-/// The most names of a list.
-const MAX_LISTED: usize = 20;
-
 /// The most similar name, or else the names that exist.
 fn hint_or_list(suggestion: Option<&str>, known: &[String]) -> String {
     match (suggestion, known) {
         (Some(_), _) => hint(suggestion),
         (None, []) => "; the file has no gauge".to_owned(),
-        (None, known) => {
-            let more = if known.len() > MAX_LISTED { ", ..." } else { "" };
-            let names = known.iter().take(MAX_LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
-            format!("; the gauges are {names}{more}")
-        }
+        (None, known) => format!("; the gauges are {}", list(known)),
     }
 }
 
@@ -805,6 +805,7 @@ fn priorities(may_be_off: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::suggestion::MAX_LISTED;
 
     #[test]
     fn a_wrong_name_gets_the_similar_one_or_the_list() {
@@ -813,6 +814,6 @@ mod tests {
         assert_eq!(hint_or_list(None, &known), "; the gauges are chamber, lock");
         assert_eq!(hint_or_list(None, &[]), "; the file has no gauge");
         let many: Vec<_> = (0..=MAX_LISTED).map(|number| number.to_string()).collect();
-        assert!(hint_or_list(None, &many).ends_with(", 19, ..."));
+        assert!(hint_or_list(None, &many).ends_with(", 19 and 1 more"));
     }
 }

@@ -18,8 +18,9 @@ use super::retention::RetentionToml;
 use super::segments::SegmentToml;
 use super::views::ViewToml;
 use super::webhooks::WebhookToml;
-use crate::time_span::Listen;
-use profivac_client::suggestion::closest;
+use crate::time_span::{DailyTime, Listen};
+use profivac_client::suggestion::with_suggestion;
+use profivac_devices::catalog::KnownDevices;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Retention;
 use profivac_station::config::{Config, ConfigSource, UsersFile};
@@ -105,6 +106,9 @@ pub struct StationToml {
     listen: Option<Parsed<Listen>>,
     /// The database, beside this file. Default: the name of this file with `.db`.
     pub database: Option<Spanned<PathBuf>>,
+    /// When the station checks the database for damage each day, by the clock of the computer: `03:00`, or `off`. Default: `03:00`.
+    #[serde(rename = "database-check")]
+    database_check: Option<Parsed<DailyTime>>,
     /// The file of the users, beside this file. Default: the name of this file with `.users.toml`.
     users: Option<PathBuf>,
     /// Names by which browsers reach this computer, besides `localhost` and the address of `listen`.
@@ -113,6 +117,9 @@ pub struct StationToml {
     /// A drawing of the plant as SVG, beside this file, of at most 256 KiB. Elements with an `id` such as `gauge:chamber`,
     /// `volume:chamber`, `valve:slide` or `pump:turbo` are live.
     pub drawing: Option<Spanned<PathBuf>>,
+    /// Files that describe devices, and folders of them, beside this file; those of the folder `devices` beside it need not be named.
+    #[serde(default, rename = "device-files")]
+    pub device_files: Vec<Spanned<PathBuf>>,
     /// The former name of `database`.
     pub record: Option<Spanned<PathBuf>>,
 }
@@ -132,16 +139,6 @@ impl TlsToml {
         let folder = path.parent().unwrap_or(Path::new(""));
         TlsFiles { certificate: folder.join(self.certificate.get_ref()), key: folder.join(self.key.get_ref()) }
     }
-}
-
-/// The message of the TOML reader; an unknown key gets the most similar key that it lists, as the errors of a scenario do.
-fn with_suggestion(message: &str) -> String {
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let near = match (message.starts_with("unknown field"), quoted.next()) {
-        (true, Some(found)) => closest(found, quoted),
-        _ => None,
-    };
-    near.map_or_else(|| message.to_owned(), |near| format!("{message}; did you mean `{near}`?"))
 }
 
 /// `[tls]` of a file whose other tables do not matter.
@@ -182,6 +179,9 @@ impl ConfigToml {
     pub fn take_gateways(&mut self, path: &Path) -> Result<GatewaysToml, Located> {
         let gauges = self.segment.iter().flat_map(|segment| &segment.gauge);
         let slots = gauges.filter_map(|gauge| Some((gauge.name.get_ref().as_str(), gauge.modbus.as_ref()?)));
+        let slaves = self.segment.iter().flat_map(|segment| &segment.slave);
+        let slots =
+            slots.chain(slaves.filter_map(|slave| Some((slave.name.get_ref().as_str(), slave.modbus.as_ref()?))));
         Ok(GatewaysToml {
             epics: self.epics.take(),
             modbus_slots: modbus::check_slots(slots)?,
@@ -206,11 +206,13 @@ impl ConfigToml {
             listen,
             database: beside(database.unwrap_or_else(|| PathBuf::from(format!("{stem}.db")))),
             retention: Retention::default(),
+            database_check: self.station.database_check.map_or_else(DailyTime::default, |at| at.0).0,
             name: self.station.name.map_or(stem, Spanned::into_inner),
             users,
             hosts: self.station.hosts.into_iter().map(Spanned::into_inner).collect(),
             tls: self.tls.map(|tls| tls.files(path)),
             openid: None,
+            devices: KnownDevices::BUILT_IN,
             segments: self.segment.into_iter().map(|segment| segment.into_segment(folder)).collect(),
             alarms: Vec::new(),
             plant_states: Vec::new(),

@@ -95,6 +95,7 @@
 //! | `slaves` | `[[segment.slave]]`, `[[segment.slave.point]]`: slaves by their GSD files |
 //! | `alarms` | `[[alarm]]` |
 //! | `default_alarms` | `[alarms]` |
+//! | `devices` | the devices of device files |
 //! | `webhooks` | `[[webhook]]` |
 //! | `emails` | `[[email]]` |
 //! | `labels` | group, tags, location and calibration of a gauge |
@@ -111,6 +112,7 @@
 mod alarms;
 mod check;
 mod default_alarms;
+mod devices;
 mod emails;
 mod error;
 mod file;
@@ -130,6 +132,7 @@ mod values;
 mod views;
 mod webhooks;
 
+pub use devices::keep as keep_devices;
 pub use error::{
     AddressUser, ArchiveProblem, BrokerUrlProblem, ConfigError, ConfigProblem, DrawingFileProblem, MqttProblem,
     NamedItem, WebhookUrlProblem,
@@ -173,14 +176,15 @@ pub fn read_users_file(path: &Path) -> Result<PathBuf, ConfigError> {
 pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
     let located = |error: Located| in_file(error, text, path);
     let mut file = ConfigToml::parse(text).map_err(located)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let devices = devices::resolve(&mut file, folder).map_err(located)?;
     check::check(&file).map_err(located)?;
     let renamed_keys = notice::renamed_keys(&file, text, path).map_err(located)?;
-    let alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
+    let mut alarms = alarms::rules(&file.alarm, &file.alarms, &file.segment).map_err(located)?;
     let webhooks = webhooks::webhooks(&file.webhook, path).map_err(located)?;
     let taken: Vec<_> = webhooks.iter().map(|webhook| webhook.name.as_str()).collect();
     let emails = emails::emails(&file.email, path, &taken).map_err(located)?;
     let mut plant = plant::plant(&file.volume, &file.pump, &file.valve, &file.segment).map_err(located)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
     plant.drawing = plant::drawing(file.station.drawing.as_ref(), &plant, &file.segment, folder).map_err(located)?;
     let mut directory = labels::directory(&file.segment).map_err(located)?;
     directory.views = views::views(&file.view, &file.segment, &directory).map_err(located)?;
@@ -189,12 +193,18 @@ pub fn parse(text: &str, path: &Path) -> Result<Config, ConfigError> {
     let retention = retention::retention(&file.retention).map_err(located)?;
     let openid = file.openid(folder).map_err(located)?;
     let gateways = file.take_gateways(path).and_then(|tables| gateways::settings(tables, path)).map_err(located)?;
+    alarms.extend(gateways.iter().find_map(gateways::alarm));
     let source = ConfigSource::new(path, text, parse_again);
     let slaves = file.segment.iter().map(|it| slaves::slaves(&it.slave, it.listen_only, folder));
     let slaves = slaves.collect::<Result<Vec<_>, _>>().map_err(located)?;
     let mut config = file.into_config(path);
-    config.segments.iter_mut().zip(slaves).for_each(|(segment, slaves)| segment.slaves = slaves);
+    for (segment, slaves) in config.segments.iter_mut().zip(slaves) {
+        (segment.slaves, segment.devices) = (slaves, devices);
+    }
+    let all = config.segments.iter().flat_map(|segment| &segment.slaves);
+    directory.points = all.flat_map(|it| it.points.iter().map(|point| point.described(&it.name))).collect();
     Ok(Config {
+        devices,
         alarms,
         plant_states,
         webhooks,
@@ -265,7 +275,9 @@ pub fn notices(config: &Config) -> Vec<ConfigNotice> {
         let host = gateway.unencrypted_broker()?.to_owned();
         Some(ConfigNotice::UnencryptedBroker { gateway: gateway.name(), host })
     });
-    renamed.chain(empty).chain(integers).chain(unknown_units).chain(unprotected).chain(writers).chain(brokers).collect()
+    let slaves = notice::about_slaves(&config.segments);
+    let gauges = renamed.chain(empty).chain(integers).chain(unknown_units).chain(slaves);
+    gauges.chain(unprotected).chain(writers).chain(brokers).collect()
 }
 
 /// Parses a text that the station has edited; the error says the problem without its position.

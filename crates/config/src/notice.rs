@@ -5,7 +5,7 @@ use super::file::ConfigToml;
 use profivac_client::cyclic::IntegerRange;
 use profivac_host::text_file::line_and_column;
 use profivac_recorder::{Forward, Retention};
-use profivac_station::config::{Config, RenamedKey};
+use profivac_station::config::{Config, RenamedKey, Segment};
 use profivac_web_server::auth::openid::OpenIdSettings;
 use std::fmt;
 use std::ops::Range;
@@ -42,6 +42,14 @@ pub enum ConfigNotice {
         gauge: String,
         /// The pressures that they show in each unit.
         ranges: String,
+    },
+    /// The parameters of an owned slave lack something, or its GSD file does not have the rate of the segment.
+    #[error("the slave {slave:?}: {remark}")]
+    Slave {
+        /// The name of the slave.
+        slave: String,
+        /// What is wrong.
+        remark: String,
     },
     /// A gateway whose protocol has neither encryption nor login listens beyond this computer.
     #[error(
@@ -81,6 +89,19 @@ pub enum ConfigNotice {
         /// The user.
         user: String,
     },
+}
+
+/// What the GSD files of slaves say about the settings. A slave that the station does not own gets no parameters from it.
+pub fn about_slaves(segments: &[Segment]) -> impl Iterator<Item = ConfigNotice> {
+    let all = segments.iter().flat_map(|segment| segment.slaves.iter().map(move |slave| (segment, slave)));
+    all.flat_map(|(segment, slave)| {
+        let warnings = if slave.is_owned { slave.gsd.warnings() } else { Vec::new() };
+        let rate = slave.gsd.device().check_rate(segment.baud.bits_per_second()).err();
+        let rate = rate.filter(|_| !segment.detects_baud);
+        let rate = rate.map(|error| format!("{error}: set a baud of the segment that all its slaves have"));
+        let remarks = warnings.iter().map(ToString::to_string).chain(rate).collect::<Vec<_>>();
+        remarks.into_iter().map(|remark| ConfigNotice::Slave { slave: slave.name.clone(), remark })
+    })
 }
 
 /// A setting that differs from that of the running station and takes effect at its next start.
@@ -133,9 +154,9 @@ fn retention(retention: &Retention) -> String {
     let days = |kept: Option<Duration>| {
         kept.map_or_else(|| "unlimited".to_owned(), |kept| format!("{} days", kept.as_secs() / 86_400))
     };
-    let Retention { samples, spans: [spans, ..], events, alarm_history } = *retention;
-    let [samples, spans, events, history] = [samples, spans, events, alarm_history].map(days);
-    format!("samples {samples}, spans {spans}, events {events}, alarm-history {history}")
+    let Retention { samples, spans: [spans, ..], events, alarm_history, batches } = *retention;
+    let [samples, spans, events, history, batches] = [samples, spans, events, alarm_history, batches].map(days);
+    format!("samples {samples}, spans {spans}, events {events}, alarm-history {history}, archive-batches {batches}")
 }
 
 /// The samples for the archive, as one word.

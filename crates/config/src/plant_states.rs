@@ -211,9 +211,14 @@ fn selected(given: &PlantStateToml, known: &Known<'_>) -> Result<BTreeSet<String
     Ok(rules.into_iter().map(|rule| rule.name.clone()).chain(single).collect())
 }
 
+/// Whether the alarms of this kind say that the record suffers, which no state of the plant explains.
+const fn is_about_database(kind: ConditionKind) -> bool {
+    matches!(kind, ConditionKind::NotRecording | ConditionKind::DatabaseDamaged)
+}
+
 fn kinds(given: &PlantStateToml) -> Result<Vec<ConditionKind>, Located> {
     let Some(given) = &given.kinds else { return Ok(KINDS.to_vec()) };
-    let permitted = || ConditionKind::ALL.into_iter().filter(|kind| *kind != ConditionKind::NotRecording);
+    let permitted = || ConditionKind::ALL.into_iter().filter(|kind| !is_about_database(*kind));
     let kind = |given: &Spanned<String>| {
         let found = permitted().find(|kind| kind.word() == given.get_ref());
         found.ok_or_else(|| {
@@ -292,7 +297,7 @@ fn single_alarm(name: &Spanned<String>, rules: &[Rule]) -> Result<String, Locate
         let suggestion = closest(wanted, rules.iter().map(|rule| rule.name.as_str())).map(str::to_owned);
         return Err(Located::new(name.span(), ConfigProblem::UnknownAlarm { name: wanted.clone(), suggestion }));
     };
-    if rule.condition == Condition::NotRecording {
+    if is_about_database(rule.condition.kind()) {
         return Err(Located::new(name.span(), ConfigProblem::NeverSuppressed(wanted.clone())));
     }
     Ok(wanted.clone())

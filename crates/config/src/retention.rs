@@ -6,6 +6,7 @@
 //! spans = "1826 days"              # of 10 s; coarser spans are kept without limit
 //! events = "1826 days"
 //! alarm-history = "unlimited"
+//! archive-batches = "1 day"        # batches that the archive has, in case it loses them
 //! ```
 
 use super::error::{ConfigProblem, Located};
@@ -34,6 +35,8 @@ pub struct RetentionToml {
     events: Option<Spanned<String>>,
     /// The history of alarms: 1 to 36525 days, or `unlimited`. Default: `1826 days`.
     alarm_history: Option<Spanned<String>>,
+    /// Batches that the database of the archive has, in case it loses them: 1 to 36525 days, or `unlimited`. Default: `1 day`.
+    archive_batches: Option<Spanned<String>>,
 }
 
 /// The retention of a file.
@@ -47,6 +50,7 @@ pub fn retention(given: &RetentionToml) -> Result<Retention, Located> {
         spans: [spans, second, third, fourth],
         events: kept(given.events.as_ref(), default.events)?,
         alarm_history: kept(given.alarm_history.as_ref(), default.alarm_history)?,
+        batches: kept(given.archive_batches.as_ref(), default.batches)?,
     })
 }
 

@@ -4,12 +4,12 @@ use super::slaves::SlaveToml;
 use super::values::hex;
 use crate::time_span::TimeSpan;
 use profivac_client::pressure::Pressure;
-use profivac_devices::model::{Configuration, Unit};
+use profivac_devices::catalog::KnownDevices;
+use profivac_devices::model::{Configuration, Model, Unit};
 use profivac_dp::link::Baud;
 use profivac_host::text_file::{Parsed, baud, usual_baud};
 use profivac_station::config::{Gauge, POLL, Segment};
 use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::entry;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,8 +53,11 @@ pub struct GaugeToml {
     pub name: Spanned<String>,
     /// The address on the segment, 0 to 125.
     pub address: Spanned<u8>,
-    /// The device: a name that `profivac list` knows.
+    /// The device: a name that `profivac device list` knows, or a device file beside this file: `my-gauge.toml`.
     pub device: Spanned<String>,
+    /// Its tables, once they were found.
+    #[serde(skip)]
+    pub model: Option<&'static Model>,
     /// The sampling interval, 20 ms to 1 h. Default: `200 ms`.
     pub poll: Option<Spanned<Parsed<TimeSpan>>>,
     /// The gas, for a corrected pressure beside the indicated one.
@@ -102,8 +105,9 @@ impl SegmentToml {
             detects_baud: self.listen_only && self.baud.is_none(),
             listen_only: self.listen_only,
             baud: self.baud.map_or(usual_baud(), |BaudToml(baud)| baud),
-            gauges: self.gauge.into_iter().map(GaugeToml::into_gauge).collect(),
+            gauges: self.gauge.into_iter().filter_map(GaugeToml::into_gauge).collect(),
             slaves: Vec::new(),
+            devices: KnownDevices::BUILT_IN,
         }
     }
 }
@@ -120,26 +124,25 @@ impl GaugeToml {
     /// The configuration that the file names, by the octets of Chk_Cfg in hexadecimal; `None` if the device has no such configuration.
     pub fn configuration(&self) -> Option<&'static Configuration> {
         let octets = hex(self.configuration.as_ref()?.get_ref())?;
-        entry(self.device.get_ref()).ok()?.model.configuration(&octets)
+        self.model?.configuration(&octets)
     }
 
     /// The unit that the file names; `None` if the device has no such unit.
     pub fn unit(&self) -> Option<&'static Unit> {
-        entry(self.device.get_ref()).ok()?.model.unit_named(self.unit.as_ref()?.get_ref())
+        self.model?.unit_named(self.unit.as_ref()?.get_ref())
     }
 
-    fn into_gauge(self) -> Gauge {
-        Gauge {
+    /// The gauge; `None` before its device was found.
+    fn into_gauge(self) -> Option<Gauge> {
+        Some(Gauge {
+            device: self.model?,
             configuration: self.configuration(),
             unit: self.unit(),
             name: self.name.into_inner(),
             address: self.address.into_inner(),
-            // The name as everything else has it: the file may write BCG450-SP.
-            device: entry(self.device.get_ref())
-                .map_or_else(|_| self.device.get_ref().clone(), |entry| entry.model.name.to_owned()),
             poll: self.poll.map_or(POLL, |poll| poll.into_inner().0.into()),
             gas: self.gas.map_or(Gas::N2, |gas| gas.0),
             levels: self.levels.into_iter().map(|(name, level)| (name.into_inner(), level.0)).collect(),
-        }
+        })
     }
 }

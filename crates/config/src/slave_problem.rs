@@ -1,6 +1,6 @@
 //! Errors in `[[segment.slave]]`.
 
-use profivac_gsd_slave::{CatalogError, SlaveError};
+use profivac_gsd_slave::{CatalogError, SlaveError, listed};
 use profivac_station::config::PointType;
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ pub enum SlaveProblem {
     #[error("{0}")]
     File(CatalogError),
     /// The folder has no GSD file, or those of several devices.
-    #[error("expected the GSD file of one device, {} has {}; name one file", path.display(), listed(found))]
+    #[error("expected the GSD file of one device, {} has {}; name one file", path.display(), listed(found.iter().cloned()))]
     SeveralFiles {
         /// The folder.
         path: PathBuf,
@@ -67,14 +67,41 @@ pub enum SlaveProblem {
         "the outputs of {0} are missing: zeros can stop a pump or close a valve, so each module with outputs needs its own"
     )]
     OutputMissing(String),
-    /// The module of a point does not exist, or has no inputs.
-    #[error("the point {point:?}: {problem}; modules with inputs: {possible}")]
+    /// Octets or bits of the outputs have no value.
+    #[error(
+        "these outputs have no value: {missing}; zeros can stop a pump or close a valve, so each bit needs one: add \
+         [[segment.slave.output]] for them, or set outputs to all octets, which the named outputs then change"
+    )]
+    OutputsWithoutValue {
+        /// The octets.
+        missing: String,
+    },
+    /// Two outputs take the same bits.
+    #[error("the output {output:?} takes bits that another output has; correct octet, bit or type")]
+    OutputTwice {
+        /// The output.
+        output: String,
+    },
+    /// A value is none of the output.
+    #[error("the output {output:?}: expected {expected}, found {found}")]
+    OutputValue {
+        /// The output.
+        output: String,
+        /// The possible values.
+        expected: String,
+        /// The value.
+        found: String,
+    },
+    /// The module of a point does not exist, or has no inputs; of an output no outputs.
+    #[error("the point {point:?}: {problem}; modules with {what}: {possible}")]
     PointModule {
         /// The point.
         point: String,
         /// What is wrong.
         problem: String,
-        /// The modules with inputs.
+        /// `inputs` or `outputs`.
+        what: &'static str,
+        /// The modules with them.
         possible: String,
     },
     /// A point is not within the inputs of its module.
@@ -96,7 +123,7 @@ pub enum SlaveProblem {
         found: String,
     },
     /// A point never has the text of its alarm.
-    #[error("the point {point:?} never is {found:?}; its texts: {}", listed(known))]
+    #[error("the point {point:?} never is {found:?}; its texts: {}", listed(known.iter().cloned()))]
     PointText {
         /// The point.
         point: String,
@@ -119,8 +146,4 @@ pub enum SlaveProblem {
 
 fn types() -> String {
     PointType::ALL.map(|(word, _)| word).join(", ")
-}
-
-fn listed(found: &[String]) -> String {
-    if found.is_empty() { "none".to_owned() } else { found.join(", ") }
 }

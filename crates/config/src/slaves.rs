@@ -44,8 +44,13 @@ pub struct SlaveToml {
     own: Option<Spanned<bool>>,
     /// With `own`, needed for a slave with outputs: all octets in hexadecimal, or a table `{ SLOT = "OCTETS" }`.
     outputs: Option<Spanned<OutputsToml>>,
+    /// With `own`: an output by its name, instead of the octets in `outputs` or over them.
+    #[serde(default)]
+    output: Vec<PointToml>,
     /// The sampling interval, 20 ms to 1 h. Default: `200 ms`.
     pub poll: Option<Spanned<Parsed<TimeSpan>>>,
+    /// Its first slot in the map of `[modbus]`, 0 to 494.
+    pub modbus: Option<Spanned<u16>>,
     /// A value in its inputs.
     #[serde(default)]
     point: Vec<PointToml>,
@@ -59,6 +64,19 @@ fn at(span: Range<usize>, problem: SlaveProblem) -> Located {
 /// The slaves of a segment of the file in `folder`.
 pub fn slaves(slaves: &[SlaveToml], listen_only: bool, folder: &Path) -> Result<Vec<Slave>, Located> {
     slaves.iter().map(|slave| slave.settings(folder, listen_only)).collect()
+}
+
+/// Why the station reads no records of a slave; `None` if it does.
+fn no_records(gsd: &GsdSlave, is_owned: bool, listen_only: bool) -> Option<&'static str> {
+    let has_ms2 = gsd.device().general.c2_read_write_supp == Some(true);
+    match (is_owned, listen_only, has_ms2) {
+        (true, ..) => Some("record only of a slave with own = false"),
+        (_, true, _) => {
+            Some("record only on a segment with a master of the station, and listen-only = true sends nothing")
+        }
+        (.., false) => Some("record only of a slave whose GSD file has C2_Read_Write_supp"),
+        _ => None,
+    }
 }
 
 /// The alarms of all points, with the places of their conditions.
@@ -76,8 +94,8 @@ impl SlaveToml {
             return Err(at(own.span(), SlaveProblem::OwnedByListener));
         }
         let place = own.map_or_else(|| self.name.span(), Spanned::span);
-        let outputs = outputs::outputs(&gsd, own.is_some(), self.outputs.as_ref(), place)?;
-        let points = points::points(&self.point, &gsd)?;
+        let outputs = outputs::outputs(&gsd, own.is_some(), self.outputs.as_ref(), &self.output, place)?;
+        let points = points::points(&self.point, &gsd, no_records(&gsd, own.is_some(), listen_only))?;
         Ok(Slave {
             name: self.name.get_ref().clone(),
             address: *self.address.get_ref(),

@@ -79,6 +79,8 @@ fn keys_that_are_missing_have_defaults() {
     assert_eq!((config.name.as_str(), config.segments[0].master, gauge.poll, gauge.gas), ("hall", 0, POLL, Gas::N2));
     let users = Path::new("plants/hall.users.toml");
     assert_eq!((config.users.path.as_path(), config.access()), (users, Access::UsersWhenPresent(users.to_owned())));
+    assert_eq!(config.database_check, Some(jiff::civil::time(3, 0, 0, 0)));
+    assert_eq!(parse(&FILE.replace("[station]", "[station]\ndatabase-check = \"off\"")).unwrap().database_check, None);
 }
 
 #[test]
@@ -115,6 +117,11 @@ fn an_error_names_its_position_and_what_was_expected() {
             "hall.toml:2:2: unknown field `stations`, expected one of `station`, `tls`, `openid`, `retention`, `segment`, ",
         ),
         ("[station]", "[station]\nhosts = [\"a.example\", \"b.example:80\"]", "hall.toml:3:23: expected a name or an"),
+        (
+            "[station]",
+            "[station]\ndatabase-check = \"3 am\"",
+            "hall.toml:3:18: expected a time of the day like \"03:00\", or \"off\", got \"3 am\"",
+        ),
         ("[station]", "[tls]\nkey = \"a\"\n[station]", "hall.toml:2:1: missing field `certificate`"),
         ("port = \"/dev/ttyUSB0\"", "", "missing field `port`"),
     ] {
@@ -148,7 +155,7 @@ fn the_file_of_the_users_is_found_in_a_file_with_an_error() {
 fn a_device_may_have_the_name_on_its_nameplate() {
     for written in ["bcg450", "BCG450", "BCG450-SP", "bcg 450-sp"] {
         let config = parse(&FILE.replace("\"bcg450\"", &format!("{written:?}"))).unwrap();
-        assert_eq!(config.segments[0].gauges[0].device, "bcg450", "{written}");
+        assert_eq!(config.segments[0].gauges[0].device.name, "bcg450", "{written}");
     }
 }
 
@@ -317,10 +324,15 @@ fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
     let day = Duration::from_secs(86_400);
     assert_eq!(parse(FILE).unwrap().retention, Retention::default());
     let given = |lines: &str| parse(&format!("[retention]\n{lines}\n{FILE}"));
-    let all =
-        given("samples = '30 days'\nspans = 'unlimited'\nevents = '1 day'\nalarm-history = '36525 days'").unwrap();
-    let expected =
-        Retention { samples: Some(day * 30), spans: [None; 4], events: Some(day), alarm_history: Some(day * 36_525) };
+    let days = "samples = '30 days'\nspans = 'unlimited'\nevents = '1 day'\nalarm-history = '36525 days'\narchive-batches = '3 days'";
+    let all = given(days).unwrap();
+    let expected = Retention {
+        samples: Some(day * 30),
+        spans: [None; 4],
+        events: Some(day),
+        alarm_history: Some(day * 36_525),
+        batches: Some(day * 3),
+    };
     assert_eq!(all.retention, expected);
     assert_eq!(given("samples = 'unlimited'").unwrap().retention.samples, None);
     for wrong in ["23h", "36526 days", "", "soon", "-1 day"] {
@@ -334,8 +346,9 @@ fn a_retention_has_defaults_a_range_and_may_be_unlimited() {
     assert_eq!(
         needed.iter().map(ToString::to_string).collect::<Vec<_>>(),
         [
-            "retention stays samples 730 days, spans 1826 days, events 1826 days, alarm-history 1826 days until the station is \
-             restarted, then it becomes samples 30 days, spans unlimited, events 1 days, alarm-history 36525 days"
+            "retention stays samples 730 days, spans 1826 days, events 1826 days, alarm-history 1826 days, archive-batches 1 days until \
+             the station is restarted, then it becomes samples 30 days, spans unlimited, events 1 days, alarm-history 36525 days, \
+             archive-batches 3 days"
         ]
     );
 }
@@ -620,6 +633,11 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
             "alarms = ['station: not recording']",
             "no plant state suppresses the alarm \"station: not recording\": a station must record in every state; delete the entry",
         ),
+        ("kinds = ['database-damaged']", "expected a kind of alarms, one of above, "),
+        (
+            "alarms = ['station: database damaged']",
+            "no plant state suppresses the alarm \"station: database damaged\": a station must record in every state",
+        ),
     ] {
         let found = plant_state(lines).unwrap_err();
         assert!(found.starts_with(sentence), "{lines}: {found}");
@@ -627,4 +645,68 @@ fn a_plant_state_that_suppresses_nothing_is_refused_with_the_next_step() {
     let error =
         parse(&format!("{LABELLED}[[plant-state]]\nname = 'Vented'\ngauges = ['chamber', 'spare']\n")).unwrap_err();
     assert_eq!((error.line, error.column), (40, 22));
+}
+
+/// A device file like bcg450 with this name and Ident_Number.
+fn device(name: &str, ident: u16) -> String {
+    format!("format = 1\nname = \"{name}\"\ntitle = \"{name}\"\nlike = \"bcg450\"\nident = {ident}\n")
+}
+
+#[test]
+fn a_gauge_has_a_device_of_a_file_by_its_name_or_by_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hall.toml");
+    std::fs::create_dir(folder.path().join("devices")).unwrap();
+    std::fs::write(folder.path().join("devices/beside.toml"), device("beside", 0x1001)).unwrap();
+    std::fs::write(folder.path().join("named.toml"), device("named", 0x1002)).unwrap();
+    let keyed = FILE.replace("[station]", "[station]\ndevice-files = [\"named.toml\"]");
+    for (text, written, expected) in [
+        (FILE, "beside", "beside"),
+        (&keyed, "named", "named"),
+        (FILE, "named.toml", "named"),
+        (&keyed, "bcg450", "bcg450"),
+    ] {
+        let text = text.replace("\"bcg450\"", &format!("{written:?}"));
+        let config = crate::parse(&text, &path).unwrap();
+        let segment = &config.segments[0];
+        assert_eq!(segment.gauges[0].device.name, expected, "{written}");
+        assert_eq!(segment.devices, config.devices);
+        assert!(config.devices.named("beside").is_some(), "the folder beside the file needs no key");
+    }
+    let unknown = crate::parse(&FILE.replace("\"bcg450\"", "\"named\""), &path).unwrap_err().to_string();
+    assert!(unknown.contains(":14:10: unknown device \"named\"") && unknown.contains("img400, beside"), "{unknown}");
+}
+
+#[test]
+fn a_wrong_device_file_is_an_error_at_the_key_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hall.toml");
+    let wrong = folder.path().join("wrong.toml");
+    std::fs::write(&wrong, "format = 1\nname = 7\n").unwrap();
+    let keyed = FILE.replace("[station]", "[station]\ndevice-files = [\"wrong.toml\"]");
+    let said = crate::parse(&keyed, &path).unwrap_err().to_string();
+    assert!(said.starts_with(&format!("{}:3:17: {}:2:", path.display(), wrong.display())), "{said}");
+    let said = crate::parse(&FILE.replace("bcg450", "wrong.toml"), &path).unwrap_err().to_string();
+    assert!(said.starts_with(&format!("{}:14:10: {}:2:", path.display(), wrong.display())), "{said}");
+}
+
+#[test]
+fn a_device_file_that_changes_while_the_station_runs_counts_from_the_next_start_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, file) = (folder.path().join("hall.toml"), folder.path().join("own.toml"));
+    let text = FILE.replace("bcg450", "own.toml");
+    std::fs::write(&file, device("own", 0x1001)).unwrap();
+    let running = crate::parse(&text, &path).unwrap();
+    let mut again = crate::parse(&text, &path).unwrap();
+    assert_eq!(crate::keep_devices(running.devices, &mut again), [""; 0]);
+    assert!(running.segments[0].gauges[0].is_same_slave(&again.segments[0].gauges[0]));
+    std::fs::write(&file, device("own", 0x1002)).unwrap();
+    let mut changed = crate::parse(&text, &path).unwrap();
+    assert_eq!(changed.segments[0].gauges[0].device.ident, 0x1002);
+    assert_eq!(crate::keep_devices(running.devices, &mut changed), ["own"]);
+    assert_eq!(changed.segments[0].gauges[0].device.ident, 0x1001);
+    assert_eq!((changed.devices, changed.segments[0].devices), (running.devices, running.devices));
+    // A device that the station did not know is taken as it is.
+    assert_eq!(crate::keep_devices(profivac_devices::catalog::KnownDevices::BUILT_IN, &mut changed), [""; 0]);
+    assert_eq!(changed.segments[0].gauges[0].device.ident, 0x1001);
 }

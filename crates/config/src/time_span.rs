@@ -1,5 +1,6 @@
-//! Lengths of time and addresses as a user writes them: `200 ms`, `7 days`, `2 weeks`; `127.0.0.1:8080`.
+//! Lengths of time, times of the day and addresses as a user writes them: `200 ms`, `7 days`; `03:00`; `127.0.0.1:8080`.
 
+use jiff::civil::{Time, time};
 use jiff::{SignedDuration, Span, SpanRelativeTo};
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
@@ -64,6 +65,35 @@ impl fmt::Display for TimeSpan {
     }
 }
 
+/// A time of the day for something that is done once a day, or `off`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DailyTime(pub Option<Time>);
+
+/// A text that is no time of the day.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected a time of the day like \"03:00\", or \"off\", got {0:?}")]
+pub struct DailyTimeError(String);
+
+impl Default for DailyTime {
+    /// chosen: at night.
+    fn default() -> Self {
+        Self(Some(time(3, 0, 0, 0)))
+    }
+}
+
+impl FromStr for DailyTime {
+    type Err = DailyTimeError;
+
+    fn from_str(text: &str) -> Result<Self, DailyTimeError> {
+        match text {
+            "off" => Ok(Self(None)),
+            _ => {
+                Time::strptime("%H:%M", text).map(|time| Self(Some(time))).map_err(|_| DailyTimeError(text.to_owned()))
+            }
+        }
+    }
+}
+
 /// An address with a port at which a server listens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Listen(pub SocketAddr);
@@ -112,6 +142,18 @@ mod tests {
         for text in ["", "100", "often", "-1 day", "1 day ago", "1 month", "1 year", "7 d d", "99999999999999 days"] {
             let error = text.parse::<TimeSpan>().unwrap_err().to_string();
             assert!(error.starts_with("expected a time with its unit like"), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_the_day_has_hours_and_minutes_or_is_off() {
+        for (text, expected) in [("03:00", Some(time(3, 0, 0, 0))), ("23:59", Some(time(23, 59, 0, 0))), ("off", None)]
+        {
+            assert_eq!(text.parse::<DailyTime>().unwrap().0, expected, "{text}");
+        }
+        for text in ["", "3", "24:00", "3 am", "03:00:00", "never"] {
+            let error = text.parse::<DailyTime>().unwrap_err().to_string();
+            assert_eq!(error, format!("expected a time of the day like \"03:00\", or \"off\", got {text:?}"));
         }
     }
 

@@ -8,6 +8,7 @@
 //! deadband-percent = 5.0                # with samples = "deadband"
 //! limit-octets-per-second = 100000      # unless given, without limit
 //! requests = "read"                     # what users of the archive may ask for: "off" (the default), "read", "acknowledge"
+//! alarm-hours = 4.0                     # without an answer of the archive, until the alarm "station: not archived"; 0: no alarm
 //!
 //! [archive.nats]
 //! servers = ["tls://nats-1.example", "tls://nats-2.example"]   # or nats:// on this computer; port 4222 unless given
@@ -25,16 +26,29 @@ use super::super::error::{ArchiveProblem, ConfigProblem, Located};
 use hyper::Uri;
 use profivac_host::text_file::Parsed;
 use profivac_recorder::Forward;
+use profivac_station::alarm::{Condition, Priority, Rule};
 use profivac_station::config::gateways::archive::{Https, Requests, Settings, Transport};
 use profivac_web_server::host_name::is_loopback;
 use profivac_web_server::tables::archive::{NatsToml, SHORTEST_TOKEN, is_name};
 use profivac_web_server::tables::{ca_file, secret_of_file};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use toml::Spanned;
 
 /// The deadband of `samples = "deadband"` in percent, unless the file has another one: that of large archives.
 const DEADBAND_PERCENT: f64 = 5.0;
+
+/// The hours without an answer of the archive until there is an alarm, unless the file says otherwise. chosen: a server that starts again, or
+/// an update at night, is none.
+const ALARM_HOURS: f64 = 4.0;
+
+/// The alarm about an archive.
+pub fn alarm(settings: &Settings) -> Option<Rule> {
+    let condition = Condition::NotArchived { limit: settings.alarm_hours? };
+    let (name, priority) = ("station: not archived".to_owned(), Priority::Medium);
+    Some(Rule { name, condition, priority, delay: Duration::ZERO, off_delay: Duration::ZERO, message: None })
+}
 
 /// The most archives that a station asks for requests.
 const MAX_REQUEST_URLS: usize = 8;
@@ -56,6 +70,8 @@ pub struct ArchiveToml {
     limit_octets_per_second: Option<Spanned<u32>>,
     /// What users of the archive may ask the station for: `off` (default), `read` for trends, `acknowledge` for alarms too.
     requests: Option<Spanned<Requests>>,
+    /// Hours without an answer of the archive until there is an alarm, up to 720; 0 for no alarm. Default: 4.
+    alarm_hours: Option<Spanned<f64>>,
     /// Servers of NATS; this or `https`.
     nats: Option<NatsToml>,
     /// The archive itself, without NATS.
@@ -114,6 +130,10 @@ impl ArchiveToml {
             (Some(_), Some(https)) => return Err(located(&https.url, ArchiveProblem::TwoTransports)),
         };
         let requests = self.requests.as_ref().map_or(Requests::Off, |requests| *requests.get_ref());
+        let alarm_hours = self.alarm_hours.as_ref().map_or(ALARM_HOURS, |hours| *hours.get_ref());
+        if let Some(given) = self.alarm_hours.as_ref().filter(|_| !(0.0..=720.0).contains(&alarm_hours)) {
+            return Err(located(given, ArchiveProblem::AlarmHours(alarm_hours)));
+        }
         Ok(Settings {
             plant: name(&self.plant)?,
             station: name(&self.station)?,
@@ -121,6 +141,7 @@ impl ArchiveToml {
             limit: self.limit_octets_per_second.map(Spanned::into_inner),
             transport,
             requests,
+            alarm_hours: (alarm_hours > 0.0).then_some(alarm_hours),
         })
     }
 }
@@ -215,6 +236,17 @@ mod tests {
         assert_eq!(read("").unwrap().outbox(), None);
     }
 
+    #[test]
+    fn an_archive_that_is_silent_for_four_hours_is_an_alarm_unless_the_file_says_otherwise() {
+        let limit = |more: &str| {
+            let config = read(&format!("[archive]\nplant = \"hall\"\nstation = \"hall-1\"\n{more}\n{NATS}")).unwrap();
+            let rule = config.alarms.iter().find(|rule| rule.name == "station: not archived");
+            rule.and_then(|rule| rule.condition.limit())
+        };
+        assert_eq!([limit(""), limit("alarm-hours = 0.5"), limit("alarm-hours = 0.0")], [Some(4.0), Some(0.5), None]);
+        assert!(read("").unwrap().alarms.iter().all(|rule| rule.name != "station: not archived"));
+    }
+
     const HTTPS: &str = "[archive.https]\ntoken-file = \"archive.token\"\nurl = ";
 
     #[test]
@@ -285,6 +317,7 @@ mod tests {
             ),
             ("plant = \"a\"\nstation = \"x\"\ndeadband-percent = 0.0", NATS, "expected 0.1 to 100 percent, found 0"),
             ("plant = \"a\"\nstation = \"x\"\nlimit-octets-per-second = 5", NATS, "expected at least 1000"),
+            ("plant = \"a\"\nstation = \"x\"\nalarm-hours = -1.0", NATS, "expected 0 to 720 hours, found -1"),
             ("plant = \"a\"\nstation = \"x\"", "[archive.nats]\nservers = []", "expected at least one server"),
             (
                 "plant = \"a\"\nstation = \"x\"",

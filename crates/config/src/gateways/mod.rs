@@ -15,11 +15,20 @@ use epics::EpicsToml;
 use modbus::ModbusToml;
 use mqtt::MqttToml;
 use opcua::OpcuaToml;
+use profivac_station::alarm::Rule;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_web_server::server::TlsFiles;
 use prometheus::PrometheusToml;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// The alarm that a gateway has by default.
+pub fn alarm(gateway: &GatewaySettings) -> Option<Rule> {
+    match gateway {
+        GatewaySettings::Archive(settings) => archive::alarm(settings),
+        _ => None,
+    }
+}
 
 /// The tables of the gateways in the file.
 #[derive(Debug, Default)]

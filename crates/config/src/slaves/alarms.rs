@@ -27,6 +27,10 @@ pub struct PointAlarmToml {
     below: Option<Spanned<f64>>,
     /// Raised while the point has this text: one of `texts`, or `on` or `off` of a bit without texts.
     is: Option<Spanned<String>>,
+    /// The number at which `above` or `below` ends, in place of `hysteresis`.
+    reset: Option<Spanned<f64>>,
+    /// How far back the number must go, in the unit of the point, 0 or more. Default: 0.
+    hysteresis: Option<Spanned<f64>>,
     /// The condition must hold for this time, up to 1 h. Default: `1 s`.
     delay: Option<Spanned<Parsed<TimeSpan>>>,
     /// The condition must be over for this time, up to 1 h. Default: `5 s`.
@@ -73,20 +77,23 @@ impl PointAlarmToml {
     /// The test, its words in the name of the alarm, and its place.
     fn test(&self, point: &AlarmedPoint<'_>) -> Result<(PointTest, String, Range<usize>), Located> {
         let unit = point.unit.map(|unit| format!(" {unit}")).unwrap_or_default();
-        let limit = |limit: &Spanned<f64>| {
-            let number = *limit.get_ref();
-            if number.is_finite() { Ok(number) } else { Err(point.wrong(limit.span(), "a number", number.to_string())) }
-        };
+        let limit = |limit: &Spanned<f64>| point.number(limit);
         match (&self.above, &self.below, &self.is) {
             (Some(given), None, None) => {
                 let above = limit(given)?;
-                Ok((PointTest::Above(above), format!("above {above}{unit}"), given.span()))
+                let reset = self.reset(point, above, -1.0)?;
+                Ok((PointTest::Above { limit: above, reset }, format!("above {above}{unit}"), given.span()))
             }
             (None, Some(given), None) => {
                 let below = limit(given)?;
-                Ok((PointTest::Below(below), format!("below {below}{unit}"), given.span()))
+                let reset = self.reset(point, below, 1.0)?;
+                Ok((PointTest::Below { limit: below, reset }, format!("below {below}{unit}"), given.span()))
             }
             (None, None, Some(is)) if point.texts.contains(is.get_ref()) => {
+                if let Some(surplus) = self.reset.as_ref().or(self.hysteresis.as_ref()) {
+                    let expected = "reset and hysteresis with above or below only";
+                    return Err(point.wrong(surplus.span(), expected, surplus.get_ref().to_string()));
+                }
                 Ok((PointTest::Is(is.get_ref().clone()), format!("is {}", is.get_ref()), is.span()))
             }
             (None, None, Some(is)) => {
@@ -102,7 +109,39 @@ impl PointAlarmToml {
     }
 }
 
+impl PointAlarmToml {
+    /// The number at which a limit alarm returns to normal. `side` is -1 if that is below the limit, 1 if it is above.
+    fn reset(&self, point: &AlarmedPoint<'_>, limit: f64, side: f64) -> Result<f64, Located> {
+        match (&self.reset, &self.hysteresis) {
+            (Some(reset), Some(_)) => Err(Located::new(reset.span(), ConfigProblem::ResetAndHysteresis)),
+            (Some(given), None) => {
+                let reset = point.number(given)?;
+                if (reset - limit) * side >= 0.0 {
+                    return Ok(reset);
+                }
+                let side = if side < 0.0 { "above" } else { "below" };
+                let (limit, reset) = (limit.to_string(), reset.to_string());
+                Err(Located::new(given.span(), ConfigProblem::ResetBeyondLimit { side, limit, reset }))
+            }
+            (None, Some(given)) => {
+                let hysteresis = point.number(given)?;
+                if hysteresis < 0.0 {
+                    let expected = "a hysteresis of 0 or more, in its unit";
+                    return Err(point.wrong(given.span(), expected, hysteresis.to_string()));
+                }
+                Ok(limit + side * hysteresis)
+            }
+            (None, None) => Ok(limit),
+        }
+    }
+}
+
 impl AlarmedPoint<'_> {
+    fn number(&self, given: &Spanned<f64>) -> Result<f64, Located> {
+        let number = *given.get_ref();
+        if number.is_finite() { Ok(number) } else { Err(self.wrong(given.span(), "a number", number.to_string())) }
+    }
+
     fn wrong(&self, span: Range<usize>, expected: &'static str, found: String) -> Located {
         at(span, SlaveProblem::PointValue { point: self.name.get_ref().clone(), expected, found })
     }

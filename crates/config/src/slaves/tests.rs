@@ -1,8 +1,9 @@
 //! Slaves by their GSD files: what a file gives, and errors with positions.
 
 use crate::{Config, ConfigError, parse};
+use profivac_recorder::PointKind;
 use profivac_station::alarm::{Condition, PointTest, Priority};
-use profivac_station::config::{PointType, Slave};
+use profivac_station::config::{PointType, Slave, WatchedRecord};
 use std::fs;
 use tempfile::TempDir;
 
@@ -104,6 +105,133 @@ fn a_slave_has_the_octets_of_its_modules_and_parameters_and_the_places_of_its_po
     assert_eq!(state.texts, [(0, "stopped".to_owned()), (1, "running".to_owned())]);
 }
 
+/// The file with MS2 in the GSD file, without ownership, and with a point in a record.
+fn with_record(keys: &str) -> (TempDir, String) {
+    let folder = folder();
+    fs::write(
+        folder.path().join("pump.gsd"),
+        GSD.replace("Modular_Station", "C2_Read_Write_supp = 1\nModular_Station"),
+    )
+    .unwrap();
+    let file = FILE.replace("own = true\noutputs = \"01 FF\"\n", "");
+    (folder, format!("{file}\n[[segment.slave.point]]\nname = \"hours\"\ntype = \"u32\"\n{keys}\n"))
+}
+
+#[test]
+fn a_point_may_be_in_a_record() {
+    let place = |keys: &str| {
+        let (folder, text) = with_record(keys);
+        let slave = read_in(&folder, &text).unwrap().segments[0].slaves[0].clone();
+        let [.., point] = slave.points.as_slice() else { panic!("{:?}", slave.points) };
+        let WatchedRecord { slot, index, every } = point.record.unwrap();
+        (slot, index, every.as_secs(), point.octet, point.place.clone())
+    };
+    assert_eq!(place("record = \"1/24\""), (1, 24, 10, 0, "record 1/24 octet 0".to_owned()));
+    assert_eq!(
+        place("record = \"0/254\"\nevery = \"1 min\"\noctet = 236"),
+        (0, 254, 60, 236, "record 0/254 octet 236".to_owned())
+    );
+    for (keys, part) in [
+        (
+            "record = \"1/255\"",
+            "expected a record as \"SLOT/INDEX\" like \"1/24\", each from 0 to 254, found \"1/255\"",
+        ),
+        ("record = \"24\"", "found \"24\""),
+        ("record = \"1/24\"\nslot = 1", "expected record, or slot or module, found both"),
+        ("record = \"1/24\"\nevery = \"0.5 s\"", "expected a time from 1 s to 1 h"),
+        ("record = \"1/24\"\noctet = 237", "record 1/24 has the octets 0 to 239"),
+        ("slot = 1\nevery = \"10 s\"", "expected every only with record"),
+    ] {
+        let (folder, text) = with_record(keys);
+        let sentence = read_in(&folder, &text).unwrap_err().problem.to_string();
+        assert!(sentence.contains(part), "{keys}: {sentence}");
+    }
+    let (folder, text) = with_record("record = \"1/24\"");
+    let refused = |folder: &TempDir, text: &str| read_in(folder, text).unwrap_err().problem.to_string();
+    let owned = text.replace("modules = [1", "own = true\noutputs = \"00 00\"\nmodules = [1");
+    assert!(refused(&folder, &owned).contains("own = false"));
+    let listening = text.replace("port = \"/dev/ttyUSB0\"\n", "port = \"/dev/ttyUSB0\"\nlisten-only = true\n");
+    assert!(refused(&folder, &listening).contains("listen-only = true sends nothing"));
+    fs::write(folder.path().join("pump.gsd"), GSD).unwrap();
+    assert!(refused(&folder, &text).contains("C2_Read_Write_supp"));
+}
+
+/// The file with these outputs instead of octets.
+fn with_outputs(keys: &str, outputs: &str) -> String {
+    let file = FILE.replace("outputs = \"01 FF\"\n", keys);
+    format!("{file}\n{outputs}")
+}
+
+fn output(name: &str, keys: &str) -> String {
+    format!("[[segment.slave.output]]\nname = \"{name}\"\n{keys}\n")
+}
+
+#[test]
+fn outputs_may_be_given_by_name_with_value_and_unit() {
+    let speed =
+        |value: &str| output("set speed", &format!("type = \"u16\"\nscale = 0.1\nunit = \"Hz\"\nvalue = {value}"));
+    assert_eq!(slave(&with_outputs("", &speed("\"900 Hz\""))).outputs, [0x23, 0x28]);
+    assert_eq!(slave(&with_outputs("", &speed("\"0.1Hz\""))).outputs, [0, 1]);
+    let little = output("set", "type = \"i16\"\norder = \"little\"\nvalue = -2");
+    assert_eq!(slave(&with_outputs("", &little)).outputs, [0xFE, 0xFF]);
+    let texts = "octet = 0\ntype = \"u8\"\ntexts = { 0 = \"stop\", 5 = \"run\" }\nvalue = \"run\"";
+    let (mode, bit) = (output("mode", texts), output("vent", "octet = 1\ntype = \"bool\"\nbit = 6\nvalue = \"on\""));
+    let named = format!("{mode}{bit}");
+    assert_eq!(slave(&with_outputs("outputs = \"FF 01\"\n", &named)).outputs, [5, 0x41], "over the octets");
+    let off = bit.replace("\"on\"", "false");
+    assert_eq!(slave(&with_outputs("outputs = { 2 = \"FF FF\" }\n", &off)).outputs, [0xFF, 0xBF]);
+}
+
+#[test]
+fn a_wrong_output_by_name_has_its_place_and_what_is_possible() {
+    let speed =
+        |value: &str| output("set speed", &format!("type = \"u16\"\nscale = 0.1\nunit = \"Hz\"\nvalue = {value}"));
+    let range = "expected a number with its unit from \"0 Hz\" to \"6553.5 Hz\", in steps of 0.1, found";
+    let bit =
+        |bit: u8| output(&format!("bit {bit}"), &format!("octet = 1\ntype = \"bool\"\nbit = {bit}\nvalue = \"on\""));
+    let octet = output("low", "octet = 1\ntype = \"u8\"\nvalue = 1");
+    let of_input = FILE.replace("octet = 2\n", "octet = 2\nvalue = 1\n");
+    for (text, place, part) in [
+        (with_outputs("", &speed("900")), "32:9", range),
+        (with_outputs("", &speed("\"900 rpm\"")), "32:9", range),
+        (with_outputs("", &speed("\"-1 Hz\"")), "32:9", range),
+        (with_outputs("", &speed("\"0.15 Hz\"")), "32:9", range),
+        (with_outputs("", &speed("true")), "32:9", range),
+        (with_outputs("", &output("x", "type = \"u8\"")), "28:8", "expected the key value, found none"),
+        (
+            with_outputs("", &output("x", "slot = 3\ntype = \"u8\"\nvalue = 1")),
+            "29:8",
+            "modules with outputs: slot 2 Control",
+        ),
+        (with_outputs("", &output("x", "octet = 2\ntype = \"u8\"\nvalue = 1")), "29:9", "has the octets 0 to 1"),
+        (with_outputs("", &octet), "11:7", "these outputs have no value: slot 2 Control octet 0;"),
+        (
+            with_outputs("", &format!("{}{}", bit(0), bit(7))),
+            "11:7",
+            "octet 0, slot 2 Control octet 1 bits 1, 2, 3, 4, 5, 6;",
+        ),
+        (
+            with_outputs("outputs = \"00 00\"\n", &format!("{octet}{}", bit(3))),
+            "34:8",
+            "\"bit 3\" takes bits that another output has",
+        ),
+        (with_outputs("", &octet).replace("own = true\n", ""), "27:8", "outputs need own = true"),
+        (of_input, "18:9", "value only in [[segment.slave.output]]"),
+    ] {
+        let (found, sentence) = error(&text);
+        assert!(sentence.contains(part), "{text}: {sentence}");
+        assert_eq!(found, place, "{text}: {sentence}");
+    }
+}
+
+#[test]
+fn a_number_has_the_deadband_of_the_file_and_a_code_has_none() {
+    let slave = slave(&FILE.replace("unit = \"Hz\"", "unit = \"Hz\"\ndeadband = 0.5"));
+    assert_eq!(slave.points.iter().map(|point| point.deadband).collect::<Vec<_>>(), [0.5, 0.0]);
+    let kinds: Vec<_> = slave.points.iter().map(|point| point.recorded("turbo").kind).collect();
+    assert_eq!(kinds, [PointKind::Number, PointKind::Code]);
+}
+
 #[test]
 fn outputs_may_be_given_by_slot() {
     assert_eq!(slave(&FILE.replace("\"01 FF\"", "{ 2 = \"0A 0B\" }")).outputs, [0x0A, 0x0B]);
@@ -161,6 +289,10 @@ fn an_error_has_the_place_in_the_file_and_what_is_possible() {
         ),
         ("unit = \"Hz\"", "texts = { 1 = \"slow\", 01 = \"fast\" }", "19:23", &["a whole number as code", "01"]),
         ("1 = \"running\"", "2 = \"running\"", "26:26", &["a code of the type", "bool has 0 to 1"]),
+        ("unit = \"Hz\"", "deadband = -1.0", "19:12", &["a number that is not negative, found -1"]),
+        ("unit = \"Hz\"", "deadband = nan", "19:12", &["expected a number, found NaN"]),
+        ("bit = 3", "bit = 3\ndeadband = 0.5", "25:12", &["deadband only for numbers", "each change is recorded"]),
+        ("unit = \"Hz\"", "texts = { 1 = \"slow\" }\ndeadband = 0.5", "20:12", &["deadband only for numbers"]),
         ("unit = \"Hz\"", "status = 8", "19:10", &["needs octet 8", "0 to 7"]),
         ("1 = \"running\"", "on = \"running\"", "26:26", &["a whole number as code"]),
         ("name = \"state\"", "name = \"speed\"", "22:8", &["point \"speed\" is defined twice"]),
@@ -205,6 +337,11 @@ fn a_folder_must_have_the_files_of_one_device() {
     let sentence = error.problem.to_string();
     assert!(sentence.contains("other.gsd") && sentence.contains("pump.gsd"), "{sentence}");
     assert_eq!((error.line, error.column), (8, 7));
+    for number in 3..=25 {
+        fs::write(library.join(format!("{number}.gsd")), GSD.replace("Pump 1", &format!("Pump {number}"))).unwrap();
+    }
+    let sentence = read_in(&folder, &text).unwrap_err().problem.to_string();
+    assert!(sentence.ends_with(" and 5 more; name one file"), "a folder can have thousands: {sentence}");
 }
 
 #[test]
@@ -215,9 +352,26 @@ fn the_alarms_of_points_have_their_limits_or_texts() {
     let config = read_in(&folder(), &with("below = 900\npriority = \"high\"")).unwrap();
     let rule = config.alarms.iter().find(|rule| rule.name == "turbo: speed below 900 Hz").unwrap();
     let (gauge, point) = ("turbo".to_owned(), "speed".to_owned());
-    assert_eq!(rule.condition, Condition::Point { gauge, point, test: PointTest::Below(900.0), unit: Some("Hz") });
+    assert_eq!(
+        rule.condition,
+        Condition::Point { gauge, point, test: PointTest::Below { limit: 900.0, reset: 900.0 }, unit: Some("Hz") }
+    );
     assert_eq!(rule.priority, Priority::High);
+    for (alarm, limit, reset) in [
+        ("below = 900\nhysteresis = 5", 900.0, 905.0),
+        ("below = 900\nreset = 910", 900.0, 910.0),
+        ("above = 900\nhysteresis = 0.5", 900.0, 899.5),
+        ("above = 900\nreset = 900", 900.0, 900.0),
+    ] {
+        let config = read_in(&folder(), &with(alarm)).unwrap();
+        let rule = config.alarms.iter().find(|rule| rule.name.starts_with("turbo: speed")).unwrap();
+        assert_eq!((rule.condition.limit(), rule.condition.reset()), (Some(limit), Some(reset)), "{alarm}");
+    }
     for (alarm, part) in [
+        ("above = 900\nreset = 901", "expected a reset not above the limit 900, found 901"),
+        ("below = 900\nreset = 899", "expected a reset not below the limit 900, found 899"),
+        ("below = 900\nreset = 910\nhysteresis = 5", "expected reset or hysteresis, found both"),
+        ("below = 900\nhysteresis = -1", "expected a hysteresis of 0 or more, in its unit, found -1"),
         ("above = nan", "expected a number"),
         ("above = 1\nbelow = 0", "one of above, below and is"),
         ("delay = \"1 s\"", "one of above, below and is"),
@@ -230,6 +384,8 @@ fn the_alarms_of_points_have_their_limits_or_texts() {
     let text = format!("{FILE}[[segment.slave.point.alarm]]\nis = \"stopped\"\n");
     let config = read_in(&folder(), &text).unwrap();
     assert!(config.alarms.iter().any(|rule| rule.name == "turbo: state is stopped"));
+    let (_, sentence) = error(&format!("{text}hysteresis = 1\n"));
+    assert!(sentence.contains("expected reset and hysteresis with above or below only, found 1"), "{sentence}");
 }
 
 /// An alarm is known by its name: of two with one name an operator would acknowledge and shelve only one.
@@ -261,4 +417,28 @@ fn each_slave_has_the_default_alarms_of_fault_and_no_data() {
     let excepted = format!("{FILE}\n[alarms]\nfault = {{ except = [\"turbo\"] }}\n");
     let config = read_in(&folder(), &excepted).unwrap();
     assert!(config.alarms.iter().all(|rule| rule.name != "turbo: fault"));
+}
+
+/// The station sends no parameters to a slave that it does not own, so only the rate concerns it.
+#[test]
+fn warnings_of_the_gsd_file_and_a_rate_that_it_does_not_have_are_notices() {
+    let folder = folder();
+    let gsd = GSD.replace("#Profibus_DP", "#Profibus_DP\nDPV1_Slave = 1\nPull_Plug_Alarm_required = 1\n9.6_supp = 1");
+    let gsd = gsd.replace("Max_User_Prm_Data_Len = 1", "Max_User_Prm_Data_Len = 4").replace("Ref(0)", "Ref(3)");
+    fs::write(folder.path().join("pump.gsd"), gsd).unwrap();
+    let notices = |text: &str| {
+        let config = read_in(&folder, text).unwrap();
+        crate::notices(&config).iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let alarm = "the slave \"turbo\": the station requires pull and plug alarms, which the second user parameter does not \
+                 enable; set its bit 80";
+    let rate = "the slave \"turbo\": the GSD file does not have 19.2 kbit/s; it has 9.6 kbit/s: set a baud of the segment \
+                that all its slaves have";
+    assert_eq!(notices(FILE), [alarm, rate]);
+    let at_its_rate = FILE.replace("ttyUSB0\"", "ttyUSB0\"\nbaud = 9600");
+    assert_eq!(notices(&at_its_rate), [alarm]);
+    let read_only = at_its_rate.replace("own = true\noutputs = \"01 FF\"\n", "");
+    assert_eq!(notices(&read_only), [""; 0]);
+    let at_the_found_rate = read_only.replace("baud = 9600", "listen-only = true");
+    assert_eq!(notices(&at_the_found_rate), [""; 0]);
 }
