@@ -37,7 +37,12 @@ const HEADERS: [(&str, &str); 6] = [
 pub async fn headers(request: Request, next: Next) -> Response {
     let is_api = request.uri().path().starts_with("/api/");
     let mut response = next.run(request).await;
-    let headers = response.headers_mut();
+    add_to(response.headers_mut(), is_api);
+    response
+}
+
+/// Adds the security headers to the headers of an answer.
+pub fn add_to(headers: &mut HeaderMap, is_api: bool) {
     for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));
     }
@@ -45,7 +50,6 @@ pub async fn headers(request: Request, next: Next) -> Response {
     if is_api {
         headers.insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
     }
-    response
 }
 
 /// Adds HSTS: a browser that has used TLS once never uses plain HTTP again.

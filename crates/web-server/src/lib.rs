@@ -17,6 +17,7 @@
 //! | [`body`], [`query`] | bodies and query parameters |
 //! | [`live_source`], [`compression`] | a state and its changes as a stream, and their compression |
 //! | [`tables`] | tables that the files of a station and of an archive share |
+//! | [`scrape`], [`exposition`] | `/metrics` for Prometheus, and its text |
 //! | [`client_tls`], [`http_client`] | TLS and HTTP requests to servers of others |
 //! | [`host_name`], [`visible_text`] | host names; names, reasons and comments that users type |
 
@@ -29,6 +30,7 @@ pub mod authenticator;
 pub mod body;
 pub mod client_tls;
 pub mod compression;
+pub mod exposition;
 pub mod headers;
 pub mod host_name;
 pub mod http_client;
@@ -36,6 +38,7 @@ pub mod live_source;
 pub mod middleware;
 pub mod problem;
 pub mod query;
+pub mod scrape;
 pub mod server;
 pub mod session;
 pub mod tables;

@@ -112,6 +112,12 @@ impl Problem {
         Self::new(StatusCode::TOO_MANY_REQUESTS, limit.to_string())
     }
 
+    /// 431: the head is longer than `max` octets.
+    pub fn head_too_large(max: usize) -> Self {
+        let detail = format!("expected a request whose head has at most {max} octets");
+        Self::new(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE, detail)
+    }
+
     /// 500: a handler panicked.
     pub fn defect() -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "a defect of the program; the station continues to run")

@@ -20,7 +20,7 @@ impl Actor {
         AuditEntry {
             id: 0,
             at: Micros::now(),
-            action,
+            action: action.into(),
             refers_to: None,
             user: self.user.name.to_string(),
             role: self.user.role.into(),

@@ -3,6 +3,7 @@
 //! A hostile client may send too much, send too slowly or never finish. It then costs one of a limited number of connections, which it
 //! loses when another client needs it, and nothing else. Listening beyond loopback requires TLS and users.
 
+mod heads;
 mod slow_client;
 mod tls;
 
@@ -16,12 +17,17 @@ use crate::headers::{self, Hosts};
 use crate::middleware::{self, Peer, RequestGuard};
 use axum::Router;
 use axum::extract::Request;
+use axum::http::HeaderValue;
+use axum::http::header::CONNECTION;
 use axum::middleware::{from_fn, from_fn_with_state};
+use axum::response::IntoResponse;
+use heads::{Heads, MAX_HEAD, Reuse};
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use slow_client::StallTimeout;
+use std::convert::Infallible;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -34,9 +40,6 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tokio_rustls::{TlsAcceptor, rustls};
 use tower::ServiceExt;
-
-/// The longest head of a request, in octets.
-const MAX_HEAD: usize = 32 << 10;
 
 /// The pause after the system has refused a connection, for example because no file descriptor is free.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
@@ -54,7 +57,8 @@ const PLAIN_HTTP: &[u8] =
 pub struct Limits {
     /// Connections at the same time: see [`crate::auth::connections`].
     pub connections: usize,
-    /// The longest time for the head of a request, for its body, for a TLS handshake, and without a request.
+    /// The longest time for the head of a request, for its body, for a TLS handshake, without a request, and for octets after the last
+    /// answer, which are dropped.
     pub head: Duration,
     /// A connection ends when its client does not read for this time.
     pub stalled: Duration,
@@ -372,16 +376,31 @@ impl Connections {
     }
 
     async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, permit: Arc<Permit>) {
-        let router = self.router.clone().map_request(move |mut request: Request<Incoming>| {
+        let mut stream = Heads::new(StallTimeout::new(stream, self.limits.stalled));
+        let framing = stream.framing();
+        let service = service_fn(|mut request: Request<Incoming>| {
+            let begun = framing.begin(request.body());
             request.extensions_mut().insert(Peer(peer));
             request.extensions_mut().insert(Arc::clone(&permit));
-            request
+            let router = self.router.clone();
+            async move {
+                let mut response = match begun {
+                    Ok(_) => router.oneshot(request).await?,
+                    Err(refusal) => refusal.into_response(),
+                };
+                if begun != Ok(Reuse::Possible) {
+                    response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
+                }
+                Ok::<_, Infallible>(response)
+            }
         });
         let mut protocol = http1::Builder::new();
         protocol.timer(TokioTimer::new()).header_read_timeout(self.limits.head).max_buf_size(MAX_HEAD);
-        let stream = StallTimeout::new(stream, self.limits.stalled);
+        let served = protocol.serve_connection(TokioIo::new(&mut stream), service).await;
         // A client may disconnect at any time, which is no error.
-        protocol.serve_connection(TokioIo::new(stream), TowerToHyperService::new(router)).await.ok();
+        if served.is_ok() {
+            timeout(self.limits.head, stream.drain()).await.ok();
+        }
     }
 }
 
