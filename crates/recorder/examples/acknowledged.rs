@@ -10,6 +10,7 @@
 
 use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, AlarmStatus, Priority, Role};
 use profivac_recorder::alarms::{AlarmBatch, Notification};
+use profivac_recorder::outbox::Acknowledgement;
 use profivac_recorder::{
     AuditAction, AuditEntry, Event, EventKind, Forward, Micros, Quality, Reader, Recorder, Sample, Settings,
 };
@@ -67,7 +68,11 @@ fn record(recorder: &Recorder, path: &Path, number: i64) -> Result<(), Box<dyn E
     if number % 5 == 4 {
         let page = Reader::open(path)?.outbox(0, 1, usize::MAX)?;
         if let Some(batch) = page.batches.first() {
-            recorder.acknowledge_outbox(page.epoch, batch.number);
+            recorder.acknowledge_outbox(Acknowledgement {
+                epoch: page.epoch,
+                taken: batch.number,
+                stored: batch.number,
+            });
         }
     }
     Ok(())
@@ -77,7 +82,7 @@ fn audit(at: Micros, action: AuditAction, number: i64) -> AuditEntry {
     AuditEntry {
         id: 0,
         at,
-        action,
+        action: action.into(),
         refers_to: None,
         user: "ada".to_owned(),
         role: Role::Engineer.into(),

@@ -3,8 +3,7 @@
 //! Rows are only added. An outcome is a separate row that refers to the row of its command, so that the database can refuse every
 //! change of a row, and the row that was written before the command was sent stays as it was.
 
-use profivac_model::{AuditAction, AuditEntry, Micros, Word};
-use rusqlite::types::Type;
+use profivac_model::{AuditEntry, Micros, Word};
 use rusqlite::{Connection, Row, params};
 
 /// Selects rows.
@@ -37,7 +36,7 @@ pub fn insert(connection: &Connection, entry: &AuditEntry) -> rusqlite::Result<i
     )?;
     insert.execute(params![
         entry.at.0,
-        entry.action.word(),
+        entry.action.as_str(),
         entry.refers_to,
         entry.user,
         entry.role.as_str(),
@@ -86,13 +85,10 @@ pub fn select(connection: &Connection, query: &AuditQuery) -> rusqlite::Result<V
 }
 
 fn audit_entry(row: &Row<'_>) -> rusqlite::Result<AuditEntry> {
-    let word: String = row.get(2)?;
-    let unknown =
-        || rusqlite::Error::FromSqlConversionFailure(2, Type::Text, format!("{word:?} is no audit action").into());
     Ok(AuditEntry {
         id: row.get(0)?,
         at: Micros(row.get(1)?),
-        action: AuditAction::from_word(&word).ok_or_else(unknown)?,
+        action: Word::read(row.get(2)?),
         refers_to: row.get(3)?,
         user: row.get(4)?,
         role: Word::read(row.get(5)?),
@@ -106,4 +102,26 @@ fn audit_entry(row: &Row<'_>) -> rusqlite::Result<AuditEntry> {
         outcome: row.get(13)?,
         command_id: row.get(14)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Reader, Recorder, Settings};
+    use profivac_model::AuditAction;
+
+    #[test]
+    fn a_row_with_an_action_of_a_later_version_is_shown_with_its_word() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        drop(Recorder::start(&path, Settings::default()).unwrap());
+        let insert = "INSERT INTO audit (at_us, action, user_name, role)
+                      VALUES (1, 'backup', 'Ada', 'engineer'), (2, 'calibrated', 'Ada', 'metrologist'), (3, 'shelved', 'Bo', 'operator')";
+        Connection::open(&path).unwrap().execute_batch(insert).unwrap();
+        let all = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 10 };
+        let rows = Reader::open(&path).unwrap().audit(&all).unwrap();
+        let words: Vec<_> = rows.iter().map(|row| (row.action.as_str(), row.role.as_str())).collect();
+        assert_eq!(words, [("shelved", "operator"), ("calibrated", "metrologist"), ("backup", "engineer")]);
+        assert_eq!(rows[0].action, AuditAction::Shelved);
+    }
 }

@@ -3,7 +3,9 @@
 //! A batch is a message of Protocol Buffers, compressed with deflate (RFC 1951). `docs/archive-format.md` describes it for other
 //! programs. A field that a reader does not know is skipped; [`FORMAT`] changes only when an older reader would misunderstand a batch.
 
+use super::point::{Point, PointKind, PointSample};
 use super::quality::Quality;
+use super::recorded::Recorded;
 use super::sample::{Micros, Sample};
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
@@ -50,6 +52,15 @@ pub struct Batch {
     /// Rows of the audit trail.
     #[prost(message, repeated, tag = "7")]
     pub audit: Vec<Audit>,
+    /// Samples of points, by point. A reader of version 0.1 skips them and the spans of points.
+    #[prost(message, repeated, tag = "8")]
+    pub point_samples: Vec<PointSamples>,
+    /// Spans of points.
+    #[prost(message, repeated, tag = "9")]
+    pub point_spans: Vec<PointSpan>,
+    /// The number of the first batch of the epoch; 0 if an older program has begun the epoch.
+    #[prost(int64, tag = "10")]
+    pub first_number: i64,
 }
 
 /// Samples of one series.
@@ -95,6 +106,72 @@ pub struct Span {
     pub count: u32,
     /// The qualities that occurred: bit 0 valid, bit 1 overrange, and so on.
     #[prost(uint32, tag = "8")]
+    pub qualities: u32,
+}
+
+/// A point of a slave, as in the table `point`.
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Message)]
+pub struct BatchPoint {
+    /// The slave.
+    #[prost(string, tag = "1")]
+    pub slave: String,
+    /// The point.
+    #[prost(string, tag = "2")]
+    pub name: String,
+    /// The unit of the values; empty without one.
+    #[prost(string, tag = "3")]
+    pub unit: String,
+    /// `number`, or `code` for a code or a bit.
+    #[prost(string, tag = "4")]
+    pub kind: String,
+}
+
+/// Samples of one point.
+#[derive(Clone, PartialEq, Message)]
+pub struct PointSamples {
+    /// The point.
+    #[prost(message, required, tag = "1")]
+    pub point: BatchPoint,
+    /// For each sample the time since the sample before, for the first one since 1970, in microseconds.
+    #[prost(sint64, repeated, tag = "2")]
+    pub steps_us: Vec<i64>,
+    /// For each sample the number of its quality; 128 is added if it has a value.
+    #[prost(bytes = "vec", tag = "3")]
+    pub qualities: Vec<u8>,
+    /// The values in the unit of the point, of the samples that have one.
+    #[prost(double, repeated, tag = "4")]
+    pub values: Vec<f64>,
+}
+
+/// The summary of a part of a point, as in the table `point_span`.
+#[derive(Clone, PartialEq, Message)]
+pub struct PointSpan {
+    /// The point.
+    #[prost(message, required, tag = "1")]
+    pub point: BatchPoint,
+    /// The level: 2 of two minutes, 3 of half an hour, 4 of six hours.
+    #[prost(uint32, tag = "2")]
+    pub level: u32,
+    /// The start.
+    #[prost(int64, tag = "3")]
+    pub start_us: i64,
+    /// The lowest value.
+    #[prost(double, optional, tag = "4")]
+    pub min_value: Option<f64>,
+    /// The highest value.
+    #[prost(double, optional, tag = "5")]
+    pub max_value: Option<f64>,
+    /// The value that was recorded last.
+    #[prost(double, optional, tag = "6")]
+    pub last_value: Option<f64>,
+    /// The sum of the values.
+    #[prost(double, tag = "7")]
+    pub sum: f64,
+    /// The number of values.
+    #[prost(uint32, tag = "8")]
+    pub count: u32,
+    /// The qualities that occurred: bit 0 valid, bit 1 overrange, and so on.
+    #[prost(uint32, tag = "9")]
     pub qualities: u32,
 }
 
@@ -226,7 +303,7 @@ pub enum BatchError {
     Format(u32),
     /// Two lists of a series do not fit together.
     #[error(
-        "the samples of series {series} have {times} times, {qualities} qualities and {pressures} pressures, which do not fit together"
+        "the samples of series {series} have {times} times, {qualities} qualities and {values} values, which do not fit together"
     )]
     Lists {
         /// The series.
@@ -235,8 +312,8 @@ pub enum BatchError {
         times: usize,
         /// The number of qualities.
         qualities: usize,
-        /// The number of pressures.
-        pressures: usize,
+        /// The number of values.
+        values: usize,
     },
 }
 
@@ -279,13 +356,16 @@ impl Batch {
     /// The number of samples.
     #[must_use]
     pub fn sample_count(&self) -> usize {
-        self.samples.iter().map(|series| series.steps_us.len()).sum()
+        let of_points = self.point_samples.iter().map(|point| point.steps_us.len());
+        self.samples.iter().map(|series| series.steps_us.len()).chain(of_points).sum()
     }
 
-    /// The number of series, spans, events, changes of alarms and rows of the audit trail.
+    /// The number of series, points, spans, events, changes of alarms and rows of the audit trail.
     #[must_use]
     pub fn row_count(&self) -> usize {
-        [self.samples.len(), self.spans.len(), self.events.len(), self.alarms.len(), self.audit.len()].iter().sum()
+        let of_pressures = self.samples.len().saturating_add(self.spans.len());
+        let of_points = self.point_samples.len().saturating_add(self.point_spans.len());
+        [of_pressures, of_points, self.events.len(), self.alarms.len(), self.audit.len()].iter().sum()
     }
 }
 
@@ -301,22 +381,51 @@ fn check_rows(plain: &[u8]) -> Result<(), BatchError> {
     if rows > MAX_ROWS.saturating_add(2) { Err(BatchError::TooManyRows) } else { Ok(()) }
 }
 
-/// Added to the number of a quality whose sample has a pressure.
-const HAS_PRESSURE: u8 = 128;
+/// Added to the number of a quality whose sample has a value.
+const HAS_VALUE: u8 = 128;
+
+/// Times, qualities and values of samples, in lists of their own.
+fn packed<T: Recorded>(samples: &[T]) -> (Vec<i64>, Vec<u8>, Vec<f64>) {
+    let (mut steps_us, mut qualities, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before = 0;
+    for sample in samples {
+        steps_us.push(sample.at().0.wrapping_sub(before));
+        qualities.push(sample.quality() as u8 | if sample.value().is_some() { HAS_VALUE } else { 0 });
+        values.extend(sample.value());
+        before = sample.at().0;
+    }
+    (steps_us, qualities, values)
+}
+
+/// The samples of these lists. A quality that this program does not know is a fault without a value.
+fn unpacked<T: Recorded>(
+    series: &str,
+    steps_us: &[i64],
+    qualities: &[u8],
+    values: &[f64],
+) -> Result<Vec<T>, BatchError> {
+    let with_value = qualities.iter().filter(|quality| *quality & HAS_VALUE != 0).count();
+    if steps_us.len() != qualities.len() || with_value != values.len() {
+        let (series, times) = (series.to_owned(), steps_us.len());
+        return Err(BatchError::Lists { series, times, qualities: qualities.len(), values: values.len() });
+    }
+    let mut values = values.iter().copied();
+    let mut at = 0_i64;
+    let samples = steps_us.iter().zip(qualities).map(|(step, quality)| {
+        at = at.wrapping_add(*step);
+        let value = if quality & HAS_VALUE == 0 { None } else { values.next() };
+        let known = Quality::from_number(i64::from(quality & !HAS_VALUE)).unwrap_or(Quality::Fault);
+        T::of(Micros(at), value, known)
+    });
+    Ok(samples.collect())
+}
 
 impl Samples {
     /// Samples of a series.
     #[must_use]
     pub fn new(series: String, samples: &[Sample]) -> Self {
-        let mut packed = Self { series, ..Self::default() };
-        let mut before = 0;
-        for Sample { at, pa, quality } in samples {
-            packed.steps_us.push(at.0.wrapping_sub(before));
-            packed.qualities.push(*quality as u8 | if pa.is_some() { HAS_PRESSURE } else { 0 });
-            packed.pressures_pa.extend(pa);
-            before = at.0;
-        }
-        packed
+        let (steps_us, qualities, pressures_pa) = packed(samples);
+        Self { series, steps_us, qualities, pressures_pa }
     }
 
     /// The samples. A quality that this program does not know is a fault without a pressure.
@@ -324,25 +433,40 @@ impl Samples {
     /// # Errors
     /// [`BatchError::Lists`].
     pub fn unpack(&self) -> Result<Vec<Sample>, BatchError> {
-        let with_pressure = self.qualities.iter().filter(|quality| *quality & HAS_PRESSURE != 0).count();
-        if self.steps_us.len() != self.qualities.len() || with_pressure != self.pressures_pa.len() {
-            let lengths = (self.steps_us.len(), self.qualities.len(), self.pressures_pa.len());
-            return Err(BatchError::Lists {
-                series: self.series.clone(),
-                times: lengths.0,
-                qualities: lengths.1,
-                pressures: lengths.2,
-            });
-        }
-        let mut pressures = self.pressures_pa.iter().copied();
-        let mut at = 0_i64;
-        let samples = self.steps_us.iter().zip(&self.qualities).map(|(step, quality)| {
-            at = at.wrapping_add(*step);
-            let pa = if quality & HAS_PRESSURE == 0 { None } else { pressures.next() };
-            let known = Quality::from_number(i64::from(quality & !HAS_PRESSURE)).unwrap_or(Quality::Fault);
-            Sample::new(Micros(at), pa, known)
-        });
-        Ok(samples.collect())
+        unpacked(&self.series, &self.steps_us, &self.qualities, &self.pressures_pa)
+    }
+}
+
+impl BatchPoint {
+    /// The point in a batch.
+    #[must_use]
+    pub fn of(point: &Point) -> Self {
+        let Point { slave, name, unit, kind } = point.clone();
+        Self { slave, name, unit: unit.unwrap_or_default(), kind: kind.word().to_owned() }
+    }
+
+    /// The kind; one of a later program has no mean, as a code.
+    #[must_use]
+    pub fn point_kind(&self) -> PointKind {
+        PointKind::from_word(&self.kind).unwrap_or(PointKind::Code)
+    }
+}
+
+impl PointSamples {
+    /// Samples of a point.
+    #[must_use]
+    pub fn new(point: BatchPoint, samples: &[PointSample]) -> Self {
+        let (steps_us, qualities, values) = packed(samples);
+        Self { point, steps_us, qualities, values }
+    }
+
+    /// The samples. A quality that this program does not know is a fault without a value.
+    ///
+    /// # Errors
+    /// [`BatchError::Lists`].
+    pub fn unpack(&self) -> Result<Vec<PointSample>, BatchError> {
+        let name = format!("{}.{}", self.point.slave, self.point.name);
+        unpacked(&name, &self.steps_us, &self.qualities, &self.values)
     }
 }
 
@@ -405,6 +529,52 @@ mod tests {
             |count| Batch { samples: vec![of_series(count), of_series(1)], ..batch() }.encode_compressed().unwrap();
         assert_eq!(Batch::decode_compressed(&two(MAX_SAMPLES - 1)).unwrap().sample_count(), MAX_SAMPLES);
         assert!(matches!(Batch::decode_compressed(&two(MAX_SAMPLES)), Err(BatchError::TooManySamples(20_001))));
+    }
+
+    fn point_samples() -> Vec<PointSample> {
+        vec![
+            PointSample::new(Micros(1_700_000_000_000_000), Some(-1.5), Quality::Valid),
+            PointSample::gap(Micros(1_700_000_000_500_000)),
+            PointSample::new(Micros(1_700_000_001_000_000), Some(0.0), Quality::Valid),
+        ]
+    }
+
+    fn speed() -> BatchPoint {
+        let words = ["turbo", "speed", "Hz", "number"].map(str::to_owned);
+        let [slave, name, unit, kind] = words;
+        BatchPoint { slave, name, unit, kind }
+    }
+
+    fn with_points() -> Batch {
+        let span =
+            PointSpan { point: speed(), level: 2, start_us: 1_700_000_040_000_000, count: 1, ..PointSpan::default() };
+        let samples = vec![PointSamples::new(speed(), &point_samples())];
+        Batch { point_samples: samples, point_spans: vec![span], ..batch() }
+    }
+
+    #[test]
+    fn values_of_points_are_the_same_after_the_network_and_count_as_samples() {
+        let read = Batch::decode_compressed(&with_points().encode_compressed().unwrap()).unwrap();
+        assert_eq!((read.clone(), read.sample_count(), read.row_count()), (with_points(), 6, 3));
+        assert_eq!(read.point_samples[0].unpack().unwrap(), point_samples());
+        let mut short = PointSamples::new(speed(), &point_samples());
+        short.values.pop();
+        assert!(matches!(short.unpack(), Err(BatchError::Lists { series, .. }) if series == "turbo.speed"));
+    }
+
+    /// The messages as an archive of version 0.1 knows them.
+    #[derive(Clone, PartialEq, Message)]
+    struct FormerBatch {
+        #[prost(uint32, tag = "1")]
+        format: u32,
+        #[prost(message, repeated, tag = "3")]
+        samples: Vec<Samples>,
+    }
+
+    #[test]
+    fn an_archive_without_points_reads_the_pressures_of_a_batch_with_points() {
+        let read = FormerBatch::decode(&with_points().encode_to_vec()[..]).unwrap();
+        assert_eq!((read.format, read.samples), (FORMAT, batch().samples));
     }
 
     #[test]

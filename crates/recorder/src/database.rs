@@ -8,13 +8,16 @@ use super::audit;
 use super::connection::{MAX_WAL_OCTETS, open_to_write};
 use super::error::DatabaseError;
 use super::lock::{DatabaseLock, sibling_path};
-use super::outbox::{self, Forward, LastForwarded};
+use super::outbox::{self, Acknowledgement, Forward, LastForwarded, PointRows, PressureRows, Taken};
+use super::point::{Point, PointSample};
 use super::reader::recording_periods;
+use super::recorded::Recorded;
 use super::retention::{ClockAtStart, Expired, Period};
 use super::sample::{Micros, Sample};
-use super::spans::{LEVELS, PendingSpans};
+use super::spans::{LEVELS, PendingSpans, SpanKey};
+use super::state::{self, StationState};
 use profivac_model::{AuditEntry, Event};
-use rusqlite::{Connection, OptionalExtension, Row, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, ErrorCode, OptionalExtension, Row, Transaction, TransactionBehavior, params};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -30,13 +33,15 @@ pub struct Retention {
     pub events: Option<Duration>,
     /// Rows of the alarm history; `None` keeps them without limit.
     pub alarm_history: Option<Duration>,
+    /// Batches that the archive has in its database, from their acknowledgement on; `None` keeps as many as may wait.
+    pub batches: Option<Duration>,
 }
 
 const DAY: Duration = Duration::from_secs(86_400);
 
 impl Default for Retention {
     /// chosen, similar to the practice of large sites: samples for two years, spans of 10 s, events and the alarm history for five,
-    /// all coarser spans without limit.
+    /// all coarser spans without limit. Batches for a day: a dump of the archive's database is rarely older.
     fn default() -> Self {
         let five_years = Some(DAY.saturating_mul(1826));
         Self {
@@ -44,6 +49,7 @@ impl Default for Retention {
             spans: [five_years, None, None, None],
             events: five_years,
             alarm_history: five_years,
+            batches: Some(DAY),
         }
     }
 }
@@ -61,6 +67,16 @@ const DELETE_SPANS: &str = "DELETE FROM span WHERE (level, series_id, start_us) 
     SELECT level, series_id, start_us FROM series
     JOIN span ON span.series_id = series.id AND level = ?4 AND start_us >= ?1 AND start_us < ?2 LIMIT ?3)";
 
+/// The same for samples of points.
+const DELETE_POINT_SAMPLES: &str = "DELETE FROM point_sample WHERE (point_id, at_us) IN (
+    SELECT point_id, at_us FROM point
+    JOIN point_sample ON point_sample.point_id = point.id AND at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
+
+/// The same for the spans of points of a level.
+const DELETE_POINT_SPANS: &str = "DELETE FROM point_span WHERE (level, point_id, start_us) IN (
+    SELECT level, point_id, start_us FROM point
+    JOIN point_span ON point_span.point_id = point.id AND level = ?4 AND start_us >= ?1 AND start_us < ?2 LIMIT ?3)";
+
 /// The same for events.
 const DELETE_EVENTS: &str = "DELETE FROM event WHERE id IN (
     SELECT id FROM event WHERE at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
@@ -69,8 +85,48 @@ const DELETE_EVENTS: &str = "DELETE FROM event WHERE id IN (
 const DELETE_ALARM_HISTORY: &str = "DELETE FROM alarm_history WHERE id IN (
     SELECT id FROM alarm_history WHERE at_us >= ?1 AND at_us < ?2 AND ?4 = 0 LIMIT ?3)";
 
+/// The same for batches that were acknowledged. One that the database of the archive may lack stays.
+const DELETE_BATCHES: &str = "DELETE FROM outbox_kept WHERE number IN (
+    SELECT number FROM outbox_kept WHERE acknowledged_us >= ?1 AND acknowledged_us < ?2 AND ?4 = 0
+        AND number <= (SELECT stored FROM outbox_state) LIMIT ?3)";
+
 /// A sample whose time is already taken by another sample is moved by at most this many microseconds.
 const MAX_SHIFT_US: i64 = 1_000;
+
+/// Samples and spans of points that wait for a transaction.
+#[derive(Clone, Debug, Default)]
+pub struct NewPoints {
+    /// The samples that are kept, with the index of their point.
+    pub samples: Vec<(usize, PointSample)>,
+    /// The spans of all samples.
+    pub spans: PendingSpans<PointSample>,
+}
+
+impl NewPoints {
+    /// Adds a sample that is kept, also to its spans.
+    pub fn add(&mut self, point: usize, sample: PointSample) {
+        self.samples.push((point, sample));
+        self.spans.add(point, &sample);
+    }
+
+    /// The number of samples and spans.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples.len().saturating_add(self.spans.len())
+    }
+
+    /// Whether nothing waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Removes everything, after it was written.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+        self.spans.clear();
+    }
+}
 
 /// A database opened for writing.
 pub struct Database {
@@ -81,6 +137,9 @@ pub struct Database {
     names: Vec<String>,
     /// The ids of the first series in the database, by index.
     ids: Vec<i64>,
+    /// The points, by index, and the ids of the first ones in the database.
+    points: Vec<Point>,
+    point_ids: Vec<i64>,
     /// The row of the present recording period.
     period: Option<i64>,
     /// Which samples are in the batches of the outbox; `None` without an outbox.
@@ -107,9 +166,11 @@ impl Database {
             connection,
             names: Vec::new(),
             ids: Vec::new(),
+            points: Vec::new(),
+            point_ids: Vec::new(),
             period: None,
             forward: None,
-            last_forwarded: LastForwarded::new(),
+            last_forwarded: LastForwarded::default(),
             now,
             was_replaced: false,
         };
@@ -128,13 +189,40 @@ impl Database {
         self.now = now;
     }
 
-    /// Deletes the batches of the outbox up to `number`, which the archive has. A database with another epoch keeps its batches.
+    /// Takes note of an answer about the batches of the outbox. One about another epoch changes nothing.
     ///
     /// # Errors
-    /// [`DatabaseError`] when nothing was deleted.
-    pub fn acknowledge_outbox(&mut self, epoch: i64, number: i64) -> Result<(), DatabaseError> {
+    /// [`DatabaseError`] when nothing was changed.
+    pub fn acknowledge_outbox(&mut self, answer: Acknowledgement) -> Result<(), DatabaseError> {
         self.reopen_if_replaced()?;
-        outbox::acknowledge(&self.connection, epoch, number).map(drop).map_err(|error| self.failed(error))
+        let noted = match self.note_answer(answer, Taken::Keep) {
+            // Batches that wait no longer make room for rows that are recorded.
+            Err(error) if error.sqlite_error_code() == Some(ErrorCode::DiskFull) => {
+                self.note_answer(answer, Taken::Forget)
+            }
+            noted => noted,
+        };
+        noted.map_err(|error| self.failed(error))
+    }
+
+    fn note_answer(&mut self, answer: Acknowledgement, taken: Taken) -> rusqlite::Result<()> {
+        let transaction = self.connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+        outbox::acknowledge(&transaction, answer, taken, self.now)?;
+        transaction.commit()
+    }
+
+    /// Goes on as another database from batch `first` of `epoch` on. Another epoch changes nothing.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was changed.
+    pub fn branch_outbox(&mut self, epoch: i64, first: i64) -> Result<(), DatabaseError> {
+        self.reopen_if_replaced()?;
+        let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
+        let branched = begun.and_then(|transaction| {
+            outbox::branch(&transaction, epoch, first, self.now)?;
+            transaction.commit()
+        });
+        branched.map_err(|error| self.failed(error))
     }
 
     /// Adds rows to the audit trail, all or none. Returns their numbers.
@@ -152,11 +240,28 @@ impl Database {
         written.map_err(|error| self.failed(error))
     }
 
+    /// Stores a state of the station.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was written.
+    pub fn store_state(&mut self, state: &StationState) -> Result<(), DatabaseError> {
+        self.reopen_if_replaced()?;
+        state::store(&self.connection, state).map_err(|error| self.failed(error))
+    }
+
     /// The index of a series, valid as long as this database is open.
     pub fn series_index(&mut self, name: &str) -> usize {
         self.names.iter().position(|known| known == name).unwrap_or_else(|| {
             self.names.push(name.to_owned());
             self.names.len().saturating_sub(1)
+        })
+    }
+
+    /// The index of a point, valid as long as this database is open.
+    pub fn point_index(&mut self, point: &Point) -> usize {
+        self.points.iter().position(|known| known == point).unwrap_or_else(|| {
+            self.points.push(point.clone());
+            self.points.len().saturating_sub(1)
         })
     }
 
@@ -172,28 +277,59 @@ impl Database {
         events: &[Event],
         alarms: &AlarmBatch,
     ) -> Result<u64, DatabaseError> {
+        self.write_with_points(samples, spans, &NewPoints::default(), events, alarms)
+    }
+
+    /// The same, with values of points.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when nothing was written.
+    pub fn write_with_points(
+        &mut self,
+        samples: &[(usize, Sample)],
+        spans: &PendingSpans,
+        new_points: &NewPoints,
+        events: &[Event],
+        alarms: &AlarmBatch,
+    ) -> Result<u64, DatabaseError> {
         self.reopen_if_replaced()?;
         let of_events: Vec<_> =
             events.iter().map(|event| event.gauge.as_deref().map(|name| self.series_index(name))).collect();
-        let mut ids = self.ids.clone();
-        let names = &self.names;
+        let (mut ids, mut point_ids) = (self.ids.clone(), self.point_ids.clone());
+        let (names, points) = (&self.names, &self.points);
         let (forward, last_forwarded, now) = (self.forward, &self.last_forwarded, self.now);
         let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
         let written = begun.and_then(|transaction| {
             for name in names.iter().skip(ids.len()) {
                 ids.push(series_id(&transaction, name)?);
             }
+            for point in points.iter().skip(point_ids.len()) {
+                point_ids.push(point_id(&transaction, point)?);
+            }
             let (crowded, inserted) = insert_samples(&transaction, samples, &ids)?;
             add_spans(&transaction, spans, &ids)?;
+            let (crowded_points, of_points) = insert_samples(&transaction, &new_points.samples, &point_ids)?;
+            add_point_spans(&transaction, &new_points.spans, &point_ids)?;
             insert_events(&transaction, events, &of_events, &ids)?;
             alarms.write(&transaction)?;
-            let put = |forward| outbox::put(&transaction, forward, last_forwarded, &inserted, spans, &ids, now);
+            let pressures = PressureRows { inserted: &inserted, spans, ids: &ids };
+            let points = PointRows { inserted: &of_points, spans: &new_points.spans, points, ids: &point_ids };
+            let put = |forward| outbox::put(&transaction, forward, last_forwarded, &pressures, &points, now);
             let last_forwarded = forward.map(put).transpose()?;
+            if forward.is_none() {
+                let times =
+                    inserted.iter().map(|(_, sample)| sample.at).chain(of_points.iter().map(|(_, sample)| sample.at));
+                // A sample within the deadband is in its spans only.
+                let short = |key: &&SpanKey| key.level == LEVELS[0].number;
+                let starts = spans.iter().map(|(key, _)| key).filter(short).map(|key| key.start);
+                let of_points = new_points.spans.iter().map(|(key, _)| key).filter(short).map(|key| key.start);
+                outbox::note_absence(&transaction, times.chain(starts).chain(of_points).min())?;
+            }
             transaction.commit()?;
-            Ok((crowded, last_forwarded))
+            Ok((crowded.saturating_add(crowded_points), last_forwarded))
         });
         let (crowded, last_forwarded) = written.map_err(|error| self.failed(error))?;
-        self.ids = ids;
+        (self.ids, self.point_ids) = (ids, point_ids);
         if let Some(last_forwarded) = last_forwarded {
             self.last_forwarded = last_forwarded;
         }
@@ -262,7 +398,8 @@ impl Database {
         // The old connection closes first: it deletes the log at this path, which must not be the log of the new file.
         self.connection = Connection::open_in_memory().map_err(|error| self.failed(error))?;
         self.ids.clear();
-        self.last_forwarded.clear();
+        self.point_ids.clear();
+        self.last_forwarded = LastForwarded::default();
         self.lock = None;
         let mut lock = DatabaseLock::acquire(&self.path)?;
         self.connection = open_to_write(&self.path)?;
@@ -323,12 +460,18 @@ impl Database {
                 Ok::<_, rusqlite::Error>(deleted.saturating_add(now))
             })
         };
-        let mut deleted = delete(DELETE_SAMPLES, retention.samples, 0)?;
+        let mut deleted = 0_usize;
+        for of_samples in [DELETE_SAMPLES, DELETE_POINT_SAMPLES] {
+            deleted = deleted.saturating_add(delete(of_samples, retention.samples, 0)?);
+        }
         for (level, kept) in LEVELS.iter().zip(retention.spans) {
-            deleted = deleted.saturating_add(delete(DELETE_SPANS, kept, level.number)?);
+            for of_spans in [DELETE_SPANS, DELETE_POINT_SPANS] {
+                deleted = deleted.saturating_add(delete(of_spans, kept, level.number)?);
+            }
         }
         deleted = deleted.saturating_add(delete(DELETE_EVENTS, retention.events, 0)?);
-        Ok(deleted.saturating_add(delete(DELETE_ALARM_HISTORY, retention.alarm_history, 0)?))
+        deleted = deleted.saturating_add(delete(DELETE_ALARM_HISTORY, retention.alarm_history, 0)?);
+        Ok(deleted.saturating_add(delete(DELETE_BATCHES, retention.batches, 0)?))
     }
 
     fn failed(&self, error: rusqlite::Error) -> DatabaseError {
@@ -348,6 +491,20 @@ fn series_id(connection: &Connection, name: &str) -> rusqlite::Result<i64> {
     }
 }
 
+/// The id of a point, which is created if it is new.
+fn point_id(connection: &Connection, point: &Point) -> rusqlite::Result<i64> {
+    let Point { slave, name, unit, kind } = point;
+    let row = params![slave, name, unit.as_deref().unwrap_or_default(), kind.word()];
+    let sql = "SELECT id FROM point WHERE slave = ?1 AND name = ?2 AND unit = ?3 AND kind = ?4";
+    match connection.query_row(sql, row, |row| row.get(0)).optional()? {
+        Some(id) => Ok(id),
+        None => {
+            connection.execute("INSERT INTO point (slave, name, unit, kind) VALUES (?1, ?2, ?3, ?4)", row)?;
+            Ok(connection.last_insert_rowid())
+        }
+    }
+}
+
 /// The id of a series by index. An unknown index gives 0, which violates the foreign key, so nothing is written.
 fn id(ids: &[i64], series: usize) -> i64 {
     ids.get(series).copied().unwrap_or_default()
@@ -356,26 +513,28 @@ fn id(ids: &[i64], series: usize) -> i64 {
 /// Inserts samples. A sample that is stored already stays as it is: the ring buffer returns some twice. A different sample at a taken
 /// time, which a clock that was set back can cause, moves to the next free microsecond. Returns how many found none, and the new rows
 /// by the id of their series.
-fn insert_samples(
+fn insert_samples<T: Recorded>(
     transaction: &Transaction<'_>,
-    samples: &[(usize, Sample)],
+    samples: &[(usize, T)],
     ids: &[i64],
-) -> rusqlite::Result<(u64, Vec<(i64, Sample)>)> {
-    let mut insert = transaction.prepare_cached(
-        "INSERT OR IGNORE INTO sample (series_id, at_us, pressure_pa, quality) VALUES (?1, ?2, ?3, ?4)",
-    )?;
-    let mut same = transaction
-        .prepare_cached("SELECT pressure_pa IS ?3 AND quality = ?4 FROM sample WHERE series_id = ?1 AND at_us = ?2")?;
+) -> rusqlite::Result<(u64, Vec<(i64, T)>)> {
+    let (table, of_series, of_value) = (T::SAMPLES, T::SERIES, T::VALUE);
+    let mut insert = transaction.prepare_cached(&format!(
+        "INSERT OR IGNORE INTO {table} ({of_series}, at_us, {of_value}, quality) VALUES (?1, ?2, ?3, ?4)"
+    ))?;
+    let mut same = transaction.prepare_cached(&format!(
+        "SELECT {of_value} IS ?3 AND quality = ?4 FROM {table} WHERE {of_series} = ?1 AND at_us = ?2"
+    ))?;
     let (mut crowded, mut inserted) = (0_u64, Vec::new());
-    for (series, Sample { at, pa, quality }) in samples {
-        let series = id(ids, *series);
+    for (series, sample) in samples {
+        let (series, value, quality) = (id(ids, *series), sample.value(), sample.quality());
         let mut is_kept = false;
-        for at in at.0..at.0.saturating_add(MAX_SHIFT_US) {
-            let row = params![series, at, pa, *quality as u8];
+        for at in sample.at().0..sample.at().0.saturating_add(MAX_SHIFT_US) {
+            let row = params![series, at, value, quality as u8];
             let is_new = insert.execute(row)? == 1;
             is_kept = is_new || same.query_row(row, |row| row.get(0))?;
             if is_new {
-                inserted.push((series, Sample { at: Micros(at), pa: *pa, quality: *quality }));
+                inserted.push((series, T::of(Micros(at), value, quality)));
             }
             if is_kept {
                 break;
@@ -405,6 +564,38 @@ fn add_spans(transaction: &Transaction<'_>, spans: &PendingSpans, ids: &[i64]) -
             summary.low,
             summary.high,
             summary.decades,
+            summary.count,
+            summary.qualities.0
+        ])?;
+    }
+    Ok(())
+}
+
+fn add_point_spans(
+    transaction: &Transaction<'_>,
+    spans: &PendingSpans<PointSample>,
+    ids: &[i64],
+) -> rusqlite::Result<()> {
+    let mut add = transaction.prepare_cached(
+        "INSERT INTO point_span (level, point_id, start_us, min_value, max_value, last_value, sum, count, qualities)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)
+         ON CONFLICT DO UPDATE SET
+             min_value  = min(ifnull(min_value, excluded.min_value), ifnull(excluded.min_value, min_value)),
+             max_value  = max(ifnull(max_value, excluded.max_value), ifnull(excluded.max_value, max_value)),
+             last_value = ifnull(excluded.last_value, last_value),
+             sum        = sum + excluded.sum,
+             count      = count + excluded.count,
+             qualities  = qualities | excluded.qualities",
+    )?;
+    for (key, summary) in spans.iter() {
+        add.execute(params![
+            key.level,
+            id(ids, key.series),
+            key.start.0,
+            summary.low,
+            summary.high,
+            summary.last,
+            summary.sum,
             summary.count,
             summary.qualities.0
         ])?;

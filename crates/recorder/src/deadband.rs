@@ -4,7 +4,10 @@
 //! Pressures are compared by their logarithms, so the band is the same in all thirteen decades. Before a sample that leaves the
 //! band, the last sample inside is kept too: a straight line through the kept samples then stays within the band. Where time jumps,
 //! because of a gap or a clock step, the samples on both sides are kept.
+//!
+//! The band of a point has a width in the unit of the point.
 
+use super::recorded::Recorded;
 use super::sample::{Micros, Sample};
 use std::time::Duration;
 
@@ -25,19 +28,32 @@ impl Default for Deadband {
 }
 
 /// Selects the samples of one series that are kept.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct DeadbandFilter {
-    kept: Option<Sample>,
+#[derive(Clone, Copy, Debug)]
+pub struct DeadbandFilter<T: Recorded = Sample> {
+    kept: Option<T>,
     /// The last sample that was not kept.
-    held: Option<Sample>,
+    held: Option<T>,
+}
+
+impl<T: Recorded> Default for DeadbandFilter<T> {
+    fn default() -> Self {
+        Self { kept: None, held: None }
+    }
 }
 
 impl DeadbandFilter {
     /// The samples that are kept now: none, this one, or the one before and this one.
     pub fn push(&mut self, band: &Deadband, sample: Sample) -> impl Iterator<Item = Sample> + use<> {
+        self.push_within(band.decades, band.max_interval, sample)
+    }
+}
+
+impl<T: Recorded> DeadbandFilter<T> {
+    /// The samples that are kept now, with a band of this width: decades for pressures, the unit of the point for values of a point.
+    pub fn push_within(&mut self, width: f64, max_interval: Duration, sample: T) -> impl Iterator<Item = T> + use<T> {
         let (first, second) = match self.kept {
-            Some(kept) if !leaves_band(band, &kept, &sample) && !self.has_jumped(band, &kept, &sample) => {
-                let overdue = kept.at.after(band.max_interval) <= sample.at;
+            Some(kept) if !leaves_band(width, &kept, &sample) && !self.has_jumped(max_interval, &kept, &sample) => {
+                let overdue = kept.at().after(max_interval) <= sample.at();
                 self.held = (!overdue).then_some(sample);
                 (None, overdue.then_some(sample))
             }
@@ -48,13 +64,13 @@ impl DeadbandFilter {
     }
 
     /// Whether time went back, or forward by more than the longest interval.
-    fn has_jumped(&self, band: &Deadband, kept: &Sample, sample: &Sample) -> bool {
-        let last = self.held.map_or(kept.at, |held| held.at);
-        sample.at < last || sample.at > last.after(band.max_interval)
+    fn has_jumped(&self, max_interval: Duration, kept: &T, sample: &T) -> bool {
+        let last = self.held.map_or(kept.at(), |held| held.at());
+        sample.at() < last || sample.at() > last.after(max_interval)
     }
 
     /// Returns the last sample that was not kept, to be kept after all.
-    pub fn flush(&mut self) -> Option<Sample> {
+    pub fn flush(&mut self) -> Option<T> {
         let held = self.held.take();
         self.kept = held.or(self.kept);
         held
@@ -63,21 +79,22 @@ impl DeadbandFilter {
     /// The time of the last kept sample.
     #[must_use]
     pub fn kept_at(&self) -> Option<Micros> {
-        self.kept.map(|kept| kept.at)
+        self.kept.map(|kept| kept.at())
     }
 }
 
-fn leaves_band(band: &Deadband, kept: &Sample, sample: &Sample) -> bool {
-    let moved = match (kept.decades(), sample.decades()) {
-        (Some(before), Some(now)) => (now - before).abs() > band.decades,
+fn leaves_band<T: Recorded>(width: f64, kept: &T, sample: &T) -> bool {
+    let moved = match (kept.on_scale(), sample.on_scale()) {
+        (Some(before), Some(now)) => (now - before).abs() > width,
         (None, None) => false,
         (Some(_), None) | (None, Some(_)) => true,
     };
-    moved || kept.quality != sample.quality
+    moved || kept.quality() != sample.quality()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::point::PointSample;
     use super::super::quality::Quality;
     use super::*;
 
@@ -132,5 +149,25 @@ mod tests {
         let gap = Sample::gap(Micros(Micros::SECOND));
         let over = Sample::new(Micros(2 * Micros::SECOND), Some(1.0), Quality::Overrange);
         assert_eq!(filtered(&[at(0, 1.0), gap, over]), [at(0, 1.0), gap, over]);
+    }
+
+    /// The seconds at which values of a point, one a second, are kept.
+    fn kept_of_point(width: f64, numbers: &[f64]) -> Vec<i64> {
+        let mut filter = DeadbandFilter::default();
+        let value = |(second, number): (i64, &f64)| {
+            PointSample::new(Micros(second * Micros::SECOND), Some(*number), Quality::Valid)
+        };
+        let kept = (0..).zip(numbers).flat_map(|it| filter.push_within(width, BAND.max_interval, value(it)));
+        kept.map(|sample| sample.at.0 / Micros::SECOND).collect()
+    }
+
+    #[test]
+    fn the_band_of_a_point_has_a_width_in_its_unit_at_zero_too() {
+        assert_eq!(kept_of_point(0.5, &[0.0, 0.5, -0.5, 0.2, 0.6, 1000.0, 1000.5]), [0, 3, 4, 5]);
+    }
+
+    #[test]
+    fn without_a_width_each_change_of_a_point_is_kept_and_the_last_value_before_it() {
+        assert_eq!(kept_of_point(0.0, &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0]), [0, 2, 3, 4, 5]);
     }
 }

@@ -49,6 +49,23 @@ pub enum DatabaseError {
     },
 }
 
+impl DatabaseError {
+    /// Whether the file is damaged: its contents, or the disk below them.
+    #[must_use]
+    pub fn is_damage(&self) -> bool {
+        matches!(self, Self::Sql { error, .. } if is_damage(error))
+    }
+}
+
+/// Whether SQLite has found the file damaged, or the disk cannot read a part of it.
+pub fn is_damage(error: &rusqlite::Error) -> bool {
+    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+    use rusqlite::ffi::{SQLITE_IOERR_CORRUPTFS, SQLITE_IOERR_DATA, SQLITE_IOERR_READ, SQLITE_IOERR_SHORT_READ};
+    let of_disk = [SQLITE_IOERR_READ, SQLITE_IOERR_SHORT_READ, SQLITE_IOERR_CORRUPTFS, SQLITE_IOERR_DATA];
+    matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
+        || error.sqlite_extended_error_code().is_some_and(|code| of_disk.contains(&code))
+}
+
 /// The reason why an audit entry was not written before its command was to be sent.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

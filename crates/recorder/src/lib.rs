@@ -10,6 +10,8 @@
 //! other station writes to the database; this file may remain.
 //!
 //! Times are microseconds since 1970 (UTC), pressures are in Pa. A sample without a pressure has `None`, and its quality says why.
+//!
+//! A [`Point`] of a slave has values in its own unit. They take the same way, in tables of their own.
 
 /// The example of the README, as a doctest.
 #[cfg(doctest)]
@@ -20,6 +22,7 @@ pub mod alarms;
 pub mod audit;
 pub mod backup;
 pub mod batch;
+pub mod check;
 pub mod clock;
 mod connection;
 pub mod database;
@@ -30,27 +33,34 @@ mod lock;
 pub mod outbox;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+pub mod point;
 pub mod quality;
 pub mod reader;
+pub mod recorded;
 pub mod retention;
 pub mod ring;
 pub mod sample;
 pub mod schema;
 pub mod spans;
+pub mod state;
+pub mod summary;
 pub mod trend;
 pub mod validity;
 pub mod writer;
 
+pub use check::Check;
 pub use clock::{Clock, SystemClock};
 pub use database::Retention;
 pub use deadband::Deadband;
 pub use error::{AuditError, DatabaseError};
-pub use export::{Chunk, Chunks, Export};
+pub use export::{Chunk, Chunks, Export, Exported};
 pub use lock::is_in_use;
 pub use outbox::Forward;
+pub use point::{CodeText, DescribedPoint, Point, PointKind, PointSample, PointSummary};
 pub use profivac_model::{AuditAction, AuditEntry, Event, EventKind};
 pub use quality::{Qualities, Quality};
 pub use reader::{Occurrence, Occurrences, Reader, Span};
 pub use sample::{Micros, Sample};
-pub use trend::Trend;
-pub use writer::{Health, Recorder, Settings, Unwritten, WriteReceipt};
+pub use state::{LastCheck, StationState};
+pub use trend::{PointTrend, Trend};
+pub use writer::{Health, Load, Recorder, Settings, Unwritten, WriteReceipt};

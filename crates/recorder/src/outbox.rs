@@ -1,16 +1,28 @@
 //! The outbox: the rows of each transaction once more, as a numbered batch for the archive, in the same transaction.
 //!
 //! A row of the database is therefore in a batch, and the other way round, after every kill and every power cut. A batch never
-//! changes once it has a number, so that it may be sent twice. Numbers have no gaps. Deleting a batch that the archive has is what
-//! moves the cursor.
+//! changes once it has a number, so that it may be sent twice. Numbers have no gaps. Moving an acknowledged batch to `outbox_kept` is what
+//! moves the cursor: the archive asks for those that its database lacks.
 
-use super::batch::{AlarmChange, Audit, Batch, Event, FORMAT, MAX_SAMPLES, Samples, Span};
+mod absence;
+mod epoch;
+
+use super::batch::{
+    AlarmChange, Audit, Batch, BatchPoint, Event, FORMAT, MAX_SAMPLES, PointSamples, PointSpan, Samples, Span,
+};
 use super::error::DatabaseError;
+use super::point::{Point, PointKind, PointSample};
+use super::quality::Quality;
 use super::reader::Reader;
 use super::sample::{Micros, Sample};
-use super::spans::{LEVELS, PendingSpans};
-use rusqlite::{OptionalExtension, Row, Transaction, params};
+use super::spans::{LEVELS, PendingSpans, SpanKey};
+pub use absence::note as note_absence;
+use epoch::State;
+pub use epoch::{begin_epoch, branch};
+use profivac_model::EventKind;
+use rusqlite::{OptionalExtension, Row, Rows, Transaction, params};
 use std::collections::{BTreeMap, HashMap};
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 /// Which samples are in the batches. Spans, events, alarms and the audit trail always are.
@@ -40,12 +52,66 @@ const MAX_ROWS_OF_KIND: u32 = 1_000;
 /// The most batches that wait, 30 days at one a second: then the oldest are deleted.
 const MAX_BATCHES: i64 = 2_592_000;
 
-/// The last sample that was passed on, by the id of the series.
-pub type LastForwarded = HashMap<i64, Sample>;
+/// The most batches that are kept while the database of the archive does not confirm them: those of a week at one a second. chosen
+const MAX_UNCONFIRMED: i64 = 604_800;
 
-/// A batch that waits.
+/// The last samples that were passed on, by the ids of the series and of the points.
+#[derive(Clone, Debug, Default)]
+pub struct LastForwarded {
+    series: HashMap<i64, Sample>,
+    points: HashMap<i64, PointSample>,
+}
+
+/// The rows of pressures of a transaction.
+pub struct PressureRows<'a> {
+    /// The new samples, by the id of their series.
+    pub inserted: &'a [(i64, Sample)],
+    /// The spans that the transaction has changed, by the index of their series.
+    pub spans: &'a PendingSpans,
+    /// The ids of the series, by index.
+    pub ids: &'a [i64],
+}
+
+/// The rows of points of a transaction.
+pub struct PointRows<'a> {
+    /// The new samples, by the id of their point.
+    pub inserted: &'a [(i64, PointSample)],
+    /// The spans that the transaction has changed, by the index of their point.
+    pub spans: &'a PendingSpans<PointSample>,
+    /// The points and their ids, by index.
+    pub points: &'a [Point],
+    pub ids: &'a [i64],
+}
+
+/// An answer about the batches of a database.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Acknowledgement {
+    /// The epoch of the database.
+    pub epoch: i64,
+    /// The servers have the batches up to this number, or the archive itself.
+    pub taken: i64,
+    /// The database of the archive has every batch up to this number.
+    pub stored: i64,
+}
+
+impl Acknowledgement {
+    /// Both answers; the later one, if they are about two epochs.
+    #[must_use]
+    pub fn and(self, later: Self) -> Self {
+        match self.epoch == later.epoch {
+            true => {
+                Self { epoch: later.epoch, taken: self.taken.max(later.taken), stored: self.stored.max(later.stored) }
+            }
+            false => later,
+        }
+    }
+}
+
+/// A batch that waits, or is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Waiting {
+    /// The epoch of the database in which it was made.
+    pub epoch: i64,
     /// Its number.
     pub number: i64,
     /// Its octets.
@@ -61,12 +127,15 @@ pub struct Page {
     pub batches: Vec<Waiting>,
 }
 
-/// The state in the database.
-struct State {
-    epoch: i64,
-    event: i64,
-    alarm: i64,
-    audit: i64,
+/// The batches that wait, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// How many batches wait.
+    pub waiting: i64,
+    /// When the first of them was made.
+    pub oldest: Option<Micros>,
+    /// How many were deleted since the last acknowledgement because too many wait.
+    pub lost: i64,
 }
 
 /// Adds a batch with the rows of this transaction, if there are any. Returns the samples that were passed on last.
@@ -74,16 +143,18 @@ pub fn put(
     transaction: &Transaction<'_>,
     forward: Forward,
     last: &LastForwarded,
-    inserted: &[(i64, Sample)],
-    spans: &PendingSpans,
-    ids: &[i64],
+    pressures: &PressureRows<'_>,
+    points: &PointRows<'_>,
     now: Micros,
 ) -> rusqlite::Result<LastForwarded> {
-    let mut state = state(transaction, now)?;
+    let PressureRows { inserted, spans, ids } = *pressures;
+    let mut state = State::current(transaction, now)?;
     let mut last = last.clone();
-    let samples = inserted.iter().filter(|(series, sample)| passes(forward, &mut last, *series, sample));
+    let samples = inserted.iter().filter(|(series, sample)| passes(forward, &mut last.series, *series, sample));
     let samples: Vec<_> = samples.copied().collect();
-    note_spans(transaction, spans, ids)?;
+    let of_points = points.passed(forward, &mut last.points);
+    note_spans(transaction, NOTE_SPAN, spans.iter().map(|(key, _)| key), ids)?;
+    note_spans(transaction, NOTE_POINT_SPAN, points.spans.iter().map(|(key, _)| key), points.ids)?;
     let mut batch = Batch {
         format: FORMAT,
         made_us: now.0,
@@ -92,66 +163,138 @@ pub fn put(
         events: events(transaction, &mut state)?,
         alarms: alarms(transaction, &mut state)?,
         audit: audit(transaction, &mut state)?,
+        point_samples: Vec::new(),
+        point_spans: take_settled_point_spans(transaction, now)?,
+        first_number: state.first_number,
     };
+    let earlier = absence::next(transaction, forward, now)?;
+    // The samples of points are in the first batch if all fit, as in a plant of usual size; otherwise in batches of their own.
+    let fit = samples.len().saturating_add(of_points.len()) <= MAX_SAMPLES;
+    let (of_points, later_points) = if fit { (&of_points[..], &[][..]) } else { (&[][..], &of_points[..]) };
+    batch.point_samples = points.packed(of_points);
     let mut chunks = samples.chunks(MAX_SAMPLES);
     batch.samples = by_series(transaction, chunks.next().unwrap_or_default())?;
     let has_rows = !(batch.events.is_empty() && batch.alarms.is_empty() && batch.audit.is_empty());
-    if has_rows || !batch.samples.is_empty() || !batch.spans.is_empty() {
+    let has_points = !(batch.point_samples.is_empty() && batch.point_spans.is_empty());
+    if has_rows || has_points || !batch.samples.is_empty() || !batch.spans.is_empty() {
         insert(transaction, &batch)?;
     }
     for chunk in chunks {
         let samples = by_series(transaction, chunk)?;
-        insert(transaction, &Batch { format: FORMAT, made_us: now.0, samples, ..Batch::default() })?;
+        let first_number = state.first_number;
+        insert(transaction, &Batch { format: FORMAT, made_us: now.0, samples, first_number, ..Batch::default() })?;
+    }
+    for chunk in later_points.chunks(MAX_SAMPLES) {
+        let point_samples = points.packed(chunk);
+        insert(transaction, &Batch { format: FORMAT, made_us: now.0, point_samples, ..Batch::default() })?;
+    }
+    if !(earlier.samples.is_empty() && earlier.point_samples.is_empty()) {
+        let absence::Page { samples, point_samples } = earlier;
+        let first_number = state.first_number;
+        let batch = Batch { format: FORMAT, made_us: now.0, samples, point_samples, first_number, ..Batch::default() };
+        insert(transaction, &batch)?;
     }
     if has_rows {
         transaction
             .prepare_cached("UPDATE outbox_state SET event_id = ?1, alarm_id = ?2, audit_id = ?3")?
             .execute(params![state.event, state.alarm, state.audit])?;
     }
-    limit(transaction)?;
+    limit(transaction, now)?;
     Ok(last)
 }
 
-/// Deletes the batches that the archive has.
-pub fn acknowledge(connection: &rusqlite::Connection, epoch: i64, number: i64) -> rusqlite::Result<usize> {
-    let sql = "DELETE FROM outbox WHERE number <= ?2 AND EXISTS (SELECT 1 FROM outbox_state WHERE epoch = ?1)";
-    connection.prepare_cached(sql)?.execute([epoch, number])
+/// What becomes of batches that were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// They are kept, in case the archive loses them.
+    Keep,
+    /// They are deleted: the disk has no room.
+    Forget,
 }
 
-/// Makes a copy of a database another database: its batches go on under an epoch of their own.
-pub fn begin_epoch(connection: &rusqlite::Connection) -> rusqlite::Result<()> {
-    let sql = "SELECT count(*) FROM sqlite_schema WHERE name = 'outbox_state'";
-    let tables: i64 = connection.query_row(sql, [], |row| row.get(0))?;
-    // A database of an older version has no outbox.
-    if tables > 0 {
-        connection.execute("UPDATE outbox_state SET epoch = 0", [])?;
+/// Keeps the batches that were taken, and notes up to which number the database of the archive has them.
+pub fn acknowledge(
+    transaction: &Transaction<'_>,
+    answer: Acknowledgement,
+    taken_batches: Taken,
+    now: Micros,
+) -> rusqlite::Result<()> {
+    let Acknowledgement { epoch, taken, stored } = answer;
+    let found =
+        transaction.prepare_cached("SELECT epoch FROM outbox_state")?.query_row([], |row| row.get(0)).optional()?;
+    if found != Some(epoch) {
+        return Ok(());
     }
-    Ok(())
+    let keep = "INSERT OR REPLACE INTO outbox_kept (number, epoch, acknowledged_us, payload)
+        SELECT number, ifnull(epoch, ?1), ?2, payload FROM outbox WHERE number <= ?3";
+    match taken_batches {
+        Taken::Keep => drop(transaction.prepare_cached(keep)?.execute([epoch, now.0, taken])?),
+        Taken::Forget => drop(transaction.execute("DELETE FROM outbox_kept WHERE number <= ?1", [stored])?),
+    }
+    let moved = transaction.prepare_cached("DELETE FROM outbox WHERE number <= ?1")?.execute([taken])?;
+    if moved > 0 {
+        end_loss(transaction, now)?;
+    }
+    let limit = "DELETE FROM outbox_kept WHERE number <= ?1";
+    transaction.prepare_cached(limit)?.execute([taken.saturating_sub(MAX_UNCONFIRMED)])?;
+    let note = "UPDATE outbox_state SET stored = ?1 WHERE stored < ?1";
+    transaction.prepare_cached(note)?.execute([stored]).map(drop)
 }
 
-/// The state; a new database, and a copy, begins its epoch now.
-fn state(transaction: &Transaction<'_>, now: Micros) -> rusqlite::Result<State> {
-    let row =
-        |row: &Row<'_>| Ok(State { epoch: row.get(0)?, event: row.get(1)?, alarm: row.get(2)?, audit: row.get(3)? });
-    let sql = "SELECT epoch, event_id, alarm_id, audit_id FROM outbox_state";
-    match transaction.prepare_cached(sql)?.query_row([], row).optional()? {
-        Some(state) if state.epoch != 0 => Ok(state),
-        Some(state) => {
-            transaction.execute("UPDATE outbox_state SET epoch = ?1", [now.0])?;
-            Ok(State { epoch: now.0, ..state })
-        }
-        None => {
-            transaction.execute(
-                "INSERT INTO outbox_state (id, epoch, event_id, alarm_id, audit_id) VALUES (1, ?1, 0, 0, 0)",
-                [now.0],
-            )?;
-            Ok(State { epoch: now.0, event: 0, alarm: 0, audit: 0 })
-        }
+impl PointRows<'_> {
+    /// The samples that are passed on.
+    fn passed(&self, forward: Forward, last: &mut HashMap<i64, PointSample>) -> Vec<(i64, PointSample)> {
+        let is_code = |id: i64| self.point(id).is_some_and(|point| point.kind == PointKind::Code);
+        let passed = |(id, sample): &&(i64, PointSample)| passes_point(forward, last, *id, is_code(*id), sample);
+        self.inserted.iter().filter(passed).copied().collect()
     }
+
+    /// The samples, by point.
+    fn packed(&self, samples: &[(i64, PointSample)]) -> Vec<PointSamples> {
+        let mut by_point: BTreeMap<i64, Vec<PointSample>> = BTreeMap::new();
+        samples.iter().for_each(|(id, sample)| by_point.entry(*id).or_default().push(*sample));
+        let packed = by_point.iter();
+        packed.filter_map(|(id, samples)| Some(PointSamples::new(BatchPoint::of(self.point(*id)?), samples))).collect()
+    }
+
+    fn point(&self, id: i64) -> Option<&Point> {
+        self.points.get(self.ids.iter().position(|known| *known == id)?)
+    }
+}
+
+/// Whether a value of a point is passed on. chosen: a number that differs from the last one by the factor, as a pressure; each code.
+fn passes_point(
+    forward: Forward,
+    last: &mut HashMap<i64, PointSample>,
+    point: i64,
+    is_code: bool,
+    sample: &PointSample,
+) -> bool {
+    let passes = match forward {
+        Forward::All => return true,
+        Forward::Off => return false,
+        Forward::Deadband(decades) => last.get(&point).is_none_or(|last| {
+            let is_far = match (last.number, sample.number) {
+                (Some(one), Some(two)) if is_code => one != two,
+                (Some(one), Some(two)) => one != two && (two - one).abs() >= (10_f64.powf(decades) - 1.0) * one.abs(),
+                (one, two) => one.is_some() != two.is_some(),
+            };
+            is_far || is_other(last.at, last.quality, sample.at, sample.quality)
+        }),
+    };
+    if passes {
+        last.insert(point, *sample);
+    }
+    passes
+}
+
+/// Whether a sample of this time and quality is passed on whatever its value.
+fn is_other(last: Micros, of_last: Quality, at: Micros, quality: Quality) -> bool {
+    of_last != quality || at >= last.after(MAX_INTERVAL) || at < last
 }
 
 /// Whether a sample is passed on, which makes it the last one of its series.
-fn passes(forward: Forward, last: &mut LastForwarded, series: i64, sample: &Sample) -> bool {
+fn passes(forward: Forward, last: &mut HashMap<i64, Sample>, series: i64, sample: &Sample) -> bool {
     let passes = match forward {
         Forward::All => return true,
         Forward::Off => return false,
@@ -168,14 +311,21 @@ fn differs(last: &Sample, sample: &Sample, decades: f64) -> bool {
         (Some(one), Some(two)) => (one - two).abs() >= decades,
         (one, two) => one.is_some() != two.is_some(),
     };
-    is_far || last.quality != sample.quality || sample.at >= last.at.after(MAX_INTERVAL) || sample.at < last.at
+    is_far || is_other(last.at, last.quality, sample.at, sample.quality)
 }
 
+const NOTE_SPAN: &str = "INSERT OR IGNORE INTO outbox_span (level, series_id, start_us) VALUES (?1, ?2, ?3)";
+const NOTE_POINT_SPAN: &str = "INSERT OR IGNORE INTO outbox_point_span (level, point_id, start_us) VALUES (?1, ?2, ?3)";
+
 /// Notes the spans that this transaction has changed.
-fn note_spans(transaction: &Transaction<'_>, spans: &PendingSpans, ids: &[i64]) -> rusqlite::Result<()> {
-    let sql = "INSERT OR IGNORE INTO outbox_span (level, series_id, start_us) VALUES (?1, ?2, ?3)";
+fn note_spans<'k>(
+    transaction: &Transaction<'_>,
+    sql: &str,
+    spans: impl Iterator<Item = &'k SpanKey>,
+    ids: &[i64],
+) -> rusqlite::Result<()> {
     let mut note = transaction.prepare_cached(sql)?;
-    for (key, _) in spans.iter().filter(|(key, _)| key.level >= FINEST_LEVEL) {
+    for key in spans.filter(|key| key.level >= FINEST_LEVEL) {
         note.execute(params![key.level, ids.get(key.series).copied().unwrap_or_default(), key.start.0])?;
     }
     Ok(())
@@ -210,6 +360,42 @@ fn take_settled_spans(transaction: &Transaction<'_>, now: Micros) -> rusqlite::R
         }
         for (series, span) in taken.iter().skip(first) {
             forget.execute(params![span.level, series, span.start_us])?;
+        }
+    }
+    Ok(taken.into_iter().map(|(_, span)| span).collect())
+}
+
+/// The same of points.
+fn take_settled_point_spans(transaction: &Transaction<'_>, now: Micros) -> rusqlite::Result<Vec<PointSpan>> {
+    let mut select = transaction.prepare_cached(
+        "SELECT slave, name, unit, kind, level, start_us, min_value, max_value, last_value, sum, count, qualities, point_id
+         FROM outbox_point_span JOIN point_span USING (level, point_id, start_us) JOIN point ON point.id = point_id
+         WHERE level = ?1 AND start_us <= ?2 LIMIT ?3",
+    )?;
+    let mut forget = transaction
+        .prepare_cached("DELETE FROM outbox_point_span WHERE level = ?1 AND point_id = ?2 AND start_us = ?3")?;
+    let mut taken = Vec::new();
+    for level in LEVELS.into_iter().filter(|level| level.number >= FINEST_LEVEL) {
+        let ended = now.0.saturating_sub(SETTLED).saturating_sub(level.micros());
+        let mut rows = select.query(params![level.number, ended, MAX_ROWS_OF_KIND])?;
+        let first = taken.len();
+        while let Some(row) = rows.next()? {
+            let point = BatchPoint { slave: row.get(0)?, name: row.get(1)?, unit: row.get(2)?, kind: row.get(3)? };
+            let span = PointSpan {
+                point,
+                level: row.get(4)?,
+                start_us: row.get(5)?,
+                min_value: row.get(6)?,
+                max_value: row.get(7)?,
+                last_value: row.get(8)?,
+                sum: row.get(9)?,
+                count: row.get(10)?,
+                qualities: row.get(11)?,
+            };
+            taken.push((row.get::<_, i64>(12)?, span));
+        }
+        for (point, span) in taken.iter().skip(first) {
+            forget.execute(params![span.level, point, span.start_us])?;
         }
     }
     Ok(taken.into_iter().map(|(_, span)| span).collect())
@@ -292,15 +478,67 @@ fn by_series(transaction: &Transaction<'_>, samples: &[(i64, Sample)]) -> rusqli
 }
 
 fn insert(transaction: &Transaction<'_>, batch: &Batch) -> rusqlite::Result<()> {
-    let payload =
-        batch.encode_compressed().map_err(|error| rusqlite::Error::ToSqlConversionFailure(Box::new(error)))?;
-    transaction.prepare_cached("INSERT INTO outbox (payload) VALUES (?1)")?.execute([payload]).map(drop)
+    transaction.prepare_cached("INSERT INTO outbox (payload) VALUES (?1)")?.execute([encoded(batch)?]).map(drop)
 }
 
-/// Deletes the oldest batch when there are too many. The archive sees the gap in the numbers.
-fn limit(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
+fn encoded(batch: &Batch) -> rusqlite::Result<Vec<u8>> {
+    batch.encode_compressed().map_err(|error| rusqlite::Error::ToSqlConversionFailure(Box::new(error)))
+}
+
+/// Deletes the oldest batch when there are too many. The archive sees the gap in the numbers, the operator an event when it begins.
+fn limit(transaction: &Transaction<'_>, now: Micros) -> rusqlite::Result<()> {
     let sql = "DELETE FROM outbox WHERE number <= (SELECT max(number) FROM outbox) - ?1";
-    transaction.prepare_cached(sql)?.execute([MAX_BATCHES]).map(drop)
+    let deleted = transaction.prepare_cached(sql)?.execute([MAX_BATCHES])?;
+    if deleted == 0 {
+        return Ok(());
+    }
+    if lost(transaction)? == 0 {
+        let text = format!(
+            "{MAX_BATCHES} batches wait for the archive, and none is taken: the station deletes the oldest for each new one; their rows stay in \
+             the database of the station"
+        );
+        station_event(transaction, now, &text)?;
+    }
+    transaction
+        .prepare_cached("UPDATE outbox_state SET lost = lost + ?1")?
+        .execute([i64::try_from(deleted).unwrap_or(i64::MAX)])
+        .map(drop)
+}
+
+/// How many batches were deleted since the last acknowledgement because too many wait.
+fn lost(connection: &rusqlite::Connection) -> rusqlite::Result<i64> {
+    let found =
+        connection.prepare_cached("SELECT lost FROM outbox_state")?.query_row([], |row| row.get(0)).optional()?;
+    Ok(found.unwrap_or_default())
+}
+
+/// Batches are taken again.
+fn end_loss(transaction: &Transaction<'_>, now: Micros) -> rusqlite::Result<()> {
+    let lost = lost(transaction)?;
+    if lost > 0 {
+        let text =
+            format!("batches are taken again; {lost} that waited before them were deleted and are not in the archive");
+        station_event(transaction, now, &text)?;
+        transaction.execute("UPDATE outbox_state SET lost = 0", [])?;
+    }
+    Ok(())
+}
+
+fn station_event(transaction: &Transaction<'_>, now: Micros, text: &str) -> rusqlite::Result<()> {
+    let sql = "INSERT INTO event (at_us, kind, text) VALUES (?1, ?2, ?3)";
+    transaction.execute(sql, params![now.0, EventKind::Station.word(), text]).map(drop)
+}
+
+/// The first rows, not many more than `octets`.
+fn some(rows: &mut Rows<'_>, octets: usize) -> rusqlite::Result<Vec<Waiting>> {
+    let (mut batches, mut read) = (Vec::new(), 0_usize);
+    while read < octets {
+        let Some(row) = rows.next()? else { break };
+        let waiting = Waiting { epoch: row.get(0)?, number: row.get(1)?, payload: row.get(2)? };
+        read = read.saturating_add(waiting.payload.len());
+        batches.push(waiting);
+    }
+    Ok(batches)
 }
 
 impl Reader {
@@ -316,272 +554,51 @@ impl Reader {
         // One transaction, so that the epoch is that of the batches.
         let transaction = self.connection().unchecked_transaction()?;
         let epoch = transaction.query_row("SELECT epoch FROM outbox_state", [], |row| row.get(0)).optional()?;
-        let mut select = transaction
-            .prepare_cached("SELECT number, payload FROM outbox WHERE number > ?1 ORDER BY number LIMIT ?2")?;
-        let mut rows = select.query(params![after, count])?;
-        let (mut batches, mut read) = (Vec::new(), 0_usize);
-        while read < octets {
-            let Some(row) = rows.next()? else { break };
-            let waiting = Waiting { number: row.get(0)?, payload: row.get(1)? };
-            read = read.saturating_add(waiting.payload.len());
-            batches.push(waiting);
-        }
-        Ok(Page { epoch: epoch.unwrap_or_default(), batches })
+        let epoch = epoch.unwrap_or_default();
+        let sql = "SELECT ifnull(epoch, ?3), number, payload FROM outbox WHERE number > ?1 ORDER BY number LIMIT ?2";
+        let mut select = transaction.prepare_cached(sql)?;
+        let batches = some(&mut select.query(params![after, count, epoch])?, octets)?;
+        Ok(Page { epoch, batches })
     }
 
-    /// The number of batches that wait.
+    /// The batches of an epoch with these numbers that were acknowledged and are kept, at most `count` of them and not many more than
+    /// `octets`.
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn outbox_length(&self) -> Result<i64, DatabaseError> {
-        let sql = "SELECT ifnull(max(number) - min(number) + 1, 0) FROM outbox";
-        self.connection().query_row(sql, [], |row| row.get(0)).map_err(|error| self.failed(error))
+    pub fn kept_batches(
+        &self,
+        epoch: i64,
+        numbers: RangeInclusive<i64>,
+        count: u32,
+        octets: usize,
+    ) -> Result<Vec<Waiting>, DatabaseError> {
+        let read = || {
+            let mut select = self.connection().prepare_cached(
+                "SELECT epoch, number, payload FROM outbox_kept WHERE epoch = ?1 AND number BETWEEN ?2 AND ?3
+                 ORDER BY number LIMIT ?4",
+            )?;
+            some(&mut select.query(params![epoch, numbers.start(), numbers.end(), count])?, octets)
+        };
+        read().map_err(|error| self.failed(error))
+    }
+
+    /// How many batches wait, and since when.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn outbox_summary(&self) -> Result<Summary, DatabaseError> {
+        let read = || {
+            let sql = "SELECT ifnull(max(number) - min(number) + 1, 0) FROM outbox";
+            let waiting = self.connection().query_row(sql, [], |row| row.get(0))?;
+            let sql = "SELECT payload FROM outbox ORDER BY number LIMIT 1";
+            let first: Option<Vec<u8>> = self.connection().query_row(sql, [], |row| row.get(0)).optional()?;
+            let oldest = first.and_then(|payload| Batch::decode_compressed(&payload).ok());
+            Ok(Summary { waiting, oldest: oldest.map(|batch| Micros(batch.made_us)), lost: lost(self.connection())? })
+        };
+        read().map_err(|error| self.failed(error))
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::alarms::AlarmBatch;
-    use crate::backup::Existing;
-    use crate::database::{Database, Retention};
-    use crate::quality::Quality;
-    use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, Event as RecordEvent, EventKind, Priority};
-    use std::path::Path;
-
-    const DAY: i64 = 86_400 * Micros::SECOND;
-
-    fn valid(at: i64, pa: f64) -> Sample {
-        Sample::new(Micros(at), Some(pa), Quality::Valid)
-    }
-
-    fn open(path: &Path, forward: Forward) -> Database {
-        let mut database = Database::open(path, Micros(DAY)).unwrap();
-        database.set_outbox(Some(forward));
-        database
-    }
-
-    fn write(database: &mut Database, now: i64, samples: &[Sample]) {
-        let index = database.series_index("chamber");
-        let mut spans = PendingSpans::default();
-        samples.iter().for_each(|sample| spans.add(index, sample));
-        let samples: Vec<_> = samples.iter().map(|sample| (index, *sample)).collect();
-        database.set_time(Micros(now));
-        database.write(&samples, &spans, &[], &AlarmBatch::default()).unwrap();
-    }
-
-    /// Writes an event and a row of the alarm history.
-    fn write_event_and_alarm(database: &mut Database, at: i64, text: &str) {
-        let event = RecordEvent { at: Micros(at), gauge: None, kind: EventKind::Note.into(), text: text.to_owned() };
-        let change = AlarmHistoryEntry {
-            at: Micros(at),
-            alarm: "chamber too high".to_owned(),
-            change: AlarmChangeKind::Raised.into(),
-            state: AlarmState::Unacknowledged.into(),
-            priority: Priority::High.into(),
-            subject: None,
-            occurrence: at,
-            user: None,
-            value: None,
-            unit: None,
-            text: text.to_owned(),
-        };
-        let alarms = AlarmBatch { history: vec![change], ..AlarmBatch::default() };
-        database.write(&[], &PendingSpans::default(), &[event], &alarms).unwrap();
-    }
-
-    /// The ids and texts of all events in the batches, then those of all alarm changes.
-    fn sent(path: &Path) -> [Vec<(i64, String)>; 2] {
-        let batches = batches(path);
-        let events = batches.iter().flat_map(|batch| &batch.events).map(|event| (event.id, event.text.clone()));
-        let alarms = batches.iter().flat_map(|batch| &batch.alarms).map(|change| (change.id, change.text.clone()));
-        [events.collect(), alarms.collect()]
-    }
-
-    fn row_counts(path: &Path) -> (i64, i64) {
-        let sql = "SELECT (SELECT count(*) FROM event), (SELECT count(*) FROM alarm_history)";
-        let reader = Reader::open(path).unwrap();
-        reader.connection().query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?))).unwrap()
-    }
-
-    fn page(path: &Path) -> Page {
-        Reader::open(path).unwrap().outbox(0, 100, usize::MAX).unwrap()
-    }
-
-    fn batches(path: &Path) -> Vec<Batch> {
-        page(path).batches.iter().map(|waiting| Batch::decode_compressed(&waiting.payload).unwrap()).collect()
-    }
-
-    #[test]
-    fn a_batch_has_the_samples_of_the_record_at_the_times_of_the_record() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::All);
-        write(&mut database, DAY, &[valid(DAY, 1.0), valid(DAY, 1.0), valid(DAY, 2.0)]);
-        // A repeated sample is one row; another one at a taken time moves by a microsecond.
-        write(&mut database, DAY, &[valid(DAY, 1.0), valid(DAY - 5, 3.0)]);
-        let sent: Vec<_> =
-            batches(&path).iter().flat_map(|batch| batch.samples.clone()).map(|it| it.unpack().unwrap()).collect();
-        assert_eq!(sent, [vec![valid(DAY, 1.0), valid(DAY + 1, 2.0)], vec![valid(DAY - 5, 3.0)]]);
-        let mut sent = sent.concat();
-        sent.sort_by_key(|sample| sample.at);
-        assert_eq!(Reader::open(&path).unwrap().samples("chamber", Micros(0), Micros(i64::MAX)).unwrap(), sent);
-    }
-
-    #[test]
-    fn numbers_have_no_gaps_and_are_not_used_again_after_an_acknowledgement() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::All);
-        let numbers = || page(&path).batches.iter().map(|waiting| waiting.number).collect::<Vec<_>>();
-        (0..3).for_each(|second| write(&mut database, DAY, &[valid(DAY + second, 1.0)]));
-        assert_eq!(numbers(), [1, 2, 3]);
-        let epoch = page(&path).epoch;
-        database.acknowledge_outbox(epoch + 1, 3).unwrap();
-        assert_eq!(numbers(), [1, 2, 3], "of another database");
-        database.acknowledge_outbox(epoch, 3).unwrap();
-        drop(database);
-        write(&mut open(&path, Forward::All), DAY, &[valid(DAY + 9, 1.0)]);
-        assert_eq!(numbers(), [4]);
-        assert_eq!(page(&path).epoch, epoch);
-        assert_eq!(Reader::open(&path).unwrap().outbox_length().unwrap(), 1);
-    }
-
-    #[test]
-    fn a_span_is_sent_when_it_has_ended_and_again_after_a_late_sample() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::Off);
-        write(&mut database, DAY, &[valid(DAY, 1.0)]);
-        assert!(page(&path).batches.is_empty());
-        let after = DAY + 126 * Micros::SECOND;
-        write(&mut database, after, &[]);
-        write(&mut database, after, &[]);
-        write(&mut database, after, &[valid(DAY + 1, 3.0)]);
-        let spans: Vec<_> = batches(&path).into_iter().flat_map(|batch| batch.spans).collect();
-        let short: Vec<_> = spans.iter().map(|span| (span.level, span.start_us, span.count, span.max_pa)).collect();
-        assert_eq!(short, [(2, DAY, 1, Some(1.0)), (2, DAY, 2, Some(3.0))]);
-    }
-
-    #[test]
-    fn events_are_sent_once_also_those_before_the_outbox() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let event = |text: &str| RecordEvent {
-            at: Micros(1),
-            gauge: None,
-            kind: EventKind::Note.into(),
-            text: text.to_owned(),
-        };
-        let mut database = Database::open(&path, Micros(DAY)).unwrap();
-        database.write(&[], &PendingSpans::default(), &[event("before")], &AlarmBatch::default()).unwrap();
-        database.set_outbox(Some(Forward::Off));
-        database.write(&[], &PendingSpans::default(), &[event("after")], &AlarmBatch::default()).unwrap();
-        database.write(&[], &PendingSpans::default(), &[], &AlarmBatch::default()).unwrap();
-        let texts: Vec<_> = batches(&path).into_iter().flat_map(|batch| batch.events).map(|it| it.text).collect();
-        assert_eq!(texts, ["before", "after"]);
-    }
-
-    #[test]
-    fn rows_after_a_retention_that_deleted_all_events_and_the_alarm_history_are_sent() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::Off);
-        database.begin_period(Micros(DAY)).unwrap();
-        write_event_and_alarm(&mut database, DAY, "before");
-        write_event_and_alarm(&mut database, DAY + 1, "before, too");
-        let day = Some(Duration::from_secs(86_400));
-        let retention = Retention { events: day, alarm_history: day, ..Retention::default() };
-        database.extend_period(Micros(2 * DAY)).unwrap();
-        database.prune(&retention).unwrap();
-        assert_eq!(row_counts(&path), (2, 2), "the time is not over yet");
-        database.extend_period(Micros(2 * DAY + 2)).unwrap();
-        database.prune(&retention).unwrap();
-        assert_eq!(row_counts(&path), (0, 0));
-        drop(database);
-        write_event_and_alarm(&mut open(&path, Forward::Off), 2 * DAY + 3, "after");
-        let expected = [(1, "before"), (2, "before, too"), (3, "after")].map(|(id, text)| (id, text.to_owned()));
-        assert_eq!(sent(&path), [expected.to_vec(), expected.to_vec()]);
-    }
-
-    /// Samples and events refer to a series by its id, and the retention counts the recording periods.
-    #[test]
-    fn a_retention_that_deletes_everything_leaves_the_series_and_the_recording_periods() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::Off);
-        database.begin_period(Micros(DAY)).unwrap();
-        write(&mut database, DAY, &[valid(DAY, 1.0)]);
-        write_event_and_alarm(&mut database, DAY, "deleted");
-        database.extend_period(Micros(2 * DAY)).unwrap();
-        database.begin_period(Micros(900 * DAY)).unwrap();
-        database.extend_period(Micros(902 * DAY)).unwrap();
-        let day = Some(Duration::from_secs(86_400));
-        database.prune(&Retention { samples: day, spans: [day; 4], events: day, alarm_history: day }).unwrap();
-        drop(database);
-        let reader = Reader::open(&path).unwrap();
-        let count = |table: &str| -> i64 {
-            reader.connection().query_row(&format!("SELECT count(*) FROM {table}"), [], |row| row.get(0)).unwrap()
-        };
-        let deleted = ["sample", "span", "event", "alarm_history"].map(count);
-        assert_eq!((deleted, count("series"), count("recording_period")), ([0; 4], 1, 2));
-    }
-
-    /// The last rows are the first to be deleted if the clock was behind when they were written.
-    #[test]
-    fn rows_after_a_retention_that_deleted_the_last_rows_alone_are_sent() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let mut database = open(&path, Forward::Off);
-        database.begin_period(Micros(9 * DAY)).unwrap();
-        database.extend_period(Micros(11 * DAY)).unwrap();
-        write_event_and_alarm(&mut database, 11 * DAY, "kept");
-        write_event_and_alarm(&mut database, DAY, "deleted");
-        let day = Some(Duration::from_secs(86_400));
-        database.prune(&Retention { events: day, alarm_history: day, ..Retention::default() }).unwrap();
-        assert_eq!(row_counts(&path), (1, 1));
-        write_event_and_alarm(&mut database, 11 * DAY, "after");
-        let expected = [(1, "kept"), (2, "deleted"), (3, "after")].map(|(id, text)| (id, text.to_owned()));
-        assert_eq!(sent(&path), [expected.to_vec(), expected.to_vec()]);
-    }
-
-    #[test]
-    fn the_deadband_passes_changes_of_five_percent_of_quality_and_one_sample_in_ten_minutes() {
-        let mut last = LastForwarded::new();
-        let five_percent = Forward::Deadband(1.05_f64.log10());
-        let samples = [
-            (valid(0, 1.0), true),
-            (valid(1, 1.04), false),
-            (valid(2, 1.051), true),
-            (Sample::gap(Micros(3)), true),
-            (Sample::gap(Micros(4)), false),
-            (valid(5, 1.0), true),
-            (valid(600 * Micros::SECOND + 5, 1.0), true),
-        ];
-        for (sample, passed) in samples {
-            assert_eq!(passes(five_percent, &mut last, 1, &sample), passed, "{sample:?}");
-        }
-    }
-
-    #[test]
-    fn many_samples_of_one_transaction_are_several_batches() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("plant.db");
-        let count = MAX_SAMPLES as i64 + 1;
-        let samples: Vec<_> = (0..count).map(|at| valid(DAY + at, 1.0)).collect();
-        write(&mut open(&path, Forward::All), DAY, &samples);
-        let counts: Vec<_> = batches(&path).iter().map(Batch::sample_count).collect();
-        assert_eq!(counts, [MAX_SAMPLES, 1]);
-    }
-
-    #[test]
-    fn a_restored_copy_begins_another_epoch() {
-        let folder = tempfile::tempdir().unwrap();
-        let (path, copy) = (folder.path().join("plant.db"), folder.path().join("copy.db"));
-        write(&mut open(&path, Forward::All), DAY, &[valid(DAY, 1.0)]);
-        Reader::open(&path).unwrap().backup(&copy, Existing::Keep, |_, _| ()).unwrap();
-        write(&mut open(&copy, Forward::All), DAY + 7, &[valid(DAY + 1, 1.0)]);
-        assert_eq!((page(&path).epoch, page(&copy).epoch), (DAY, DAY + 7));
-        assert_eq!(page(&copy).batches.len(), 2);
-    }
-}
+mod tests;

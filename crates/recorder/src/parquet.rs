@@ -6,10 +6,13 @@
 //! | `gauge` | string | |
 //! | `pressure_pa` | double, null where the gauge gives no pressure | Pa |
 //! | `quality` | string, the word of the [quality](crate::quality) | |
+//!
+//! A file of points has `slave`, `point`, `unit` (empty without one) and `value` in place of `gauge` and `pressure_pa`, and a last column
+//! `text`: the text of a code, null without one.
 
 use super::error::DatabaseError;
-use super::export::{Chunk, Chunks};
-use super::sample::Sample;
+use super::export::{Chunk, Chunks, Exported};
+use super::recorded::Recorded;
 use parquet::basic::Compression;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -20,12 +23,20 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The columns.
-const SCHEMA: &str = "message samples {
-    required int64 time (TIMESTAMP(MICROS, true));
-    required binary gauge (STRING);
-    optional double pressure_pa;
-    required binary quality (STRING);
-}";
+fn schema<S: Exported>() -> String {
+    let labels: String = S::LABELS.iter().map(|label| format!("required binary {label} (STRING);\n")).collect();
+    let text = if S::HAS_TEXT { "optional binary text (STRING);" } else { "" };
+    format!(
+        "message samples {{
+            required int64 time (TIMESTAMP(MICROS, true));
+            {labels}
+            optional double {value};
+            required binary quality (STRING);
+            {text}
+        }}",
+        value = S::Sample::VALUE
+    )
+}
 
 /// Rows in a row group. chosen: about 8 MB while it is being written.
 const ROWS_PER_GROUP: usize = 200_000;
@@ -46,30 +57,50 @@ pub enum WriteError {
 #[derive(Default)]
 struct Rows {
     times: Vec<i64>,
-    gauges: Vec<ByteArray>,
-    /// The pressures that exist, in Pa.
-    pressures: Vec<f64>,
-    /// For each row 1 if it has a pressure, otherwise 0.
-    has_pressure: Vec<i16>,
+    /// The columns that name the series.
+    labels: Vec<Vec<ByteArray>>,
+    /// The values that exist.
+    values: Vec<f64>,
+    /// For each row 1 if it has a value, otherwise 0.
+    has_value: Vec<i16>,
     qualities: Vec<ByteArray>,
+    /// The texts that exist.
+    texts: Vec<ByteArray>,
+    /// For each row 1 if it has a text, otherwise 0; empty if the file has no texts.
+    has_text: Vec<i16>,
 }
 
 impl Rows {
-    fn add(&mut self, gauge: &ByteArray, sample: &Sample) {
-        self.times.push(sample.at.0);
-        self.gauges.push(gauge.clone());
-        self.pressures.extend(sample.pa);
-        self.has_pressure.push(i16::from(sample.pa.is_some()));
-        self.qualities.push(ByteArray::from(sample.quality.word()));
+    fn add<S: Exported>(&mut self, series: &S, samples: &[S::Sample]) {
+        self.labels.resize_with(S::LABELS.len(), Vec::new);
+        for (column, label) in self.labels.iter_mut().zip(series.labels()) {
+            column.resize(column.len().saturating_add(samples.len()), ByteArray::from(label));
+        }
+        for sample in samples {
+            self.times.push(sample.at().0);
+            self.values.extend(sample.value());
+            self.has_value.push(i16::from(sample.value().is_some()));
+            self.qualities.push(ByteArray::from(sample.quality().word()));
+            if S::HAS_TEXT {
+                let text = sample.value().and_then(|value| series.text(value));
+                self.texts.extend(text.map(ByteArray::from));
+                self.has_text.push(i16::from(text.is_some()));
+            }
+        }
     }
 
     /// Writes the rows as a row group.
     fn write<W: Write + Send>(&self, file: &mut SerializedFileWriter<W>) -> Result<(), ParquetError> {
         let mut group = file.next_row_group()?;
         column::<Int64Type, W>(&mut group, &self.times, None)?;
-        column::<ByteArrayType, W>(&mut group, &self.gauges, None)?;
-        column::<DoubleType, W>(&mut group, &self.pressures, Some(&self.has_pressure))?;
+        for labels in &self.labels {
+            column::<ByteArrayType, W>(&mut group, labels, None)?;
+        }
+        column::<DoubleType, W>(&mut group, &self.values, Some(&self.has_value))?;
         column::<ByteArrayType, W>(&mut group, &self.qualities, None)?;
+        if !self.has_text.is_empty() {
+            column::<ByteArrayType, W>(&mut group, &self.texts, Some(&self.has_text))?;
+        }
         group.close().map(drop)
     }
 }
@@ -110,8 +141,8 @@ impl Write for Octets {
 }
 
 /// Samples as a Parquet file, part by part. The parts in their order are the file; without the last one it is no Parquet file.
-pub struct ParquetExport {
-    chunks: Chunks,
+pub struct ParquetExport<S: Exported = String> {
+    chunks: Chunks<S>,
     /// `None` after the end.
     file: Option<SerializedFileWriter<Octets>>,
     octets: Octets,
@@ -119,13 +150,13 @@ pub struct ParquetExport {
     count: u64,
 }
 
-impl ParquetExport {
+impl<S: Exported> ParquetExport<S> {
     /// The samples of `chunks`.
     ///
     /// # Errors
     /// [`WriteError`] when the file cannot begin.
-    pub fn new(chunks: Chunks) -> Result<Self, WriteError> {
-        let schema = Arc::new(parse_message_type(SCHEMA)?);
+    pub fn new(chunks: Chunks<S>) -> Result<Self, WriteError> {
+        let schema = Arc::new(parse_message_type(&schema::<S>())?);
         // Readers of every language decode Snappy, also small ones that know no GZIP.
         let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
         let octets = Octets::default();
@@ -149,8 +180,7 @@ impl ParquetExport {
             return Ok(false);
         };
         let Chunk { series, samples } = chunk?;
-        let gauge = ByteArray::from(series.as_str());
-        samples.iter().for_each(|sample| self.rows.add(&gauge, sample));
+        self.rows.add(&series, &samples);
         self.count = self.count.saturating_add(samples.len() as u64);
         if self.rows.times.len() >= ROWS_PER_GROUP {
             std::mem::take(&mut self.rows).write(file)?;
@@ -159,7 +189,7 @@ impl ParquetExport {
     }
 }
 
-impl Iterator for ParquetExport {
+impl<S: Exported> Iterator for ParquetExport<S> {
     type Item = Result<Vec<u8>, WriteError>;
 
     /// The part that follows from the next chunk of samples, empty until a row group is complete. An error ends the export.
@@ -179,7 +209,7 @@ impl Iterator for ParquetExport {
 ///
 /// # Errors
 /// [`WriteError`] when the database cannot be read or the file cannot be written; what was written so far is no Parquet file.
-pub fn write(chunks: Chunks, mut to: impl Write) -> Result<u64, WriteError> {
+pub fn write<S: Exported>(chunks: Chunks<S>, mut to: impl Write) -> Result<u64, WriteError> {
     let mut export = ParquetExport::new(chunks)?;
     for part in export.by_ref() {
         to.write_all(&part?).map_err(ParquetError::from)?;

@@ -3,7 +3,9 @@
 use super::audit::{self, AuditQuery};
 use super::connection::open_to_read;
 use super::error::DatabaseError;
-use super::quality::{Qualities, Quality};
+use super::point::{Point, PointKind, PointSample, PointSummary};
+use super::quality::Quality;
+use super::recorded::{Recorded, Summarise};
 use super::retention::{Expired, Period};
 use super::sample::{Micros, Sample};
 use super::spans::{LEVELS, Level, Summary};
@@ -30,23 +32,23 @@ pub fn recording_periods(connection: &Connection) -> rusqlite::Result<Vec<Period
 
 /// A part of a trend, one pixel wide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct Span<S = Summary> {
     /// Where it starts.
     pub start: Micros,
     /// The summary of its samples.
-    pub summary: Summary,
+    pub summary: S,
 }
 
 /// Merges summaries into the pixels of a trend, from left to right.
-struct SpanCollector {
+struct SpanCollector<S> {
     from: Micros,
     /// The width of a pixel, in microseconds.
     width: i64,
-    spans: Vec<Span>,
+    spans: Vec<Span<S>>,
 }
 
-impl SpanCollector {
-    fn add(&mut self, at: Micros, summary: &Summary) {
+impl<S: Summarise> SpanCollector<S> {
+    fn add(&mut self, at: Micros, summary: &S) {
         // A stored span that starts before the trend belongs to its first pixel.
         let pixel = at.max(self.from).0.saturating_sub(self.from.0).div_euclid(self.width);
         let start = Micros(self.from.0.saturating_add(pixel.saturating_mul(self.width)));
@@ -148,17 +150,89 @@ impl Reader {
     /// [`DatabaseError`] when the database cannot be read.
     pub fn trend(&self, series: &str, from: Micros, to: Micros, pixels: u32) -> Result<Vec<Span>, DatabaseError> {
         let Some(id) = self.series_id(series)? else { return Ok(Vec::new()) };
+        self.trend_of::<Sample>(id, from, to, pixels)
+    }
+
+    /// The points whose values were ever recorded, in the order of their first value.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn points(&self) -> Result<Vec<Point>, DatabaseError> {
+        self.query_all("SELECT slave, name, unit, kind FROM point ORDER BY id", [], point)
+    }
+
+    /// The point `name` of a slave, in the unit in which it was recorded last, or in `unit`. `None` if no value was recorded.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn point(&self, slave: &str, name: &str, unit: Option<&str>) -> Result<Option<Point>, DatabaseError> {
+        let sql = "SELECT slave, name, unit, kind FROM point
+                   WHERE slave = ?1 AND name = ?2 AND (?3 IS NULL OR unit = ?3)
+                   ORDER BY (SELECT max(at_us) FROM point_sample WHERE point_id = point.id) DESC, id DESC LIMIT 1";
+        let found = self.connection.query_row(sql, params![slave, name, unit], point);
+        found.optional().map_err(|error| self.failed(error))
+    }
+
+    /// The trend of a point, as [`trend`](Self::trend) for a gauge.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn point_trend(
+        &self,
+        point: &Point,
+        from: Micros,
+        to: Micros,
+        pixels: u32,
+    ) -> Result<Vec<Span<PointSummary>>, DatabaseError> {
+        let Some(id) = self.point_id(point)? else { return Ok(Vec::new()) };
+        self.trend_of::<PointSample>(id, from, to, pixels)
+    }
+
+    /// The first `limit` kept values of a point from `from` to `to`.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn point_page(
+        &self,
+        point: &Point,
+        from: Micros,
+        to: Micros,
+        limit: u32,
+    ) -> Result<Vec<PointSample>, DatabaseError> {
+        let mut samples = Vec::new();
+        if let Some(id) = self.point_id(point)? {
+            self.each_sample(id, from, to, i64::from(limit), &mut |sample| samples.push(sample))?;
+        }
+        Ok(samples)
+    }
+
+    /// The first and the last time of which values or spans of a point are stored.
+    ///
+    /// # Errors
+    /// [`DatabaseError`] when the database cannot be read.
+    pub fn point_time_range(&self, point: &Point) -> Result<Option<(Micros, Micros)>, DatabaseError> {
+        let Some(id) = self.point_id(point)? else { return Ok(None) };
+        self.time_range_of::<PointSample>(id)
+    }
+
+    fn trend_of<T: Recorded>(
+        &self,
+        id: i64,
+        from: Micros,
+        to: Micros,
+        pixels: u32,
+    ) -> Result<Vec<Span<T::Summary>>, DatabaseError> {
         let range = to.0.saturating_sub(from.0).max(1);
         let width = range.checked_div(i64::from(pixels.max(1))).unwrap_or(range).max(1);
         let mut collector = SpanCollector { from, width, spans: Vec::new() };
         let level = Level::coarsest_within(width);
-        if level.is_none() && self.count(id, from, to, MAX_SAMPLES_PER_TREND)? < MAX_SAMPLES_PER_TREND {
-            self.each_sample(id, from, to, i64::MAX, &mut |sample| collector.add(sample.at, &Summary::of(&sample)))?;
+        if level.is_none() && self.count::<T>(id, from, to, MAX_SAMPLES_PER_TREND)? < MAX_SAMPLES_PER_TREND {
+            self.each_sample(id, from, to, i64::MAX, &mut |sample: T| collector.add(sample.at(), &sample.summary()))?;
         }
         let levels = LEVELS.into_iter().filter(|coarse| level.is_none_or(|level| coarse.number >= level.number));
         for level in levels {
             if collector.spans.is_empty() {
-                self.each_span(level, id, from, to, &mut |at, summary| collector.add(at, summary))?;
+                self.each_span::<T>(level, id, from, to, &mut |at, summary| collector.add(at, summary))?;
             }
         }
         Ok(collector.spans)
@@ -193,7 +267,7 @@ impl Reader {
         let Some(id) = self.series_id(series)? else { return Ok(Occurrences::default()) };
         let wanted = |pa: Option<f64>| pa.filter(|pa| pressures_pa.contains(pa));
         let (mut found, mut before, mut first, mut first_found) = (Occurrences::default(), None, None, None);
-        self.each_sample(id, Micros(i64::MIN), Micros(i64::MAX), i64::MAX, &mut |sample| {
+        self.each_sample(id, Micros(i64::MIN), Micros(i64::MAX), i64::MAX, &mut |sample: Sample| {
             first = first.or(Some(sample.at));
             let now = wanted(sample.pa).filter(|_| sample.quality == Quality::Valid);
             let continues = before == now;
@@ -230,7 +304,7 @@ impl Reader {
             // Shorter spans only tell which part of the six hours around `first` is deleted.
             let from = if level.number == longest.number { Micros(i64::MIN) } else { longest.start(first) };
             let until = Micros(first.0.saturating_sub(1));
-            self.each_span(level, series, from, until, &mut |start, summary| {
+            self.each_span::<Sample>(level, series, from, until, &mut |start, summary| {
                 // A sample that is left may explain the highest pressure. The end of a range is stored like a pressure.
                 let is_explained = first_found.0 < start.0.saturating_add(level.micros());
                 if wanted(summary.high).is_some() && !is_explained && !summary.qualities.contains(Quality::Overrange) {
@@ -250,14 +324,20 @@ impl Reader {
     /// [`DatabaseError`] when the database cannot be read.
     pub fn time_range(&self, series: &str) -> Result<Option<(Micros, Micros)>, DatabaseError> {
         let Some(id) = self.series_id(series)? else { return Ok(None) };
+        self.time_range_of::<Sample>(id)
+    }
+
+    fn time_range_of<T: Recorded>(&self, id: i64) -> Result<Option<(Micros, Micros)>, DatabaseError> {
         let ends = |sql: &str, level: u8| {
             let row = self.connection.query_row(sql, params![id, level], |row| Ok((row.get(0)?, row.get(1)?)));
             row.map(|(first, last): (Option<i64>, Option<i64>)| first.zip(last)).map_err(|error| self.failed(error))
         };
-        let samples = ends("SELECT min(at_us), max(at_us) FROM sample WHERE series_id = ?1 AND ?2 >= 0", 0)?;
+        let (samples, spans, series) = (T::SAMPLES, T::SPANS, T::SERIES);
+        let of_samples = format!("SELECT min(at_us), max(at_us) FROM {samples} WHERE {series} = ?1 AND ?2 >= 0");
+        let samples = ends(&of_samples, 0)?;
         let Some(level) = LEVELS.last() else { return Ok(None) };
-        let spans =
-            ends("SELECT min(start_us), max(start_us) FROM span WHERE series_id = ?1 AND level = ?2", level.number)?;
+        let of_spans = format!("SELECT min(start_us), max(start_us) FROM {spans} WHERE {series} = ?1 AND level = ?2");
+        let spans = ends(&of_spans, level.number)?;
         let known = match (samples, spans) {
             // A span starts before its first sample, so it extends the range only if it ends before the first sample.
             (Some((first, last)), Some((start, _))) if start.saturating_add(level.micros()) > first => {
@@ -353,51 +433,60 @@ impl Reader {
         found.optional().map_err(|error| self.failed(error))
     }
 
+    fn point_id(&self, point: &Point) -> Result<Option<i64>, DatabaseError> {
+        let Point { slave, name, unit, kind } = point;
+        let row = params![slave, name, unit.as_deref().unwrap_or_default(), kind.word()];
+        let sql = "SELECT id FROM point WHERE slave = ?1 AND name = ?2 AND unit = ?3 AND kind = ?4";
+        self.connection.query_row(sql, row, |row| row.get(0)).optional().map_err(|error| self.failed(error))
+    }
+
     /// The number of samples, counted up to `limit`.
-    fn count(&self, series: i64, from: Micros, to: Micros, limit: u32) -> Result<u32, DatabaseError> {
-        let sql = "SELECT count(*) FROM
-                       (SELECT 1 FROM sample WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 LIMIT ?4)";
-        let counted = self.connection.query_row(sql, params![series, from.0, to.0, limit], |row| row.get(0));
+    fn count<T: Recorded>(&self, series: i64, from: Micros, to: Micros, limit: u32) -> Result<u32, DatabaseError> {
+        let (table, of_series) = (T::SAMPLES, T::SERIES);
+        let sql = format!(
+            "SELECT count(*) FROM
+                 (SELECT 1 FROM {table} WHERE {of_series} = ?1 AND at_us BETWEEN ?2 AND ?3 LIMIT ?4)"
+        );
+        let counted = self.connection.query_row(&sql, params![series, from.0, to.0, limit], |row| row.get(0));
         counted.map_err(|error| self.failed(error))
     }
 
-    fn each_sample(
+    fn each_sample<T: Recorded>(
         &self,
         series: i64,
         from: Micros,
         to: Micros,
         limit: i64,
-        take: &mut dyn FnMut(Sample),
+        take: &mut dyn FnMut(T),
     ) -> Result<(), DatabaseError> {
-        let sql = "SELECT at_us, pressure_pa, quality FROM sample
-                   WHERE series_id = ?1 AND at_us BETWEEN ?2 AND ?3 ORDER BY at_us LIMIT ?4";
-        self.query_each(sql, params![series, from.0, to.0, limit], |row| {
+        let (table, of_series, value) = (T::SAMPLES, T::SERIES, T::VALUE);
+        let sql = format!(
+            "SELECT at_us, {value}, quality FROM {table}
+             WHERE {of_series} = ?1 AND at_us BETWEEN ?2 AND ?3 ORDER BY at_us LIMIT ?4"
+        );
+        self.query_each(&sql, params![series, from.0, to.0, limit], |row| {
             let quality = Quality::from_number(row.get(2)?).unwrap_or(Quality::Fault);
-            // Another program may have written a number that is not a pressure: Sample::new checks it.
-            take(Sample::new(Micros(row.get(0)?), row.get(1)?, quality));
+            // Another program may have written a number that is no value: `of` checks it.
+            take(T::of(Micros(row.get(0)?), row.get(1)?, quality));
             Ok(())
         })
     }
 
-    fn each_span(
+    fn each_span<T: Recorded>(
         &self,
         level: Level,
         series: i64,
         from: Micros,
         to: Micros,
-        take: &mut dyn FnMut(Micros, &Summary),
+        take: &mut dyn FnMut(Micros, &T::Summary),
     ) -> Result<(), DatabaseError> {
-        let sql = "SELECT start_us, min_pa, max_pa, log10_sum, count, qualities FROM span
-                   WHERE level = ?1 AND series_id = ?2 AND start_us > ?3 AND start_us <= ?4 ORDER BY start_us";
-        self.query_each(sql, params![level.number, series, from.0.saturating_sub(level.micros()), to.0], |row| {
-            let summary = Summary {
-                low: row.get(1)?,
-                high: row.get(2)?,
-                decades: row.get(3)?,
-                count: row.get(4)?,
-                qualities: Qualities(row.get(5)?),
-            };
-            take(Micros(row.get(0)?), &summary);
+        let (table, of_series, columns) = (T::SPANS, T::SERIES, T::Summary::COLUMNS);
+        let sql = format!(
+            "SELECT start_us, {columns} FROM {table}
+             WHERE level = ?1 AND {of_series} = ?2 AND start_us > ?3 AND start_us <= ?4 ORDER BY start_us"
+        );
+        self.query_each(&sql, params![level.number, series, from.0.saturating_sub(level.micros()), to.0], |row| {
+            take(Micros(row.get(0)?), &T::Summary::read(row, 1)?);
             Ok(())
         })
     }
@@ -436,4 +525,15 @@ impl Reader {
     pub(super) fn failed(&self, error: rusqlite::Error) -> DatabaseError {
         DatabaseError::Sql { path: self.path.clone(), error }
     }
+}
+
+/// The point of a row with slave, name, unit and kind. A kind of a later program has no mean, as a code.
+fn point(row: &Row<'_>) -> rusqlite::Result<Point> {
+    let (unit, kind): (String, String) = (row.get(2)?, row.get(3)?);
+    Ok(Point {
+        slave: row.get(0)?,
+        name: row.get(1)?,
+        unit: Some(unit).filter(|unit| !unit.is_empty()),
+        kind: PointKind::from_word(&kind).unwrap_or(PointKind::Code),
+    })
 }

@@ -1,6 +1,7 @@
 //! Keeps the full sample rate around events: the samples of the last seconds wait in memory and are written when an event occurs;
 //! after the event every sample is written for the same time.
 
+use super::recorded::Recorded;
 use super::sample::{Micros, Sample};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,14 +11,14 @@ const MAX_SAMPLES: usize = 10_000;
 
 /// The last samples of one series.
 #[derive(Clone, Debug)]
-pub struct RingBuffer {
+pub struct RingBuffer<T: Recorded = Sample> {
     window: Duration,
-    samples: VecDeque<Sample>,
+    samples: VecDeque<T>,
     /// Until this time every sample is written.
     full_rate_until: Option<Micros>,
 }
 
-impl RingBuffer {
+impl<T: Recorded> RingBuffer<T> {
     /// Keeps the samples of the last `window`.
     #[must_use]
     pub const fn new(window: Duration) -> Self {
@@ -25,14 +26,14 @@ impl RingBuffer {
     }
 
     /// Keeps a sample, or returns `true` when it is to be written now.
-    pub fn push(&mut self, sample: Sample) -> bool {
-        let (oldest, newest) = (sample.at.before(self.window), sample.at.after(self.window));
+    pub fn push(&mut self, sample: T) -> bool {
+        let (oldest, newest) = (sample.at().before(self.window), sample.at().after(self.window));
         // An end beyond twice the window was set before the clock was set back.
-        if self.full_rate_until.is_some_and(|end| sample.at <= end && end <= newest.after(self.window)) {
+        if self.full_rate_until.is_some_and(|end| sample.at() <= end && end <= newest.after(self.window)) {
             return true;
         }
         self.full_rate_until = None;
-        while self.samples.front().is_some_and(|first| first.at < oldest || first.at > newest)
+        while self.samples.front().is_some_and(|first| first.at() < oldest || first.at() > newest)
             || self.samples.len() >= MAX_SAMPLES
         {
             self.samples.pop_front();
@@ -42,7 +43,7 @@ impl RingBuffer {
     }
 
     /// An event occurred at `at`: returns the kept samples, and lets every sample through for one more window.
-    pub fn trigger(&mut self, at: Micros) -> impl Iterator<Item = Sample> {
+    pub fn trigger(&mut self, at: Micros) -> impl Iterator<Item = T> {
         self.full_rate_until = Some(at.after(self.window));
         self.samples.drain(..)
     }

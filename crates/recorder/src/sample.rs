@@ -1,6 +1,8 @@
 //! A pressure with its quality.
 
-use super::quality::Quality;
+use super::quality::{Qualities, Quality};
+use super::recorded::Recorded;
+use super::summary::Summary;
 use profivac_devices::reading::is_pressure;
 
 pub use profivac_model::Micros;
@@ -35,6 +37,48 @@ impl Sample {
     #[must_use]
     pub fn decades(&self) -> Option<f64> {
         self.pa.map(f64::log10)
+    }
+}
+
+impl Recorded for Sample {
+    type Summary = Summary;
+
+    const SAMPLES: &'static str = "sample";
+    const SPANS: &'static str = "span";
+    const SERIES: &'static str = "series_id";
+    const VALUE: &'static str = "pressure_pa";
+
+    fn of(at: Micros, value: Option<f64>, quality: Quality) -> Self {
+        Self::new(at, value, quality)
+    }
+
+    fn at(&self) -> Micros {
+        self.at
+    }
+
+    fn value(&self) -> Option<f64> {
+        self.pa
+    }
+
+    fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    fn on_scale(&self) -> Option<f64> {
+        self.decades()
+    }
+
+    fn summary(&self) -> Summary {
+        // The end of a range is no measured pressure.
+        let measured = self.pa.filter(|_| self.quality == Quality::Valid);
+        Summary {
+            low: self.pa,
+            high: self.pa,
+            decades: measured.map_or(0.0, f64::log10),
+            count: u32::from(measured.is_some()),
+            last: measured,
+            qualities: Qualities::of(self.quality),
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! The levels of stored summaries: for each span of time the lowest and highest pressure, their geometric mean and the qualities that
-//! occurred.
+//! occurred; [`PointSummary`](super::point::PointSummary) is the summary of a point.
 //!
 //! A span of a level is twelve to fifteen times as long as one of the level below, so a trend reads at most fifteen rows per pixel.
 
-use super::quality::Qualities;
+use super::recorded::{Recorded, Summarise};
 use super::sample::{Micros, Sample};
+pub use super::summary::Summary;
 use std::collections::BTreeMap;
 
 /// A level of spans.
@@ -44,59 +45,6 @@ impl Level {
     }
 }
 
-/// The summary of a span.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Summary {
-    /// The lowest pressure in Pa.
-    pub low: Option<f64>,
-    /// The highest pressure in Pa.
-    pub high: Option<f64>,
-    /// The sum of the decimal logarithms of all pressures.
-    pub decades: f64,
-    /// The number of pressures.
-    pub count: u32,
-    /// The qualities that occurred.
-    pub qualities: Qualities,
-}
-
-impl Summary {
-    /// The summary of one sample.
-    #[must_use]
-    pub fn of(sample: &Sample) -> Self {
-        Self {
-            low: sample.pa,
-            high: sample.pa,
-            decades: sample.decades().unwrap_or(0.0),
-            count: u32::from(sample.pa.is_some()),
-            qualities: Qualities::of(sample.quality),
-        }
-    }
-
-    /// Adds another summary.
-    pub fn add(&mut self, other: &Self) {
-        let lowest = |one: f64, two: f64| one.min(two);
-        let highest = |one: f64, two: f64| one.max(two);
-        self.low = merged(self.low, other.low, lowest);
-        self.high = merged(self.high, other.high, highest);
-        self.decades += other.decades;
-        self.count = self.count.saturating_add(other.count);
-        self.qualities = self.qualities.and(other.qualities);
-    }
-
-    /// The geometric mean in Pa.
-    #[must_use]
-    pub fn mean(&self) -> Option<f64> {
-        (self.count > 0).then(|| 10_f64.powf(self.decades / f64::from(self.count)))
-    }
-}
-
-fn merged(one: Option<f64>, two: Option<f64>, choose: fn(f64, f64) -> f64) -> Option<f64> {
-    match (one, two) {
-        (Some(one), Some(two)) => Some(choose(one, two)),
-        (one, two) => one.or(two),
-    }
-}
-
 /// Identifies a span of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SpanKey {
@@ -108,22 +56,28 @@ pub struct SpanKey {
     pub start: Micros,
 }
 
-/// Summaries to be added to the database.
-#[derive(Clone, Debug, Default)]
-pub struct PendingSpans(BTreeMap<SpanKey, Summary>);
+/// Summaries to be added to the database: of pressures, or of values of points.
+#[derive(Clone, Debug)]
+pub struct PendingSpans<T: Recorded = Sample>(BTreeMap<SpanKey, T::Summary>);
 
-impl PendingSpans {
+impl<T: Recorded> Default for PendingSpans<T> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<T: Recorded> PendingSpans<T> {
     /// Adds a sample to its span of each level.
-    pub fn add(&mut self, series: usize, sample: &Sample) {
-        let summary = Summary::of(sample);
+    pub fn add(&mut self, series: usize, sample: &T) {
+        let summary = sample.summary();
         for level in LEVELS {
-            let key = SpanKey { level: level.number, series, start: level.start(sample.at) };
+            let key = SpanKey { level: level.number, series, start: level.start(sample.at()) };
             self.0.entry(key).or_default().add(&summary);
         }
     }
 
     /// All spans.
-    pub fn iter(&self) -> impl Iterator<Item = (&SpanKey, &Summary)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&SpanKey, &T::Summary)> {
         self.0.iter()
     }
 
@@ -152,15 +106,6 @@ mod tests {
 
     fn at(second: i64, pa: f64) -> Sample {
         Sample::new(Micros(second * Micros::SECOND), Some(pa), Quality::Valid)
-    }
-
-    #[test]
-    fn a_summary_has_the_lowest_the_highest_and_the_geometric_mean() {
-        let mut summary = Summary::default();
-        [at(0, 1e-4), at(1, 1e-2), Sample::gap(Micros(2))].iter().for_each(|sample| summary.add(&Summary::of(sample)));
-        assert_eq!((summary.low, summary.high, summary.count), (Some(1e-4), Some(1e-2), 2));
-        assert!((summary.mean().unwrap() - 1e-3).abs() < 1e-9);
-        assert_eq!(summary.qualities.iter().collect::<Vec<_>>(), [Quality::Valid, Quality::Stale]);
     }
 
     #[test]

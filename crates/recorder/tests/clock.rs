@@ -139,7 +139,7 @@ fn audit_entry(at: Micros) -> AuditEntry {
     AuditEntry {
         id: 0,
         at,
-        action: AuditAction::Acknowledged,
+        action: AuditAction::Acknowledged.into(),
         refers_to: None,
         user: "Otto".to_owned(),
         role: Role::Operator.into(),
@@ -180,6 +180,7 @@ fn rows_are_deleted_after_their_retention_of_recorded_time() {
         spans: [Some(DAY * 20), None, None, None],
         events: Some(DAY * 30),
         alarm_history: Some(DAY * 40),
+        ..Retention::default()
     };
     station.start();
     station.record("first");

@@ -11,5 +11,6 @@ mod common;
 mod disk;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod points;
 mod power_cut;
 mod recorder;

@@ -81,7 +81,7 @@ fn a_parquet_file_without_samples_has_columns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
     Recorder::start(&path, Settings::default()).unwrap().finish().unwrap();
-    let chunks = Chunks::new(Reader::open(&path).unwrap(), Vec::new(), Micros(0), Micros(i64::MAX));
+    let chunks = Chunks::<String>::new(Reader::open(&path).unwrap(), Vec::new(), Micros(0), Micros(i64::MAX));
     let to = folder.path().join("none.parquet");
     assert_eq!(profivac_recorder::parquet::write(chunks, File::create(&to).unwrap()).unwrap(), 0);
     let file = SerializedFileReader::new(File::open(&to).unwrap()).unwrap();

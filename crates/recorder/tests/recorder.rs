@@ -193,6 +193,20 @@ fn a_trend_shows_the_extremes_at_every_zoom() {
 }
 
 #[test]
+fn a_pixel_of_samples_has_its_last_pressure_and_a_stored_span_has_none() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder(keep_everything());
+    (0..20).for_each(|second| recorder.push(&gauge(), valid(second, if second < 17 { 1e-6 } else { 1e-3 })));
+    assert!(recorder.flush());
+    let last = |pixels| -> Vec<Option<f64>> {
+        let spans = fixture.reader().trend("chamber", at(0), at(20), pixels).unwrap();
+        spans.iter().map(|span| span.summary.last).collect()
+    };
+    assert_eq!(last(4), [Some(1e-6), Some(1e-6), Some(1e-6), Some(1e-3)]);
+    assert_eq!(last(2), [None, None], "spans of 10 s");
+}
+
+#[test]
 fn a_gap_is_a_span_without_a_pressure_or_no_span() {
     let fixture = Fixture::new();
     let recorder = fixture.recorder(keep_everything());

@@ -12,8 +12,10 @@ use super::alarms::AlarmBatch;
 use super::database::Retention;
 use super::deadband::Deadband;
 use super::error::AuditError;
-use super::outbox::Forward;
+use super::outbox::{Acknowledgement, Forward};
+use super::point::{Point, PointSample};
 use super::sample::{Micros, Sample};
+use super::state::StationState;
 use profivac_model::{AuditEntry, Event};
 pub use recorder::{Recorder, WriteReceipt};
 use std::sync::Arc;
@@ -57,6 +59,32 @@ pub struct Health {
     pub lost_events: u64,
 }
 
+/// How busy the thread of a recorder is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Load {
+    /// The messages that wait for the thread.
+    pub waiting: usize,
+    /// The time since its last access to the disk ended. An idle thread writes once a second.
+    pub silent: Duration,
+}
+
+impl Load {
+    /// The most messages that wait while the disk keeps up. chosen: a third of a second of 125 gauges at 50 Hz.
+    pub const MAX_WAITING: usize = QUEUE_LENGTH / 32;
+
+    /// The longest time between two accesses while the disk keeps up. chosen: a fifth of the time after which the disk counts as stalled.
+    pub const MAX_SILENT: Duration = Duration::from_secs(3);
+
+    /// Whether work that can wait should leave the disk and the processor to the recorder.
+    #[must_use]
+    pub fn is_high(self) -> bool {
+        self.waiting > Self::MAX_WAITING || self.silent > Self::MAX_SILENT
+    }
+}
+
+/// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
+const QUEUE_LENGTH: usize = 65_536;
+
 /// What a recorder could not write at its end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the database could not be written at the end: {error}; {samples} samples and {rows} other rows are lost")]
@@ -72,6 +100,8 @@ pub struct Unwritten {
 /// A message to the thread.
 enum Message {
     Sample(Arc<str>, Sample),
+    /// A value of a point, and the width of its deadband in its unit.
+    Point(Arc<Point>, f64, PointSample),
     /// The sender, if any, waits until the event is on the disk.
     Event(Event, Option<Sender<()>>),
     /// An event that is written at once or not at all, and not begun after this time. The sender waits for the outcome.
@@ -82,8 +112,12 @@ enum Message {
     Audit(Box<AuditEntry>, Sender<()>),
     /// Changes of alarms with their events, written at once.
     Alarms(AlarmBatch, Vec<Event>, Option<Sender<()>>),
-    /// The archive has the batches of this epoch up to this number.
-    OutboxAcknowledged(i64, i64),
+    /// An answer about the batches of the outbox.
+    OutboxAcknowledged(Acknowledgement),
+    /// The archive has other batches of this epoch from this number on.
+    OutboxCopied(i64, i64),
+    /// A state that is kept until it is on the disk, or until a later one with its name replaces it.
+    State(StationState),
     Flush(Sender<()>),
     /// A flush that includes the samples held by the deadbands, tried once. The answer says what is not on the disk.
     Finish(Sender<Result<(), Unwritten>>),

@@ -1,22 +1,23 @@
 //! The recorder as all other threads use it: a bounded queue, and the state of the thread behind it.
 
 use super::thread::Writer;
-use super::{Health, Message, Settings, Unwritten, count};
+use super::{Health, Load, Message, QUEUE_LENGTH, Settings, Unwritten, count};
 use crate::alarms::AlarmBatch;
 use crate::clock::{Clock, SystemClock};
 use crate::database::Database;
 use crate::error::{AuditError, DatabaseError};
+use crate::outbox::Acknowledgement;
+use crate::point::{Point, PointSample};
 use crate::reader::Reader;
 use crate::sample::Sample;
+use crate::state::StationState;
 use profivac_model::{AuditEntry, Event};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-
-/// Messages that may wait for the thread: ten seconds of 125 gauges at 50 Hz.
-const QUEUE_LENGTH: usize = 65_536;
 
 /// A disk that has not answered for this time is reported as stalled.
 const STALL_TIMEOUT: Duration = Duration::from_secs(15);
@@ -27,6 +28,8 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Records samples, events, alarms and audit entries from any thread.
 pub struct Recorder {
     messages: Option<SyncSender<Message>>,
+    /// The messages that wait for the thread.
+    waiting: Arc<AtomicUsize>,
     health: Arc<Mutex<Health>>,
     /// When the last disk access of the thread ended.
     answered: Arc<Mutex<Instant>>,
@@ -55,14 +58,22 @@ impl Recorder {
         let (messages, inbox) = sync_channel(QUEUE_LENGTH);
         let writer = Writer::new(database, settings, Arc::clone(&health), clock);
         let writer = writer.with_states(alarms.into_iter().collect(), plant_states.into_iter().collect());
-        let answered = Arc::clone(&writer.answered);
+        let (answered, waiting) = (Arc::clone(&writer.answered), Arc::clone(&writer.waiting));
         let thread = std::thread::spawn(move || writer.run(&inbox));
-        Ok(Self { messages: Some(messages), health, answered, thread: Some(thread) })
+        Ok(Self { messages: Some(messages), waiting, health, answered, thread: Some(thread) })
     }
 
     /// Records a sample of a series. Never blocks: a sample that is dropped is counted in [`Health::lost_samples`].
     pub fn push(&self, series: &Arc<str>, sample: Sample) {
         if !self.send(Message::Sample(Arc::clone(series), sample)) {
+            count(&mut self.locked().lost_samples);
+        }
+    }
+
+    /// Records a value of a point, with a deadband of this width in the unit of the point: 0 keeps each change. Never blocks: a value that
+    /// is dropped is counted in [`Health::lost_samples`].
+    pub fn push_point(&self, point: &Arc<Point>, deadband: f64, sample: PointSample) {
+        if !self.send(Message::Point(Arc::clone(point), deadband, sample)) {
             count(&mut self.locked().lost_samples);
         }
     }
@@ -135,10 +146,23 @@ impl Recorder {
         WriteReceipt(self.send(Message::Alarms(batch, events, Some(done))).then_some(wait))
     }
 
-    /// Deletes the batches of the outbox up to `number`, which the archive has, with the next transaction. Never blocks: a call that
-    /// finds no room is made up for by the next one.
-    pub fn acknowledge_outbox(&self, epoch: i64, number: i64) {
-        let _has_room = self.send(Message::OutboxAcknowledged(epoch, number));
+    /// Notes an answer about the batches of the outbox with the next transaction. Never blocks: a call that finds no room is made up for
+    /// by the next one.
+    pub fn acknowledge_outbox(&self, answer: Acknowledgement) {
+        let _has_room = self.send(Message::OutboxAcknowledged(answer));
+    }
+
+    /// Goes on as another database from batch `first` of `epoch` on, with the next transaction: the archive has other batches with these
+    /// numbers. Never blocks: a call that finds no room is made up for by the next one.
+    pub fn branch_outbox(&self, epoch: i64, first: i64) {
+        let _has_room = self.send(Message::OutboxCopied(epoch, first));
+    }
+
+    /// Stores a state of the station, in place of the one with its name, with the next transaction. Never blocks. Returns whether the queue
+    /// had room.
+    #[must_use]
+    pub fn store_state(&self, state: StationState) -> bool {
+        self.send(Message::State(state))
     }
 
     /// Writes everything in the queue. Returns `true` when it is on the disk, `false` after ten seconds.
@@ -166,10 +190,21 @@ impl Recorder {
     /// The state of the recorder, also when its thread has ended or is blocked on disk I/O.
     #[must_use]
     pub fn health(&self) -> Health {
-        let silent = self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed();
+        let silent = self.silent();
         let has_ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
         let health = self.locked().clone();
         Health { error: stall_message(has_ended, silent).or(health.error), ..health }
+    }
+
+    /// How busy the thread is.
+    #[must_use]
+    pub fn load(&self) -> Load {
+        Load { waiting: self.waiting.load(Ordering::Relaxed), silent: self.silent() }
+    }
+
+    /// The time since the last access to the disk ended.
+    fn silent(&self) -> Duration {
+        self.answered.lock().unwrap_or_else(PoisonError::into_inner).elapsed()
     }
 
     fn locked(&self) -> MutexGuard<'_, Health> {
@@ -178,7 +213,13 @@ impl Recorder {
 
     /// Returns whether the queue had room.
     fn send(&self, message: Message) -> bool {
-        self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok())
+        // Counted first: the thread may take the message before this returns.
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let has_room = self.messages.as_ref().is_some_and(|messages| messages.try_send(message).is_ok());
+        if !has_room {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
+        has_room
     }
 }
 
@@ -218,6 +259,24 @@ impl Drop for Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_load_is_high_while_messages_wait_or_the_disk_does_not_answer() {
+        let load = |waiting, silent| Load { waiting, silent };
+        assert!(!load(Load::MAX_WAITING, Load::MAX_SILENT).is_high());
+        assert!(load(Load::MAX_WAITING + 1, Duration::ZERO).is_high());
+        assert!(load(0, Load::MAX_SILENT + Duration::from_millis(1)).is_high());
+        let folder = tempfile::tempdir().unwrap();
+        let (messages, inbox) = sync_channel(2);
+        let mut recorder = Recorder::start(&folder.path().join("plant.db"), Settings::default()).unwrap();
+        assert!(recorder.flush());
+        assert_eq!(recorder.load().waiting, 0, "the thread has taken what was sent");
+        // No thread takes these messages, and the third one finds no room.
+        recorder.messages = Some(messages);
+        (0..3).for_each(|_| recorder.acknowledge_outbox(Acknowledgement::default()));
+        assert_eq!(recorder.load().waiting, 2);
+        drop((recorder, inbox));
+    }
 
     #[test]
     fn health_reports_a_stalled_disk_and_an_ended_thread() {

@@ -3,15 +3,20 @@
 use super::{Health, Message, Settings, Unwritten, count};
 use crate::alarms::AlarmBatch;
 use crate::clock::{Clock, ClockMonitor};
-use crate::database::Database;
+use crate::database::{Database, NewPoints};
 use crate::deadband::DeadbandFilter;
 use crate::error::{AuditError, DatabaseError};
+use crate::outbox::Acknowledgement;
+use crate::point::{Point, PointSample};
+use crate::recorded::Recorded;
 use crate::retention::ends_period;
 use crate::ring::RingBuffer;
 use crate::sample::{Micros, Sample};
 use crate::spans::PendingSpans;
+use crate::state::StationState;
 use profivac_model::{AlarmStatus, AuditAction, AuditEntry, Declaration, Event, EventKind};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -33,10 +38,35 @@ const REPLACED: &str = "the database was deleted or replaced while the station r
                         states of the alarms; earlier samples, events, audit entries and waiting notifications are in the former file";
 
 /// The filters of one series.
-struct SeriesState {
+struct SeriesState<T: Recorded = Sample> {
     index: usize,
-    deadband: DeadbandFilter,
-    ring: RingBuffer,
+    deadband: DeadbandFilter<T>,
+    ring: RingBuffer<T>,
+}
+
+impl<T: Recorded> SeriesState<T> {
+    fn new(index: usize, full_rate_window: Duration) -> Self {
+        Self { index, deadband: DeadbandFilter::default(), ring: RingBuffer::new(full_rate_window) }
+    }
+
+    /// The samples that are kept now, with a deadband of this width.
+    fn kept(&mut self, width: f64, max_interval: Duration, sample: T) -> impl Iterator<Item = (usize, T)> + use<T> {
+        let full_rate = self.ring.push(sample).then_some(sample);
+        let kept = self.deadband.push_within(width, max_interval, sample);
+        let index = self.index;
+        full_rate.into_iter().chain(kept).map(move |sample| (index, sample))
+    }
+
+    /// The samples before an event, which are kept after all.
+    fn around(&mut self, at: Micros) -> impl Iterator<Item = (usize, T)> {
+        let index = self.index;
+        self.ring.trigger(at).map(move |sample| (index, sample))
+    }
+
+    /// The sample that the deadband holds back.
+    fn flush(&mut self) -> Option<(usize, T)> {
+        self.deadband.flush().map(|sample| (self.index, sample))
+    }
 }
 
 /// The state of the thread.
@@ -47,6 +77,8 @@ pub(super) struct Writer {
     series: HashMap<Arc<str>, SeriesState>,
     samples: Vec<(usize, Sample)>,
     spans: PendingSpans,
+    points: HashMap<Arc<Point>, SeriesState<PointSample>>,
+    new_points: NewPoints,
     events: Vec<Event>,
     audit: Vec<AuditEntry>,
     alarms: AlarmBatch,
@@ -54,10 +86,14 @@ pub(super) struct Writer {
     alarm_states: BTreeMap<String, AlarmStatus>,
     /// The same with the declared plant states.
     plant_states: BTreeMap<String, Declaration>,
+    /// The states of the station that are not on the disk yet, by name.
+    states: BTreeMap<&'static str, StationState>,
     /// Write before the end of the interval.
     is_urgent: bool,
-    /// The batches that the archive has: epoch and number.
-    acknowledged: Option<(i64, i64)>,
+    /// Answers about the batches of the outbox that are not noted yet.
+    acknowledged: Option<Acknowledgement>,
+    /// The epoch and the first number of batches that the archive has of another copy of the database.
+    copied: Option<(i64, i64)>,
     receipts: Vec<Sender<()>>,
     clock: Arc<dyn Clock>,
     monitor: ClockMonitor,
@@ -66,6 +102,8 @@ pub(super) struct Writer {
     /// The clock was set, and a recording period begins at this time.
     period_begins: Option<PeriodChange>,
     pub(super) answered: Arc<Mutex<Instant>>,
+    /// The messages that wait, for [`Recorder`](super::Recorder).
+    pub(super) waiting: Arc<AtomicUsize>,
     /// The most samples and spans in memory.
     capacity: usize,
     write_at: Instant,
@@ -108,18 +146,23 @@ impl Writer {
             series: HashMap::new(),
             samples: Vec::new(),
             spans: PendingSpans::default(),
+            points: HashMap::new(),
+            new_points: NewPoints::default(),
             events: Vec::new(),
             audit: Vec::new(),
             alarms: AlarmBatch::default(),
             alarm_states: BTreeMap::new(),
             plant_states: BTreeMap::new(),
+            states: BTreeMap::new(),
             is_urgent: false,
             acknowledged: None,
+            copied: None,
             receipts: Vec::new(),
             monitor: ClockMonitor::new(clock_time),
             is_recording: false,
             period_begins: None,
             answered: Arc::new(Mutex::new(now)),
+            waiting: Arc::default(),
             capacity: MAX_UNWRITTEN,
             write_at: now + WRITE_INTERVAL,
             prune_at: clock_time.monotonic,
@@ -140,7 +183,10 @@ impl Writer {
     pub(super) fn run(mut self, inbox: &Receiver<Message>) {
         loop {
             match inbox.recv_timeout(self.write_at.saturating_duration_since(Instant::now())) {
-                Ok(message) => self.handle(message),
+                Ok(message) => {
+                    self.waiting.fetch_sub(1, Ordering::Relaxed);
+                    self.handle(message);
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -156,13 +202,14 @@ impl Writer {
     fn handle(&mut self, message: Message) {
         match message {
             Message::Sample(series, sample) => self.sample(&series, sample),
+            Message::Point(point, deadband, sample) => self.point(&point, deadband, sample),
             Message::Event(event, done) => self.event(event, done),
             Message::AuditBeforeSending(entry, done) => {
                 let written = self.audit_now((*entry).clone());
                 // The requester has timed out and has sent nothing, so the row gets an outcome.
                 if let Err(SendError(Ok(row))) = done.send(written) {
                     let outcome = Some("not sent: the disk was too slow".to_owned());
-                    let action = AuditAction::Outcome;
+                    let action = AuditAction::Outcome.into();
                     self.audit.push(AuditEntry { action, refers_to: Some(row), outcome, ..*entry });
                 }
             }
@@ -172,7 +219,11 @@ impl Writer {
                 self.receipts.push(done);
             }
             Message::Alarms(batch, events, done) => self.alarms(batch, events, done),
-            Message::OutboxAcknowledged(epoch, number) => self.acknowledged = Some((epoch, number)),
+            Message::OutboxAcknowledged(answer) => {
+                self.acknowledged = Some(self.acknowledged.map_or(answer, |before| before.and(answer)));
+            }
+            Message::OutboxCopied(epoch, first) => self.copied = Some((epoch, first)),
+            Message::State(state) => drop(self.states.insert(state.name, state)),
             Message::Flush(done) => self.receipts.push(done),
             Message::EventOrNothing(event, until, done) => {
                 let written = self.event_or_nothing(event, until);
@@ -209,21 +260,23 @@ impl Writer {
         let rows = self.events.len().saturating_add(self.audit.len()).saturating_add(self.alarms.len());
         Unwritten {
             error: error.to_string(),
-            samples: health.lost_samples.saturating_add(self.samples.len() as u64),
+            samples: health
+                .lost_samples
+                .saturating_add(self.samples.len() as u64)
+                .saturating_add(self.new_points.samples.len() as u64),
             rows: health.lost_events.saturating_add(rows as u64),
         }
     }
 
     /// Records the sample that each deadband holds back: it is the last one of its series.
     fn flush_deadbands(&mut self) {
-        for state in self.series.values_mut() {
-            self.samples.extend(state.deadband.flush().map(|sample| (state.index, sample)));
-        }
+        self.samples.extend(self.series.values_mut().filter_map(SeriesState::flush));
+        self.new_points.samples.extend(self.points.values_mut().filter_map(SeriesState::flush));
     }
 
     /// Whether the memory is full while the disk accepts no writes.
     fn is_full(&self) -> bool {
-        self.samples.len().saturating_add(self.spans.len()) >= self.capacity
+        self.samples.len().saturating_add(self.spans.len()).saturating_add(self.new_points.len()) >= self.capacity
     }
 
     fn sample(&mut self, series: &Arc<str>, sample: Sample) {
@@ -233,16 +286,26 @@ impl Writer {
         }
         if !self.series.contains_key(series) {
             let index = self.database.series_index(series);
-            let ring = RingBuffer::new(self.settings.full_rate_window);
-            let state = SeriesState { index, deadband: DeadbandFilter::default(), ring };
-            self.series.insert(Arc::clone(series), state);
+            self.series.insert(Arc::clone(series), SeriesState::new(index, self.settings.full_rate_window));
         }
         let Some(state) = self.series.get_mut(series) else { return };
-        let index = state.index;
-        let full_rate = state.ring.push(sample).then_some(sample);
-        let kept = state.deadband.push(&self.settings.deadband, sample);
-        self.samples.extend(full_rate.into_iter().chain(kept).map(|sample| (index, sample)));
-        self.spans.add(index, &sample);
+        let band = self.settings.deadband;
+        self.samples.extend(state.kept(band.decades, band.max_interval, sample));
+        self.spans.add(state.index, &sample);
+    }
+
+    fn point(&mut self, point: &Arc<Point>, deadband: f64, sample: PointSample) {
+        if self.is_full() {
+            count(&mut self.locked().lost_samples);
+            return;
+        }
+        if !self.points.contains_key(point) {
+            let index = self.database.point_index(point);
+            self.points.insert(Arc::clone(point), SeriesState::new(index, self.settings.full_rate_window));
+        }
+        let Some(state) = self.points.get_mut(point) else { return };
+        self.new_points.samples.extend(state.kept(deadband, self.settings.deadband.max_interval, sample));
+        self.new_points.spans.add(state.index, &sample);
     }
 
     fn event(&mut self, event: Event, done: Option<Sender<()>>) {
@@ -271,13 +334,14 @@ impl Writer {
         self.receipts.extend(done);
     }
 
-    /// Keeps every sample around an event: of its gauge, or of all series.
+    /// Keeps every sample around an event: of its gauge or slave, or of all series.
     fn write_full_rate(&mut self, event: &Event) {
-        for (name, state) in &mut self.series {
-            if event.gauge.as_deref().is_none_or(|gauge| gauge == &**name) {
-                let index = state.index;
-                self.samples.extend(state.ring.trigger(event.at).map(|sample| (index, sample)));
-            }
+        let concerns = |name: &str| event.gauge.as_deref().is_none_or(|gauge| gauge == name);
+        for (_, state) in self.series.iter_mut().filter(|(name, _)| concerns(name)) {
+            self.samples.extend(state.around(event.at));
+        }
+        for (_, state) in self.points.iter_mut().filter(|(point, _)| concerns(&point.slave)) {
+            self.new_points.samples.extend(state.around(event.at));
         }
     }
 
@@ -304,21 +368,34 @@ impl Writer {
         Ok(())
     }
 
+    /// Writes the states of the station that wait.
+    fn write_states(&mut self) -> Result<(), DatabaseError> {
+        while let Some(entry) = self.states.first_entry() {
+            self.database.store_state(entry.get())?;
+            entry.remove();
+        }
+        Ok(())
+    }
+
     /// Writes everything in memory. Rows that cannot be written are tried again in the next interval.
     fn write(&mut self) -> Result<(), DatabaseError> {
         self.write_at = Instant::now() + WRITE_INTERVAL;
         self.is_urgent = false;
         self.check_clock();
         self.database.set_time(self.monitor.last().wall);
-        let written = self.check_database().and_then(|()| self.write_audit()).and_then(|()| self.acknowledge());
-        let written =
-            written.and_then(|()| self.database.write(&self.samples, &self.spans, &self.events, &self.alarms));
+        let written = self.check_database().and_then(|()| self.write_audit());
+        let written = written.and_then(|()| self.write_states()).and_then(|()| self.acknowledge());
+        let written = written.and_then(|()| {
+            let (samples, spans) = (&self.samples, &self.spans);
+            self.database.write_with_points(samples, spans, &self.new_points, &self.events, &self.alarms)
+        });
         let written = self.note_result(written).map(|crowded| {
             let mut health = self.locked();
             health.lost_samples = health.lost_samples.saturating_add(crowded);
             drop(health);
             self.samples.clear();
             self.spans.clear();
+            self.new_points.clear();
             self.events.clear();
             self.alarms = AlarmBatch::default();
             self.receipts.drain(..).for_each(|done| {
@@ -331,10 +408,13 @@ impl Writer {
         written
     }
 
-    /// Deletes the batches that the archive has.
+    /// Notes the answers about the batches of the outbox.
     fn acknowledge(&mut self) -> Result<(), DatabaseError> {
-        if let Some((epoch, number)) = self.acknowledged.take() {
-            self.database.acknowledge_outbox(epoch, number)?;
+        if let Some(answer) = self.acknowledged.take() {
+            self.database.acknowledge_outbox(answer)?;
+        }
+        if let Some((epoch, first)) = self.copied.take() {
+            self.database.branch_outbox(epoch, first)?;
         }
         Ok(())
     }
