@@ -5,7 +5,7 @@ use hyper::client::conn::http1::{self, SendRequest};
 use hyper::header::{AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue, USER_AGENT};
 use hyper::{Method, Request, Response, StatusCode, Uri, body};
 use hyper_util::rt::TokioIo;
-use profivac_archive_protocol::request::{MAX_OCTETS as MAX_REQUEST, REQUEST_HEADER};
+use profivac_archive_protocol::request::{MAX_OCTETS as MAX_REQUEST, REQUEST_HEADER, STATUS_HEADER, Status};
 use profivac_recorder::outbox::Waiting;
 use profivac_station::config::gateways::archive::Https;
 use profivac_web_server::auth::secret::RandomSecret;
@@ -94,16 +94,19 @@ impl Poster {
         &self.origin
     }
 
-    /// Sends a batch. `Ok` means that the archive has committed it.
+    /// Sends a batch. `Ok` means that the archive has committed it; it may say what it has of the station.
     ///
     /// # Errors
     /// [`PostError`]; the batch may be stored nevertheless, and sending it again changes nothing.
-    pub async fn post(&mut self, plant: &str, station: &str, epoch: i64, batch: Waiting) -> Result<(), PostError> {
-        let (path, payload) = (path(plant, station, epoch, batch.number), Bytes::from(batch.payload));
+    pub async fn post(&mut self, plant: &str, station: &str, batch: Waiting) -> Result<Option<Status>, PostError> {
+        let (path, payload) = (path(plant, station, batch.epoch, batch.number), Bytes::from(batch.payload));
         let content = "application/octet-stream";
         let answer =
             self.exchange(Outgoing { method: Method::POST, path, payload, content, wait: ANSWER_TIMEOUT }).await?;
-        self.evaluate(answer).await
+        let status = answer.headers().get(STATUS_HEADER);
+        // A later archive may send a status that this program does not understand.
+        let status = status.and_then(|status| serde_json::from_slice(status.as_bytes()).ok());
+        self.evaluate(answer).await.map(|()| status)
     }
 
     /// The id and the octets of the next request to a station; `None` if there was none for some seconds.
@@ -251,7 +254,9 @@ mod tests {
     use super::*;
     use profivac_archive::config::{self, Sender};
     use profivac_archive::https::{Job, Server};
+    use profivac_archive::metrics::Metrics;
     use profivac_archive::pending::{Pending, PendingError};
+    use profivac_archive_protocol::request::Missing;
     use profivac_web_server::tables::Secret;
     use std::collections::BTreeMap;
     use std::sync::{Mutex, PoisonError};
@@ -264,14 +269,18 @@ mod tests {
     async fn archive(ids: Arc<Mutex<Vec<String>>>, token: &str) -> (Poster, Pending) {
         let sender = Sender { plant: "hall".to_owned(), name: "hall-1".to_owned(), token: secret("right") };
         let https = config::Https { listen: "127.0.0.1:0".parse().unwrap(), tls: None, stations: vec![sender] };
-        let server = Server::bind(&https).await.unwrap();
+        let server = Server::bind(&https, &Metrics::default()).await.unwrap();
         let pending = server.pending();
         let url: Uri = server.url().parse().unwrap();
         drop(tokio::spawn(server.serve_with(move |Job { message, committed }| {
-            let is_even = message.payload.first().is_some_and(|octet| octet % 2 == 0);
+            let number = message.payload.first().copied().unwrap_or_default();
+            let is_even = number % 2 == 0;
             ids.lock().unwrap_or_else(PoisonError::into_inner).push(message.id);
             if is_even {
-                committed.send(()).ok();
+                // It lacks the batches before the last one of the test.
+                let missing = Missing { epoch: 5, first: 5, last: 7 };
+                let status = Status { epoch: 5, stored: 4, missing: vec![missing], ..Status::default() };
+                committed.send((number > 7).then_some(status)).ok();
             }
         })));
         (poster(url, token), pending)
@@ -283,28 +292,30 @@ mod tests {
     }
 
     fn batch(number: i64) -> Waiting {
-        Waiting { number, payload: vec![u8::try_from(number).unwrap()] }
+        Waiting { epoch: 5, number, payload: vec![u8::try_from(number).unwrap()] }
     }
 
     #[tokio::test]
     async fn a_batch_is_sent_with_its_numbers_until_it_is_committed() {
         let ids = Arc::<Mutex<Vec<String>>>::default();
         let (mut poster, _pending) = archive(Arc::clone(&ids), "right").await;
-        poster.post("hall", "hall-1", 5, batch(2)).await.unwrap();
-        poster.post("hall", "hall-1", 5, batch(4)).await.unwrap();
-        let refused = poster.post("hall", "hall-1", 5, batch(7)).await.unwrap_err().to_string();
+        assert_eq!(poster.post("hall", "hall-1", batch(2)).await.unwrap(), None);
+        assert_eq!(poster.post("hall", "hall-1", batch(4)).await.unwrap(), None);
+        let refused = poster.post("hall", "hall-1", batch(7)).await.unwrap_err().to_string();
         assert!(
             refused.contains("503") && refused.contains("the database of the archive does not answer"),
             "{refused}"
         );
-        poster.post("hall", "hall-1", 5, batch(8)).await.unwrap();
+        let missing = vec![Missing { epoch: 5, first: 5, last: 7 }];
+        let status = poster.post("hall", "hall-1", batch(8)).await.unwrap();
+        assert_eq!(status, Some(Status { epoch: 5, stored: 4, missing, ..Status::default() }));
         assert_eq!(*ids.lock().unwrap(), ["hall-1/5/2", "hall-1/5/4", "hall-1/5/7", "hall-1/5/8"]);
     }
 
     #[tokio::test]
     async fn a_refusal_says_why_and_never_shows_the_token() {
         let (mut poster, _pending) = archive(Arc::default(), "wrong").await;
-        let refused = poster.post("hall", "hall-1", 5, batch(2)).await.unwrap_err().to_string();
+        let refused = poster.post("hall", "hall-1", batch(2)).await.unwrap_err().to_string();
         assert!(refused.contains("401") && refused.contains("compare token-file at both ends"), "{refused}");
         assert!(!refused.contains("wrong"), "{refused}");
     }
@@ -350,7 +361,7 @@ mod tests {
             stream.write_all(b"HTTP/1.1 404 Not Found\r\ncontent-length: 7\r\n\r\nno page").await.unwrap();
             stream
         };
-        let (refused, _stream) = tokio::join!(poster.post("hall", "hall-1", 5, batch(2)), server);
+        let (refused, _stream) = tokio::join!(poster.post("hall", "hall-1", batch(2)), server);
         let refused = refused.unwrap_err().to_string();
         assert!(refused.ends_with("found 404 Not Found: no page: check url in [archive.https]"), "{refused}");
     }

@@ -4,7 +4,7 @@ use crate::post::{PostError, Poster};
 use async_nats::{Client, Message, Subject};
 use futures_util::StreamExt;
 use profivac_archive_protocol::nats::NatsError;
-use profivac_archive_protocol::request::{MAX_OCTETS, MAX_PIXELS, Reply, Request, subject};
+use profivac_archive_protocol::request::{MAX_OCTETS, MAX_PIXELS, Reply, Request, Status, subject};
 use profivac_recorder::Micros;
 use profivac_recorder::Trend;
 use profivac_station::config::gateways::archive::{Https, Requests, Settings};
@@ -44,7 +44,7 @@ impl Drop for Responder {
     }
 }
 
-/// Begins to answer requests over NATS, if the file permits requests.
+/// Begins to answer requests over NATS, and to pass what the archive has of the station to `told`.
 ///
 /// # Errors
 /// [`NatsError`] when the connection has ended.
@@ -53,18 +53,21 @@ pub async fn answer_nats(
     nats: &Nats,
     settings: &Settings,
     services: &Arc<Services>,
+    told: mpsc::Sender<Status>,
 ) -> Result<Responder, NatsError> {
     let mut responder = Responder::default();
-    if settings.requests == Requests::Off {
-        return Ok(responder);
-    }
     let subject = subject(&settings.plant, &settings.station);
     let mut requests = client.subscribe(subject).await.map_err(|error| NatsError::new(nats, error))?;
     let mut receiver = responder.receiver(client.clone(), client, settings.requests, services);
     responder.0.push(tokio::spawn(async move {
         while let Some(message) = requests.next().await {
-            let Message { payload, reply: Some(inbox), .. } = message else { continue };
-            receiver.take(inbox, &payload).await;
+            let Message { payload, reply, .. } = message;
+            match (decoded(&payload), reply) {
+                // The archive tells it again.
+                (Ok(Request::Status(status)), _) => drop(told.try_send(status)),
+                (request, Some(inbox)) => receiver.take(inbox, request).await,
+                (_, None) => {}
+            }
         }
     }));
     Ok(responder)
@@ -102,7 +105,7 @@ async fn poll(mut poster: Poster, settings: Settings, mut receiver: Receiver<Rep
             Ok(request) => {
                 (pause, reported) = (SHORTEST_POLL, String::new());
                 match request {
-                    Some((id, body)) => receiver.take(id, &body).await,
+                    Some((id, body)) => receiver.take(id, decoded(&body)).await,
                     // Another server could answer at once.
                     None => sleep(SHORTEST_POLL.saturating_sub(begun.elapsed())).await,
                 }
@@ -164,8 +167,8 @@ struct Receiver<O: Outlet> {
 }
 
 impl<O: Outlet> Receiver<O> {
-    async fn take(&mut self, id: O::Id, payload: &[u8]) {
-        match decoded(payload) {
+    async fn take(&mut self, id: O::Id, request: Result<Request, String>) {
+        match request {
             Ok(request @ Request::Trend { .. }) => {
                 if let Err(error) = self.trends.try_send((id, request)) {
                     let (id, _) = error.into_inner();
@@ -230,6 +233,12 @@ fn decoded(payload: &[u8]) -> Result<Request, String> {
 
 /// The answer, or the reason of a refusal.
 fn answered(request: Request, permitted: Requests, services: &Services) -> Result<Reply, String> {
+    if permitted == Requests::Off {
+        return Err(
+            "the file of this station permits no requests: requests = \"read\" or \"acknowledge\" in [archive] does"
+                .to_owned(),
+        );
+    }
     match request {
         Request::Trend { series, from_ms, to_ms, pixels } => {
             if !(1..=MAX_PIXELS).contains(&pixels) || from_ms >= to_ms {
@@ -253,6 +262,7 @@ fn answered(request: Request, permitted: Requests, services: &Services) -> Resul
             services.alarms().acknowledge(&alarm, occurrence, &operator(&user)).map_err(|error| error.to_string())?;
             Ok(Reply::Done)
         }
+        Request::Status(_) => Err("expected the request of a user".to_owned()),
     }
 }
 

@@ -32,6 +32,9 @@
 //! users = "archive.users"       # `profivac user add` makes it; without it every user of this computer may look
 //! hosts = ["archive.example"]   # names of this computer, without ports
 //!
+//! [prometheus]                  # metrics of the archive itself
+//! listen = "127.0.0.1:9465"     # beyond loopback with [prometheus.tls] and token-file only
+//!
 //! [[plant]]
 //! name = "hall"
 //! readers = ["hall_operators"]  # roles of PostgreSQL that may read the stations of this plant
@@ -46,7 +49,7 @@ use profivac_web_server::tables::archive::{Nats, NatsToml, SHORTEST_TOKEN, is_na
 use profivac_web_server::tables::openid::{OpenIdToml, Reach};
 use profivac_web_server::tables::{Secret, secret_of_file};
 use serde::Deserialize;
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::Spanned;
@@ -59,6 +62,9 @@ const STREAM_OCTETS: i64 = 10_000_000_000;
 
 /// The least octets of the stream: some batches of the largest size. chosen.
 const LEAST_STREAM_OCTETS: i64 = 10_000_000;
+
+/// Where the archive serves its metrics, unless the file says otherwise.
+const METRICS: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 9465);
 
 /// A plant: a group of stations.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,6 +96,19 @@ pub struct Config {
     pub plants: Vec<Plant>,
     /// The page of all stations, if the archive serves it.
     pub view: Option<View>,
+    /// Its metrics, if the archive serves them.
+    pub prometheus: Option<Prometheus>,
+}
+
+/// Where the archive serves its metrics.
+#[derive(Clone, Debug)]
+pub struct Prometheus {
+    /// The address to listen on. With port 0 the system chooses a port.
+    pub listen: SocketAddr,
+    /// The bearer token that a scrape must have; absent on loopback only.
+    pub token: Option<Secret>,
+    /// Certificate and key; absent on loopback only.
+    pub tls: Option<TlsFiles>,
 }
 
 /// Where the archive serves the page of all stations.
@@ -192,6 +211,11 @@ pub enum ValueProblem {
     /// `[view]` on an address that other computers reach, without `[view.tls]`.
     #[error("listening beyond loopback on {0} needs TLS: add [view.tls] with certificate and key")]
     ViewNeedsTls(SocketAddr),
+    /// `[prometheus]` on an address that other computers reach, without `[prometheus.tls]` or `token-file`.
+    #[error(
+        "listening beyond loopback on {0} needs TLS and a token: add [prometheus.tls] with certificate and key, and token-file to [prometheus]"
+    )]
+    MetricsNeedTls(SocketAddr),
     /// `[view]` on an address that other computers reach, or behind a proxy, without users.
     #[error(
         "a page that other computers reach, or that has [view.openid], needs users: add users = \"archive.users\" to [view], and `profivac user add NAME \
@@ -237,6 +261,19 @@ struct Toml {
     plant: Vec<PlantToml>,
     /// The page of all stations; without the table there is none.
     view: Option<ViewToml>,
+    /// Metrics of the archive itself; without the table there are none.
+    prometheus: Option<PrometheusToml>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct PrometheusToml {
+    /// The address. Beyond loopback it needs `tls` and `token-file`. Default: `127.0.0.1:9465`.
+    listen: Option<SocketAddr>,
+    /// The file with the bearer token of a scrape, which only its owner may read.
+    token_file: Option<Spanned<PathBuf>>,
+    /// The certificate.
+    tls: Option<TlsToml>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -335,6 +372,12 @@ impl Config {
         });
         let openid = openid.transpose().map_err(|error| at(error.span.start, error.problem.to_string()))?;
         let view = toml.view.map(|view| self::view(view, openid, folder)).transpose().map_err(wrong)?;
+        let prometheus = toml.prometheus.map(|table| {
+            let token = table.token_file.as_ref().map(|file| secret_of_file(file, folder)).transpose();
+            let token = token.map_err(|error| at(error.span.start, error.problem.to_string()))?;
+            prometheus(table, token, folder).map_err(wrong)
+        });
+        let prometheus = prometheus.transpose()?;
         let has_users = view.as_ref().is_none_or(|view| view.users.is_some());
         if !has_users && plants.iter().any(|plant| plant.users.is_some()) {
             return Err(wrong(ValueProblem::PlantNeedsUsers));
@@ -360,6 +403,7 @@ impl Config {
                 .map_err(|problem| ConfigError::Database { file: file.to_owned(), problem })?,
             plants,
             view,
+            prometheus,
         })
     }
 }
@@ -391,6 +435,15 @@ fn view(toml: ViewToml, openid: Option<OpenIdSettings>, folder: &Path) -> Result
     }
     let tls = tls.map(|tls| tls.in_folder(folder));
     Ok(View { listen, users: users.map(|file| folder.join(file)), hosts, tls, openid })
+}
+
+/// `[prometheus]`.
+fn prometheus(toml: PrometheusToml, token: Option<Secret>, folder: &Path) -> Result<Prometheus, ValueProblem> {
+    let listen = toml.listen.unwrap_or(METRICS.into());
+    if !listen.ip().is_loopback() && (token.is_none() || toml.tls.is_none()) {
+        return Err(ValueProblem::MetricsNeedTls(listen));
+    }
+    Ok(Prometheus { listen, token, tls: toml.tls.map(|tls| tls.in_folder(folder)) })
 }
 
 impl TlsToml {
@@ -491,6 +544,15 @@ mod tests {
     fn the_defaults_need_two_tables() {
         let config = read(&format!("{NATS}{POSTGRES}")).unwrap();
         assert_eq!((config.samples_days, config.replicas, config.stream_octets), (730, 1, 10_000_000_000));
+        assert!(config.prometheus.is_none());
+    }
+
+    #[test]
+    fn metrics_are_on_loopback_unless_the_file_says_otherwise() {
+        let config = read(&format!("{NATS}{POSTGRES}[prometheus]\ntoken-file = \"a.token\"\n")).unwrap();
+        let metrics = config.prometheus.unwrap();
+        assert_eq!(metrics.listen, "127.0.0.1:9465".parse().unwrap());
+        assert_eq!(metrics.token.unwrap().reveal(), "0123456789abcdef");
     }
 
     const HTTPS: &str = "[https]\nlisten = \"127.0.0.1:0\"\n";
@@ -530,6 +592,17 @@ mod tests {
                 ),
                 "needs users: add users = \"archive.users\" to [view]",
             ),
+            (
+                format!("{NATS}{POSTGRES}[prometheus]\nlisten = \"0.0.0.0:1\"\ntoken-file = \"a.token\"\n"),
+                "0.0.0.0:1 needs TLS and a token: add [prometheus.tls]",
+            ),
+            (
+                format!(
+                    "{NATS}{POSTGRES}[prometheus]\nlisten = \"0.0.0.0:1\"\ntls = {{ certificate = \"c\", key = \"k\" }}\n"
+                ),
+                "and token-file to [prometheus]",
+            ),
+            (format!("{NATS}{POSTGRES}[prometheus]\ntoken-file = \"absent\"\n"), "archive.toml:6:14: "),
             (format!("{NATS}{POSTGRES}[view]\nlisten = \"[::1]:1\"\nhosts = [\"a.example\"]\n"), "needs users"),
             (
                 format!(

@@ -195,6 +195,10 @@ fn advice(state: &SqlState) -> Option<&'static str> {
             Some("let the user in connection of [postgres] own the database: ALTER DATABASE ... OWNER TO ...")
         }
         SqlState::UNDEFINED_OBJECT => Some("make the role with CREATE ROLE, or correct readers of [[plant]]"),
+        // Of a former session: each session makes its own temporary tables.
+        SqlState::DUPLICATE_TABLE => Some(
+            "if a pool of connections is between the archive and the database, let it pool by session: pool_mode = session in pgbouncer.ini",
+        ),
         _ => None,
     }
 }
@@ -273,6 +277,7 @@ mod tests {
             (SqlState::INVALID_CATALOG_NAME, "dbname"),
             (SqlState::INSUFFICIENT_PRIVILEGE, "OWNER TO"),
             (SqlState::UNDEFINED_OBJECT, "readers of [[plant]]"),
+            (SqlState::DUPLICATE_TABLE, "pool_mode = session"),
         ] {
             assert!(advice(&state).unwrap().contains(key), "{state:?}");
         }

@@ -15,6 +15,7 @@
 pub mod config;
 pub mod database;
 pub mod https;
+pub mod metrics;
 pub mod pending;
 pub mod schema;
 pub mod service;

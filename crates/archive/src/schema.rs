@@ -7,8 +7,15 @@ use crate::database::described;
 use tokio_postgres::{Client, Error};
 
 /// The migrations: number N leads from version N - 1 to version N.
-const MIGRATIONS: [&str; 3] =
-    [include_str!("../sql/1.sql"), include_str!("../sql/2.sql"), include_str!("../sql/3.sql")];
+const MIGRATIONS: [&str; 7] = [
+    include_str!("../sql/1.sql"),
+    include_str!("../sql/2.sql"),
+    include_str!("../sql/3.sql"),
+    include_str!("../sql/4.sql"),
+    include_str!("../sql/5.sql"),
+    include_str!("../sql/6.sql"),
+    include_str!("../sql/7.sql"),
+];
 
 /// The number that locks the database while an archive changes its tables. chosen.
 pub const LOCK: i64 = 0x7066_7663;

@@ -2,9 +2,10 @@
 
 use crate::config::Config;
 use crate::https::Server;
+use crate::metrics::{self, Metrics, Transport};
 pub use crate::session::{ArchiveError, Report};
-use crate::session::{MAINTENANCE_INTERVAL, Retry, SILENCE, noticed};
-use crate::store::{Incoming, Store, StoreError, Stored};
+use crate::session::{Maintenance, Retry, SILENCE, noticed};
+use crate::store::{Incoming, SEARCH_INTERVAL, StationStatus, Store, StoreError, Stored};
 use async_nats::connection::State;
 use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
 use async_nats::jetstream::context::{CreateStreamError, CreateStreamErrorKind};
@@ -12,6 +13,7 @@ use async_nats::jetstream::stream::{ConsumerError, ConsumerErrorKind, DiscardPol
 use async_nats::jetstream::{Context, ErrorCode, Message, stream};
 use futures_util::StreamExt;
 use profivac_archive_protocol::nats::{NatsError, STREAM, SUBJECTS, connect};
+use profivac_archive_protocol::request::{self, Request};
 use profivac_recorder::Micros;
 use profivac_web_server::tables::archive::Nats;
 use std::fmt::Display;
@@ -42,19 +44,35 @@ const FETCH_TIMEOUT: Duration = Duration::from_secs(1);
 /// A message that was not acknowledged comes again after this time: longer than a transaction may take.
 const ACKNOWLEDGEMENT_WAIT: Duration = Duration::from_secs(30);
 
-/// Archives until it is told to stop: from NATS if the file has it, and from `server` if there is one.
+/// Archives until it is told to stop: from NATS if the file has it, and from `server` if there is one. It counts in `metrics`.
 pub async fn run(
     config: &Config,
     server: Option<Server>,
+    metrics: &Metrics,
     stop: watch::Receiver<bool>,
     report: impl FnMut(Report<'_>) + Send,
 ) {
     let report = Mutex::new(report);
-    let mut of_nats = |it: Report<'_>| (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
-    let mut of_https = |it: Report<'_>| (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
+    let noted = |transport, it: Report<'_>| {
+        if matches!(it, Report::Silent(_)) {
+            metrics.is_up(transport, false);
+        }
+        (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
+    };
+    let mut of_nats = |it: Report<'_>| noted(Transport::Nats, it);
+    let mut of_https = |it: Report<'_>| noted(Transport::Https, it);
     let nats = async {
         if let Some(nats) = &config.nats {
-            run_nats(config, nats, stop.clone(), &mut of_nats).await;
+            let watched = async {
+                match config.prometheus {
+                    Some(_) => metrics::stream(nats, metrics).await,
+                    None => std::future::pending().await,
+                }
+            };
+            tokio::select! {
+                () = run_nats(config, nats, metrics, stop.clone(), &mut of_nats) => {}
+                () = watched => {}
+            }
         }
     };
     let https = async {
@@ -66,11 +84,20 @@ pub async fn run(
 }
 
 /// Archives from NATS. A failure is reported once, and tried again with growing pauses.
-async fn run_nats(config: &Config, nats: &Nats, stop: watch::Receiver<bool>, report: &mut impl FnMut(Report<'_>)) {
+async fn run_nats(
+    config: &Config,
+    nats: &Nats,
+    metrics: &Metrics,
+    stop: watch::Receiver<bool>,
+    report: &mut impl FnMut(Report<'_>),
+) {
     let (mut sum, mut retry) = (Stored::default(), Retry::default());
     while !*stop.borrow() {
         let before = sum;
-        let Err(error) = archive(config, nats, &stop, &mut sum, report).await else { return };
+        metrics.is_up(Transport::Nats, false);
+        let Err(error) = archive(config, nats, metrics, &stop, &mut sum, report).await else { return };
+        metrics.is_up(Transport::Nats, false);
+        error.count(metrics);
         retry.after(&error, sum != before, stop.clone(), report).await;
     }
 }
@@ -79,16 +106,21 @@ async fn run_nats(config: &Config, nats: &Nats, stop: watch::Receiver<bool>, rep
 async fn archive(
     config: &Config,
     nats: &Nats,
+    metrics: &Metrics,
     stop: &watch::Receiver<bool>,
     sum: &mut Stored,
     report: &mut impl FnMut(Report<'_>),
 ) -> Result<(), ArchiveError> {
-    let mut store =
-        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
+    let mut store = noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report)
+        .await?
+        .counting(metrics);
+    let mut maintenance = Maintenance::default();
+    maintenance.run(&mut store, metrics, report).await?;
     let jetstream = connect(nats, "profivac archive").await?;
     let consumer = consumer(config, nats, &jetstream, report).await?;
+    metrics.is_up(Transport::Nats, true);
     report(Report::Ready);
-    let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+    let mut search_at = Instant::now();
     while !*stop.borrow() {
         let messages = fetch(nats, &consumer).await?;
         if !messages.is_empty() {
@@ -99,15 +131,34 @@ async fn archive(
             let stored = stored?;
             acknowledge(nats, &messages).await?;
             sum.add(stored);
+            store.take_reports().into_iter().for_each(|sentence| report(Report::PutAside(sentence)));
             report(Report::Stored(*sum));
         } else if jetstream.client().connection_state() == State::Disconnected {
             // Without a connection the library waits as if there were no messages.
             return Err(NatsError::new(nats, "the connection is lost").into());
         }
-        if Instant::now() >= maintain_at {
-            noticed(SILENCE, store.maintain(Micros::now()), report).await?;
-            maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+        if Instant::now() >= maintenance.at {
+            maintenance.run(&mut store, metrics, report).await?;
         }
+        if Instant::now() >= search_at {
+            let found = noticed(SILENCE, store.find_gaps(), report).await?;
+            metrics.is_up(Transport::Nats, true);
+            if noticed(SILENCE, store.claim_telling(), report).await? {
+                tell(nats, &jetstream, found).await?;
+            }
+            search_at = Instant::now() + SEARCH_INTERVAL;
+        }
+    }
+    Ok(())
+}
+
+/// Tells each station what the database has of it. One that does not listen is told the next time.
+async fn tell(nats: &Nats, jetstream: &Context, stations: Vec<StationStatus>) -> Result<(), NatsError> {
+    let client = jetstream.client();
+    for StationStatus { plant, station, status } in stations {
+        let Ok(payload) = serde_json::to_vec(&Request::Status(status)) else { continue };
+        let subject = request::subject(&plant, &station);
+        client.publish(subject, payload.into()).await.map_err(|error| NatsError::new(nats, error))?;
     }
     Ok(())
 }
@@ -123,7 +174,7 @@ async fn consumer(
     let wanted = stream_config(config.replicas, config.stream_octets);
     let stream = jetstream.get_or_create_stream(wanted.clone()).await;
     let stream = stream.map_err(|error| failed(refused_stream(&error)))?;
-    if let Some(sentence) = difference(&stream.cached_info().config, &wanted) {
+    for sentence in differences(&stream.cached_info().config, &wanted) {
         report(Report::OtherStream(sentence));
     }
     let consumer = pull::Config {
@@ -154,19 +205,53 @@ fn stream_config(replicas: usize, octets: i64) -> stream::Config {
 }
 
 /// How a stream that existed differs from that of the file, and what to do. It is not changed: another archive may have another file.
-fn difference(found: &stream::Config, wanted: &stream::Config) -> Option<String> {
-    if (found.num_replicas, found.max_bytes) != (wanted.num_replicas, wanted.max_bytes) {
-        return Some(format!(
+fn differences(found: &stream::Config, wanted: &stream::Config) -> Vec<String> {
+    [other_size(found, wanted), no_shares(found, wanted), loses_batches(found, wanted)].into_iter().flatten().collect()
+}
+
+fn other_size(found: &stream::Config, wanted: &stream::Config) -> Option<String> {
+    ((found.num_replicas, found.max_bytes) != (wanted.num_replicas, wanted.max_bytes)).then(|| {
+        format!(
             "the stream {STREAM} was created with replicas = {} and stream-octets = {}, the file has {} and {}: change the file, or the stream \
              with `nats stream edit {STREAM}`",
             found.num_replicas, found.max_bytes, wanted.num_replicas, wanted.max_bytes
-        ));
-    }
+        )
+    })
+}
+
+fn no_shares(found: &stream::Config, wanted: &stream::Config) -> Option<String> {
     let share = wanted.max_messages_per_subject;
     (!found.discard_new_per_subject || found.max_messages_per_subject != share).then(|| {
         format!(
             "the stream {STREAM} does not give each station a share of {share} batches: one station alone could fill it; \
              `nats stream edit {STREAM} --max-msgs-per-subject {share} --discard-per-subject` changes it"
+        )
+    })
+}
+
+/// The settings with which the servers forget a batch that they have acknowledged, or take none or others.
+fn loses_batches(found: &stream::Config, wanted: &stream::Config) -> Option<String> {
+    let settings = |config: &stream::Config| {
+        [
+            ("subjects", config.subjects.join(" ")),
+            ("storage", format!("{:?}", config.storage).to_lowercase()),
+            ("retention", format!("{:?}", config.retention).to_lowercase()),
+            ("discard", format!("{:?}", config.discard).to_lowercase()),
+            ("max-age", format!("{} s", config.max_age.as_secs_f64())),
+            // The servers write -1 for no limit, and take 0 for it too.
+            ("max-msgs", config.max_messages.max(0).to_string()),
+            ("no-ack", config.no_ack.to_string()),
+        ]
+    };
+    let both = settings(found).into_iter().zip(settings(wanted));
+    let others = both.filter(|((_, found), (_, wanted))| found != wanted);
+    let others: Vec<_> =
+        others.map(|((name, found), (_, wanted))| format!("{name} {found} in place of {wanted}")).collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "the stream {STREAM} was created by another program with {}: batches may be lost in it; stop the archives, delete the stream with \
+             `nats stream rm {STREAM}`, and start an archive, which creates it; the stations send again what they have",
+            others.join(", ")
         )
     })
 }
@@ -260,17 +345,45 @@ mod tests {
     #[test]
     fn a_stream_with_other_settings_is_named() {
         let wanted = stream_config(1, 10_000_000_000);
-        assert_eq!(difference(&wanted, &wanted), None);
-        let other = difference(&wanted, &stream_config(3, 10_000_000_000)).unwrap();
+        let difference = |found: &stream::Config, wanted: &stream::Config| {
+            let mut sentences = differences(found, wanted);
+            let first = sentences.pop().unwrap();
+            assert_eq!(sentences, [] as [String; 0]);
+            first
+        };
+        assert_eq!(differences(&wanted, &wanted), [] as [String; 0]);
+        let unlimited = stream::Config { max_messages: -1, ..wanted.clone() };
+        assert_eq!(differences(&unlimited, &wanted), [] as [String; 0], "as the servers answer");
+        let other = difference(&wanted, &stream_config(3, 10_000_000_000));
         assert!(
             other.contains("replicas = 1 and stream-octets = 10000000000, the file has 3 and 10000000000"),
             "{other}"
         );
-        let other = difference(&wanted, &stream_config(1, 20_000_000_000)).unwrap();
-        assert!(other.ends_with("`nats stream edit PROFIVAC`"), "{other}");
+        let other = stream::Config { max_bytes: 20_000_000_000, ..wanted.clone() };
+        assert!(difference(&other, &wanted).ends_with("`nats stream edit PROFIVAC`"));
         let without_shares = stream::Config { discard_new_per_subject: false, ..wanted.clone() };
-        let other = difference(&without_shares, &wanted).unwrap();
+        let other = difference(&without_shares, &wanted);
         assert!(other.contains("--max-msgs-per-subject 1589 --discard-per-subject"), "{other}");
+    }
+
+    #[test]
+    fn a_stream_in_which_batches_may_be_lost_is_named_with_every_such_setting() {
+        let wanted = stream_config(1, 10_000_000_000);
+        let found = stream::Config {
+            subjects: vec!["profivac.>".to_owned()],
+            storage: stream::StorageType::Memory,
+            retention: RetentionPolicy::Limits,
+            discard: DiscardPolicy::Old,
+            max_age: Duration::from_secs(20),
+            max_messages: 9,
+            no_ack: true,
+            ..wanted.clone()
+        };
+        let sentences = differences(&found, &wanted);
+        let expected = "with subjects profivac.> in place of profivac.v1.*.*.batch, storage memory in place of file, retention limits in place of \
+                        workqueue, discard old in place of new, max-age 20 s in place of 0 s, max-msgs 9 in place of 0, no-ack true in place of \
+                        false: batches may be lost";
+        assert!(sentences.len() == 1 && sentences[0].contains(expected), "{sentences:?}");
     }
 
     #[test]

@@ -1,15 +1,21 @@
 //! What a session with the servers and the database reports, and the pause before the next one.
 
-use crate::store::{StoreError, Stored};
+use crate::metrics::{Metrics, Retained};
+use crate::store::{Dropped, Store, StoreError, Stored};
 use profivac_archive_protocol::nats::NatsError;
+use profivac_recorder::Micros;
 use std::pin::pin;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::watch;
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout};
 
 /// The time between two looks at partitions and retention.
-pub const MAINTENANCE_INTERVAL: Duration = Duration::from_secs(3_600);
+const MAINTENANCE_INTERVAL: Duration = Duration::from_secs(3_600);
+
+/// The same while a reader holds partitions that are to be dropped. chosen: each look delays statements by up to a second for each of
+/// them.
+const HELD_INTERVAL: Duration = Duration::from_secs(300);
 
 /// A database that has not answered for this time is reported. chosen: longer than a usual transaction takes.
 pub const SILENCE: Duration = Duration::from_secs(30);
@@ -30,6 +36,16 @@ pub enum ArchiveError {
     Store(#[from] StoreError),
 }
 
+impl ArchiveError {
+    /// Counts the error.
+    pub fn count(&self, metrics: &Metrics) {
+        match self {
+            Self::Nats(_) => metrics.nats_failed(),
+            Self::Store(error) => metrics.database_failed(error.state()),
+        }
+    }
+}
+
 /// What an archive reports.
 #[derive(Debug)]
 pub enum Report<'a> {
@@ -41,6 +57,12 @@ pub enum Report<'a> {
     Failed(&'a ArchiveError),
     /// The stream was created with other settings than those of the file; the sentence says what to do.
     OtherStream(String),
+    /// What happens to samples that are older than the retention, in a sentence.
+    Retention(String),
+    /// Roles of the database to which the views show nothing, in a sentence.
+    Roles(String),
+    /// A batch of a station was put aside; the sentence says why. Later ones of the station with such a reason are not reported for an hour.
+    PutAside(String),
     /// The database has not answered for this time. The archive waits on: the system ends the connection when the server is gone.
     Silent(Duration),
 }
@@ -55,6 +77,62 @@ pub async fn noticed<T>(silence: Duration, work: impl Future<Output = T>, report
             report(Report::Silent(silence));
             work.await
         }
+    }
+}
+
+/// The looks at partitions and retention.
+pub struct Maintenance {
+    /// When the next one is due.
+    pub at: Instant,
+    /// What the last one said.
+    said: Vec<String>,
+}
+
+impl Default for Maintenance {
+    fn default() -> Self {
+        Self { at: Instant::now(), said: Vec::new() }
+    }
+}
+
+impl Maintenance {
+    /// Makes partitions, names roles without rows, and drops the samples that are older than the retention, in words before and after. While a reader holds some of
+    /// them, it looks again sooner, and says the same only once.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the database refuses.
+    pub async fn run(
+        &mut self,
+        store: &mut Store,
+        metrics: &Metrics,
+        report: &mut impl FnMut(Report<'_>),
+    ) -> Result<(), StoreError> {
+        noticed(SILENCE, store.maintain(Micros::now()), report).await?;
+        let mut said: Vec<String> = noticed(SILENCE, store.roles_without_rows(), report).await?.into_iter().collect();
+        self.say(&said, Report::Roles, report);
+        let old = noticed(SILENCE, store.old_days(Micros::now()), report).await?;
+        let before: Vec<_> = old.sentence().into_iter().collect();
+        self.say(&before, Report::Retention, report);
+        said.extend(before);
+        let dropped = match old.are_few() {
+            true => noticed(SILENCE, store.drop_days(&old), report).await?,
+            false => Dropped::default(),
+        };
+        let after: Vec<_> = dropped.gone().into_iter().chain(dropped.stays()).collect();
+        self.say(&after, Report::Retention, report);
+        said.extend(after);
+        self.said = said;
+        let pause = if dropped.held() > 0 { HELD_INTERVAL } else { MAINTENANCE_INTERVAL };
+        self.at = Instant::now() + pause;
+        let now = Micros::now();
+        let waiting = old.partitions().saturating_sub(dropped.partitions) as u64;
+        let [gone, timeouts] = [dropped.partitions, dropped.timeouts].map(|count| count as u64);
+        metrics.retained(Retained { last: now, next: now.after(pause), dropped: gone, waiting, timeouts });
+        Ok(())
+    }
+
+    fn say(&self, sentences: &[String], of: fn(String) -> Report<'static>, report: &mut impl FnMut(Report<'_>)) {
+        let new = sentences.iter().filter(|sentence| !self.said.contains(sentence));
+        new.for_each(|sentence| report(of(sentence.clone())));
     }
 }
 

@@ -4,6 +4,7 @@
 
 use profivac_archive::config::{Https, Sender};
 use profivac_archive::https::{Job, MAX_BODY, MAX_REPLY, Server};
+use profivac_archive::metrics::Metrics;
 use profivac_archive::pending::{Pending, PendingError};
 use profivac_web_server::tables::Secret;
 use std::io::{Read, Write};
@@ -37,7 +38,7 @@ fn start_and(look: impl FnOnce(&Server), take: impl FnMut(Job) + Send + 'static)
     let stations = vec![sender("hall-1", "token-of-hall-1"), sender("hall-2", "token-of-hall-2")];
     let https = Https { listen: "127.0.0.1:0".parse().unwrap(), tls: None, stations };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
-    let server = runtime.block_on(Server::bind(&https)).unwrap();
+    let server = runtime.block_on(Server::bind(&https, &Metrics::default())).unwrap();
     let address = server.url().strip_prefix("http://").unwrap().parse().unwrap();
     look(&server);
     drop(runtime.spawn(server.serve_with(take)));
@@ -101,7 +102,7 @@ fn the_answer_follows_the_commit() {
         let message = &job.message;
         assert_eq!((message.subject.as_str(), message.id.as_str()), ("profivac.v1.hall.hall-1.batch", "hall-1/5/7"));
         assert_eq!(message.payload, b"abc");
-        job.committed.send(()).unwrap();
+        job.committed.send(None).unwrap();
         assert!(answer.join().unwrap().starts_with("HTTP/1.1 204 "));
     });
 }

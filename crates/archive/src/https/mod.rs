@@ -17,23 +17,28 @@
 //! A client without a token costs a connection and no memory for a body; the connections and their times have limits. A connection with the
 //! token of a station does not end in the place of others.
 //!
+//! The header `Profivac-Status` of a 204 says, from time to time, what the database has of the station, and which batches it lacks.
+//!
 //! `requests` has the paths of the requests of users.
 
 use crate::config::{Config, Https, Sender};
+use crate::metrics::{Metrics, Transport};
 use crate::pending::Pending;
-use crate::session::{ArchiveError, MAINTENANCE_INTERVAL, Report, Retry, SILENCE, noticed};
-use crate::store::{Incoming, Store, Stored};
+use crate::session::{ArchiveError, Maintenance, Report, Retry, SILENCE, noticed};
+use crate::store::{Incoming, SEARCH_INTERVAL, Store, Stored};
 use axum::Router;
 use axum::body::to_bytes;
 use axum::extract::{Path, Request, State};
 use axum::http::header::{AUTHORIZATION, CONTENT_LENGTH, RETRY_AFTER, WWW_AUTHENTICATE};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use profivac_archive_protocol::nats::{message_id, subject};
+use profivac_archive_protocol::nats::{message_id, of_subject, subject};
+use profivac_archive_protocol::request::{STATUS_HEADER, Status};
 use profivac_recorder::Micros;
 use profivac_web_server::auth::connections::Permit;
 use profivac_web_server::server::{Connections, Keys, Limits, ServerError};
+use std::collections::HashMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -81,8 +86,8 @@ pub fn check(https: &Https) -> Result<(), ServerError> {
 pub struct Job {
     /// The batch.
     pub message: Incoming,
-    /// Gets a message after the commit; it is dropped if there is none.
-    pub committed: oneshot::Sender<()>,
+    /// Gets a message after the commit, and what the station is to be told; it is dropped if there is none.
+    pub committed: oneshot::Sender<Option<Status>>,
 }
 
 /// A server that has its address and does not serve yet.
@@ -92,6 +97,7 @@ pub struct Server {
     connections: Connections,
     jobs: mpsc::Receiver<Job>,
     pending: Pending,
+    metrics: Metrics,
 }
 
 /// What all requests share.
@@ -100,6 +106,7 @@ struct Shared {
     permits: Semaphore,
     jobs: mpsc::Sender<Job>,
     pending: Pending,
+    metrics: Metrics,
 }
 
 /// A station of the file.
@@ -140,11 +147,11 @@ impl Shared {
 }
 
 impl Server {
-    /// Takes the address, and reads certificate and key.
+    /// Takes the address, and reads certificate and key. It counts in `metrics`.
     ///
     /// # Errors
     /// [`ServerError`].
-    pub async fn bind(https: &Https) -> Result<Self, ServerError> {
+    pub async fn bind(https: &Https, metrics: &Metrics) -> Result<Self, ServerError> {
         let keys = https.tls.clone().map(Keys::read).transpose()?.map(Arc::new);
         let failed = |error| ServerError::Listen { address: https.listen, error };
         let listener = TcpListener::bind(https.listen).await.map_err(failed)?;
@@ -152,11 +159,12 @@ impl Server {
         let (sender, jobs) = mpsc::channel(MAX_BATCHES);
         let stations = https.stations.iter().map(Known::of).collect();
         let pending = Pending::of(&https.stations);
-        let shared = Shared { stations, permits: Semaphore::new(MAX_BATCHES), jobs: sender, pending: pending.clone() };
+        let (permits, metrics) = (Semaphore::new(MAX_BATCHES), metrics.clone());
+        let shared = Shared { stations, permits, jobs: sender, pending: pending.clone(), metrics: metrics.clone() };
         let limits =
             Limits { connections: MAX_CONNECTIONS, head: CLIENT_TIMEOUT, stalled: CLIENT_TIMEOUT, ..Limits::default() };
         let connections = Connections { router: router(Arc::new(shared)), keys, limits, observer: None };
-        Ok(Self { listener, address, connections, jobs, pending })
+        Ok(Self { listener, address, connections, jobs, pending, metrics })
     }
 
     /// The requests that its stations poll for.
@@ -173,11 +181,11 @@ impl Server {
 
     /// Serves batches into the database until it is told to stop.
     pub async fn run(self, config: &Config, stop: watch::Receiver<bool>, report: &mut (impl FnMut(Report<'_>) + Send)) {
-        let Self { listener, connections, mut jobs, .. } = self;
+        let Self { listener, connections, mut jobs, metrics, .. } = self;
         tokio::select! {
             () = connections.serve(&listener) => {}
             () = renew(connections.keys.as_deref()) => {}
-            () = store(config, &mut jobs, stop, report) => {}
+            () = store(config, &mut jobs, &metrics, stop, report) => {}
         }
     }
 
@@ -257,15 +265,26 @@ async fn batch(
         Err(_) => return refuse(StatusCode::REQUEST_TIMEOUT, "the body did not come within 30 s"),
     };
     let message = Incoming { subject: subject(&plant, &station), id: message_id(&station, epoch, number), payload };
-    let (committed, commit) = oneshot::channel();
+    let (begun, (committed, commit)) = (Instant::now(), oneshot::channel());
     let stored = async {
         shared.jobs.send(Job { message, committed }).await.ok()?;
         commit.await.ok()
     };
     match timeout(COMMIT_TIMEOUT, stored).await {
-        Ok(Some(())) => StatusCode::NO_CONTENT.into_response(),
+        Ok(Some(status)) => {
+            shared.metrics.answered(begun.elapsed());
+            taken(status.as_ref())
+        }
         _ => refuse(StatusCode::SERVICE_UNAVAILABLE, "the database of the archive does not answer: send again later"),
     }
+}
+
+/// The answer after the commit, with what the station is to be told.
+fn taken(status: Option<&Status>) -> Response {
+    let json = status.and_then(|status| serde_json::to_vec(status).ok());
+    let header = json.and_then(|json| HeaderValue::from_bytes(&json).ok());
+    let headers = header.map(|header| (HeaderName::from_static(STATUS_HEADER), header));
+    (StatusCode::NO_CONTENT, headers.into_iter().collect::<HeaderMap>()).into_response()
 }
 
 fn too_long() -> Response {
@@ -283,6 +302,7 @@ fn sender<'a>(stations: &'a [Known], headers: &HeaderMap) -> Option<&'a Known> {
 async fn store(
     config: &Config,
     jobs: &mut mpsc::Receiver<Job>,
+    metrics: &Metrics,
     stop: watch::Receiver<bool>,
     report: &mut (impl FnMut(Report<'_>) + Send),
 ) {
@@ -291,7 +311,10 @@ async fn store(
         // Batches that came during a failure are refused at once, instead of after a time-out.
         while jobs.try_recv().is_ok() {}
         let before = sum;
-        let Err(error) = session(config, jobs, stop.clone(), &mut sum, report).await else { return };
+        metrics.is_up(Transport::Https, false);
+        let Err(error) = session(config, jobs, metrics, stop.clone(), &mut sum, report).await else { return };
+        metrics.is_up(Transport::Https, false);
+        error.count(metrics);
         retry.after(&error, sum != before, stop.clone(), report).await;
     }
 }
@@ -300,34 +323,49 @@ async fn store(
 async fn session(
     config: &Config,
     jobs: &mut mpsc::Receiver<Job>,
+    metrics: &Metrics,
     mut stop: watch::Receiver<bool>,
     sum: &mut Stored,
     report: &mut (impl FnMut(Report<'_>) + Send),
 ) -> Result<(), ArchiveError> {
-    let mut store =
-        noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report).await?;
+    let mut store = noticed(SILENCE, Store::open(&config.database, config.samples_days, &config.plants), report)
+        .await?
+        .counting(metrics);
+    let mut maintenance = Maintenance::default();
+    maintenance.run(&mut store, metrics, report).await?;
+    metrics.is_up(Transport::Https, true);
     report(Report::Ready);
-    let mut maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+    let mut search_at = Instant::now();
+    let mut statuses = HashMap::new();
     loop {
         let mut taken = Vec::new();
         tokio::select! {
             () = async { drop(stop.wait_for(|is_stopped| *is_stopped).await) } => return Ok(()),
-            () = sleep_until(maintain_at) => {}
+            () = sleep_until(maintenance.at.min(search_at)) => {}
             _ = jobs.recv_many(&mut taken, MAX_BATCHES) => {}
         }
-        if Instant::now() >= maintain_at {
-            noticed(SILENCE, store.maintain(Micros::now()), report).await?;
-            maintain_at = Instant::now() + MAINTENANCE_INTERVAL;
+        if Instant::now() >= maintenance.at {
+            maintenance.run(&mut store, metrics, report).await?;
+        }
+        if Instant::now() >= search_at {
+            let found = noticed(SILENCE, store.find_gaps(), report).await?;
+            metrics.is_up(Transport::Https, true);
+            statuses = found.into_iter().map(|it| ((it.plant, it.station), it.status)).collect();
+            search_at = Instant::now() + SEARCH_INTERVAL;
         }
         if taken.is_empty() {
             continue;
         }
         let (messages, waiting): (Vec<_>, Vec<_>) = taken.into_iter().map(|job| (job.message, job.committed)).unzip();
         sum.add(noticed(SILENCE, store.store(&messages, Micros::now()), report).await?);
-        for committed in waiting {
+        for (message, committed) in messages.iter().zip(waiting) {
+            // Once after each search, so that no batch is sent again and again before it is stored.
+            let status = of_subject(&message.subject)
+                .and_then(|(plant, station)| statuses.remove(&(plant.to_owned(), station.to_owned())));
             // The station may have gone: it sends the batch again, which changes nothing.
-            committed.send(()).ok();
+            committed.send(status).ok();
         }
+        store.take_reports().into_iter().for_each(|sentence| report(Report::PutAside(sentence)));
         report(Report::Stored(*sum));
     }
 }

@@ -1,8 +1,10 @@
 //! A message becomes a batch, or is refused with the reason.
 
 use profivac_archive_protocol::nats::{BATCH_HEADER, of_message_id, of_subject};
-use profivac_recorder::batch::{AlarmChange, Audit, Batch, BatchError, Event, Samples, Span};
-use profivac_recorder::{Micros, Sample};
+use profivac_recorder::batch::{
+    AlarmChange, Audit, Batch, BatchError, BatchPoint, Event, PointSamples, PointSpan, Samples, Span,
+};
+use profivac_recorder::{Micros, PointSample, Sample};
 use thiserror::Error;
 
 /// Rows with times before this one are of a clock that was not set: 2000-01-01.
@@ -24,6 +26,9 @@ const OCTETS_OF_ROW: usize = 64;
 
 /// The most decades from 1 Pa of a mean: beyond, PostgreSQL has no number for it, and no query that reads such a row has an answer.
 const MAX_DECADES: f64 = 300.0;
+
+/// A value of a point beyond this is none, and PostgreSQL has no sum of such values; as in the recorder of a station.
+const LARGEST: f64 = 1e290;
 
 /// A message of a station.
 #[derive(Clone, Debug)]
@@ -57,6 +62,7 @@ pub struct Accepted<'a> {
     pub number: i64,
     pub batch: Batch,
     pub samples: Vec<(String, Vec<Sample>)>,
+    pub points: Vec<(BatchPoint, Vec<PointSample>)>,
 }
 
 impl Accepted<'_> {
@@ -116,6 +122,16 @@ pub enum Refusal {
         /// The start of the span.
         start_us: i64,
     },
+    /// A value of a span of a point is no number.
+    #[error(
+        "the span of point {point} that begins {start_us} µs since 1970 has values beyond ±1e290 or a sum that does not fit to them"
+    )]
+    NoValue {
+        /// The point.
+        point: String,
+        /// The start of the span.
+        start_us: i64,
+    },
     /// A time is before the year 2000.
     #[error("a time before 2000 ({at_us} µs since 1970): the clock of the station was not set")]
     ClockNotSet {
@@ -147,10 +163,27 @@ pub enum Refusal {
         /// The plant of the subject.
         found: String,
     },
+    /// An operator has chosen an earlier database as the one of the station.
+    #[error(
+        "an operator has chosen an earlier database as the one of station {station}: give the station with this database another name"
+    )]
+    NotChosen {
+        /// The station.
+        station: String,
+    },
+    /// Two batches of one database have one number.
+    #[error(
+        "batch {number} of this database came before, made at another time: an older copy of the database was put back, or a second computer runs \
+         with a copy; the station is told to go on as another database"
+    )]
+    Copied {
+        /// The number.
+        number: i64,
+    },
     /// Two stations have one name.
     #[error(
         "two databases send as station {station}: one that began at {known}, and this one of {found}, both in microseconds since 1970; \
-         give each station a name of its own; if this one was begun with a clock that was behind, restore a backup of it, which begins \
+         give each station a name of its own; if this one is the right one, `profivac archive FILE --accept {station}` chooses it; if this one was begun with a clock that was behind, restore a backup of it, which begins \
          another epoch"
     )]
     TwoDatabases {
@@ -161,6 +194,30 @@ pub enum Refusal {
         /// The epoch of this batch.
         found: i64,
     },
+}
+
+impl Refusal {
+    /// The reason in a word.
+    pub const fn word(&self) -> &'static str {
+        match self {
+            Self::Subject => "subject",
+            Self::Id { .. } => "id",
+            Self::Batch(_) => "damaged",
+            Self::Long { .. } => "too_long",
+            Self::Level { .. } | Self::NoMean { .. } | Self::NoValue { .. } => "no_value",
+            Self::ClockNotSet { .. } => "clock_not_set",
+            Self::ClockAhead { .. } | Self::EpochAhead { .. } => "clock_ahead",
+            Self::OtherPlant { .. } => "other_plant",
+            Self::NotChosen { .. } => "not_chosen",
+            Self::Copied { .. } => "copied",
+            Self::TwoDatabases { .. } => "two_databases",
+        }
+    }
+
+    /// Whether the batch is of another database under the name of its station, which an operator can choose.
+    pub const fn competes(&self) -> bool {
+        matches!(self, Self::TwoDatabases { .. } | Self::NotChosen { .. })
+    }
 }
 
 /// Decodes and checks a message, or says why it cannot be stored.
@@ -175,10 +232,14 @@ pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, Refusal> 
     let batch = Batch::decode_compressed(&message.payload)?;
     let unpack = |series: &Samples| Ok((text(&series.series), series.unpack()?));
     let samples = batch.samples.iter().map(unpack).collect::<Result<Vec<_>, BatchError>>()?;
+    let unpack = |point: &PointSamples| Ok((point.point.clone(), point.unpack()?));
+    let points = batch.point_samples.iter().map(unpack).collect::<Result<Vec<_>, BatchError>>()?;
     check_texts(&batch)?;
     batch.spans.iter().try_for_each(check_span)?;
-    check_times(&batch, &samples, now, latest)?;
-    Ok(Accepted { plant, station, epoch, number, batch, samples })
+    batch.point_spans.iter().try_for_each(check_point_span)?;
+    let accepted = Accepted { plant, station, epoch, number, batch, samples, points };
+    check_times(&accepted, now, latest)?;
+    Ok(accepted)
 }
 
 /// Names are keys of tables, and pages show texts.
@@ -188,6 +249,12 @@ fn check_texts(batch: &Batch) -> Result<(), Refusal> {
     let of_events = batch.events.iter().flat_map(names_of_event);
     let names = of_samples.chain(of_spans).chain(of_events).chain(batch.alarms.iter().flat_map(names_of_alarm));
     check_lengths("name", MAX_NAME, names)?;
+    let of_spans = batch.point_spans.iter().map(|span| &span.point);
+    let points = batch.point_samples.iter().map(|samples| &samples.point).chain(of_spans);
+    // One index has all words of a point.
+    let mut words =
+        points.map(|BatchPoint { slave, name, unit, kind }| [slave, name, unit, kind].map(String::as_str).concat());
+    words.try_for_each(|words| check_lengths("name", MAX_NAME, [words.as_str()].into_iter()))?;
     let of_events = batch.events.iter().map(|row| row.text.as_str());
     let texts = of_events.chain(batch.alarms.iter().map(|row| row.text.as_str()));
     check_lengths("text", MAX_TEXT, texts.chain(batch.audit.iter().flat_map(texts_of_audit)))
@@ -228,10 +295,28 @@ fn check_span(span: &Span) -> Result<(), Refusal> {
     Err(Refusal::NoMean { series: series(), start_us })
 }
 
+/// The level of a span of a point is one that the database holds, and its values are numbers.
+fn check_point_span(span: &PointSpan) -> Result<(), Refusal> {
+    let PointSpan { start_us, level, min_value, max_value, last_value, sum, count, .. } = *span;
+    let point = || format!("{}.{}", span.point.slave, span.point.name).chars().take(64).collect();
+    if i16::try_from(level).is_err() {
+        return Err(Refusal::Level { series: point(), start_us, level });
+    }
+    let is_value = |value: f64| value.abs() <= LARGEST;
+    let values = [min_value, max_value, last_value];
+    if values.into_iter().flatten().all(is_value) && sum.abs() <= LARGEST * f64::from(count) {
+        return Ok(());
+    }
+    Err(Refusal::NoValue { point: point(), start_us })
+}
+
 /// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
 /// years.
-fn check_times(batch: &Batch, samples: &[(String, Vec<Sample>)], now: Micros, latest: i64) -> Result<(), Refusal> {
+fn check_times(accepted: &Accepted<'_>, now: Micros, latest: i64) -> Result<(), Refusal> {
+    let Accepted { batch, samples, points, .. } = accepted;
     let of_samples = samples.iter().flat_map(|(_, samples)| samples.iter().map(|sample| sample.at.0));
+    let of_points = points.iter().flat_map(|(_, samples)| samples.iter().map(|sample| sample.at.0));
+    let of_samples = of_samples.chain(of_points).chain(batch.point_spans.iter().map(|span| span.start_us));
     let of_lists = batch.events.iter().map(|row| row.at_us).chain(batch.alarms.iter().map(|row| row.at_us));
     let all = of_samples.chain(of_lists).chain(batch.audit.iter().map(|row| row.at_us));
     let all = all.chain(batch.spans.iter().map(|span| span.start_us)).chain([batch.made_us]);
@@ -350,6 +435,45 @@ mod tests {
         }
         for (sum, count) in [(0.0, 0), (-1.2e6, 100_000), (5.0, 1)] {
             assert_eq!(of_sum(sum, count), None, "{sum} of {count}");
+        }
+    }
+
+    #[test]
+    fn points_are_taken_with_their_units_and_refused_with_the_limits_of_pressures() {
+        let words = |name: &str| {
+            let [slave, name, unit, kind] = ["turbo", name, "Hz", "number"].map(str::to_owned);
+            BatchPoint { slave, name, unit, kind }
+        };
+        let checked = |batch: Batch| {
+            let payload = Batch { format: FORMAT, made_us: NOW.0, ..batch }.encode_compressed().unwrap();
+            let message = Incoming { payload, ..message(NOW.0) };
+            accept(&message, NOW).map(|accepted| accepted.points).map_err(|refusal| refusal.to_string())
+        };
+        let of_samples = |name: &str, at| {
+            let samples = [PointSample::new(Micros(at), Some(-1.5), Quality::Valid)];
+            checked(Batch { point_samples: vec![PointSamples::new(words(name), &samples)], ..Batch::default() })
+        };
+        let expected = (words("speed"), vec![PointSample::new(NOW, Some(-1.5), Quality::Valid)]);
+        assert_eq!(of_samples("speed", NOW.0).unwrap(), [expected]);
+        assert!(of_samples("speed", 0).unwrap_err().contains("was not set"));
+        // The words of a point have one index together.
+        assert!(of_samples(&"x".repeat(MAX_NAME - 13), NOW.0).is_ok());
+        assert!(of_samples(&"x".repeat(MAX_NAME - 12), NOW.0).unwrap_err().contains("1001 octets"));
+        let of_span = |span: PointSpan| {
+            let span = PointSpan { point: words("speed"), start_us: NOW.0, ..span };
+            checked(Batch { point_spans: vec![span], ..Batch::default() }).map(drop)
+        };
+        let span = PointSpan { level: 2, count: 2, sum: -3.0, last_value: Some(-1.5), ..PointSpan::default() };
+        assert_eq!(of_span(span.clone()), Ok(()));
+        assert!(of_span(PointSpan { level: 40_000, ..span.clone() }).unwrap_err().contains("has the level 40000"));
+        for wrong in [
+            PointSpan { sum: f64::NAN, ..span.clone() },
+            PointSpan { sum: f64::INFINITY, ..span.clone() },
+            PointSpan { count: 0, ..span.clone() },
+            PointSpan { max_value: Some(1e291), ..span.clone() },
+            PointSpan { last_value: Some(f64::NAN), ..span },
+        ] {
+            assert!(of_span(wrong.clone()).unwrap_err().contains("beyond ±1e290"), "{wrong:?}");
         }
     }
 

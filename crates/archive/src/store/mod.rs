@@ -1,22 +1,33 @@
 //! Batches to rows, in transactions.
 
 mod accept;
+mod copies;
+mod gaps;
+mod operator;
+mod retention;
 mod rows;
 
 pub use accept::Incoming;
 pub(crate) use accept::{Accepted, accept};
+pub use gaps::{SEARCH_INTERVAL, StationStatus};
+pub use retention::{Dropped, OldDays};
 
 use crate::config::Plant;
 use crate::database::{ConnectError, Database, described};
+use crate::metrics::{self, Metrics};
 use crate::schema::{LOCK, SchemaError, upgrade};
 use accept::{Refusal, text};
+use profivac_archive_protocol::nats::{of_message_id, of_subject};
 use profivac_recorder::Micros;
-use profivac_recorder::batch::{AlarmChange, Audit, Event};
-use rows::{BatchRow, SampleRow, SpanRow, StationRow, insert, prepare};
+use profivac_recorder::batch::{AlarmChange, Audit, BatchPoint, Event};
+use rows::{BatchRow, PointSampleRow, PointSpanRow, Row, SampleRow, SpanRow, StationRow, insert, prepare};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::mem::{Discriminant, discriminant};
 use thiserror::Error;
 use tokio::task::JoinHandle;
+use tokio::time::Instant;
 use tokio_postgres::error::SqlState;
+use tokio_postgres::types::ToSql;
 use tokio_postgres::{Client, Transaction};
 
 /// A former database that still makes batches this time after its successor began is that of another station with the same name.
@@ -26,16 +37,36 @@ const SUCCESSION: i64 = 60 * Micros::SECOND;
 /// memory.
 const MAX_WEIGHT: usize = 200_000;
 
-/// The most names of series in memory.
+/// The most stations and reasons that are reported in an hour: a user who invents names must not fill the memory.
+const MAX_REPORTED: usize = 1_000;
+
+/// The most names of series, and of points, in memory.
 const MAX_SERIES: usize = 200_000;
 
-/// Limit of series for each station. chosen: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
+/// Limit of series for each station, and of points. chosen: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
 /// reading of all series, so a station that invents names must not fill the memory.
 const MAX_SERIES_OF_STATION: i64 = 10_000;
 
 /// Size limit of the table of rejected batches in bytes, and how many rejections pass before it is checked again. Older ones are deleted.
 const MAX_REJECTED_OCTETS: i64 = 1 << 30;
 const REJECTED_BETWEEN_COUNTS: u64 = 1_000;
+
+/// A station forgets a batch after the commit, so a commit waits for the disk, whatever the settings of the server and the role are.
+const DURABLE: &str = "SELECT set_config('synchronous_commit', 'on', false) WHERE current_setting('synchronous_commit') IN ('off', 'local')";
+
+/// The file of the table of series. Reading a row keeps the table until the end of the transaction.
+const TABLES: &str =
+    "SELECT pg_relation_filenode('profivac_data.series'), (SELECT 1 FROM profivac_data.series LIMIT 1)";
+
+/// Roles that may select from the views and are readers of no plant. A superuser reads all, as the owner of the tables does.
+const WITHOUT_ROWS: &str = "
+    SELECT rolname::text FROM pg_roles AS reading
+    WHERE NOT rolsuper AND rolname !~ '^pg_' AND has_schema_privilege(reading.oid, 'profivac', 'USAGE')
+        AND has_table_privilege(reading.oid, 'profivac.station', 'SELECT')
+        AND NOT pg_has_role(reading.oid, (SELECT relowner FROM pg_class WHERE oid = 'profivac_data.station'::regclass), 'member')
+        AND NOT EXISTS (SELECT FROM profivac_data.reader JOIN pg_roles AS given ON given.rolname = reader.role
+            WHERE pg_has_role(reading.oid, given.oid, 'member'))
+    ORDER BY 1";
 
 const DAY: i64 = 86_400 * Micros::SECOND;
 
@@ -57,6 +88,14 @@ pub enum StoreError {
         "the station has {MAX_SERIES_OF_STATION} series already, and {0:?} is another one: delete in profivac_data.series those that it no longer has"
     )]
     TooManySeries(String),
+    /// A station has too many points.
+    #[error(
+        "the station has {MAX_SERIES_OF_STATION} points already, and {0:?} is another one: delete in profivac_data.point those that it no longer has"
+    )]
+    TooManyPoints(String),
+    /// A backup was restored while the archive ran: the ids in memory belong to other stations and series.
+    #[error("the tables of the database were made anew, as a restoration does: the archive reads them again")]
+    Replaced,
 }
 
 /// The classes of SQL states that the rows themselves cause, so that the same rows fail again: two rows with one key, a value without a
@@ -67,10 +106,30 @@ impl StoreError {
     /// Whether the rows themselves are the cause.
     fn is_of_rows(&self) -> bool {
         match self {
-            Self::TooManySeries(_) => true,
+            Self::TooManySeries(_) | Self::TooManyPoints(_) => true,
             Self::Database(error) => error.code().is_some_and(is_of_rows),
-            Self::Connect(_) | Self::Schema(_) => false,
+            Self::Connect(_) | Self::Schema(_) | Self::Replaced => false,
         }
+    }
+
+    /// The reason for which a batch is put aside, in a word.
+    const fn word(&self) -> &'static str {
+        match self {
+            Self::TooManySeries(_) => "too_many_series",
+            Self::TooManyPoints(_) => "too_many_points",
+            Self::Database(_) | Self::Connect(_) | Self::Schema(_) | Self::Replaced => "refused_by_database",
+        }
+    }
+
+    /// The SQL state of the refusal, if the database has given one.
+    #[must_use]
+    pub fn state(&self) -> Option<&str> {
+        let error = match self {
+            Self::Database(error) | Self::Schema(SchemaError::Database(error)) => error,
+            Self::Connect(ConnectError::Refused(error)) => error,
+            _ => return None,
+        };
+        error.code().map(SqlState::code)
     }
 }
 
@@ -103,6 +162,8 @@ struct Station {
     id: i32,
     plant: String,
     epoch: i64,
+    /// The databases that are not the one of the station.
+    refused: Vec<i64>,
     /// Whether a batch has begun a later epoch.
     is_new_epoch: bool,
 }
@@ -114,6 +175,9 @@ impl Station {
         if self.plant != batch.plant {
             let (plant, found) = (self.plant.clone(), batch.plant.to_owned());
             return Some(Refusal::OtherPlant { station: station(), plant, found });
+        }
+        if self.refused.contains(&batch.epoch) {
+            return Some(Refusal::NotChosen { station: station() });
         }
         if batch.epoch < self.epoch && batch.batch.made_us > self.epoch.saturating_add(SUCCESSION) {
             return Some(Refusal::TwoDatabases { station: station(), known: self.epoch, found: batch.epoch });
@@ -132,11 +196,21 @@ pub struct Store {
     connection: JoinHandle<()>,
     /// The ids of series, by station and name.
     series: HashMap<(i32, String), i32>,
+    /// The ids of points, by station.
+    points: HashMap<(i32, BatchPoint), i32>,
+    /// The databases of stations that the database knows, by station and epoch.
+    epochs: HashSet<(i32, i64)>,
+    /// The file of the table of series, by which tables that were made anew are noticed.
+    tables: Option<u32>,
     /// The days that have a partition.
     days: HashSet<i64>,
     samples_days: u32,
     /// The batches that were put aside since these were counted.
     rejected: u64,
+    /// The stations and kinds of reasons that were reported in the last hour, and sentences to report.
+    reported: HashSet<(String, Option<Discriminant<Refusal>>)>,
+    reports: Vec<String>,
+    metrics: Metrics,
 }
 
 impl Drop for Store {
@@ -146,14 +220,13 @@ impl Drop for Store {
 }
 
 impl Store {
-    /// Connects, brings the tables up to date, and sets readers and partitions as the file says.
+    /// Connects, brings the tables up to date, and sets readers as the file says.
     ///
     /// # Errors
     /// [`StoreError`] when the database cannot be reached or refuses, or its tables are of a newer program.
     pub async fn open(database: &Database, samples_days: u32, plants: &[Plant]) -> Result<Self, StoreError> {
         let mut store = Self::connect(database, samples_days).await?;
         store.set_readers(plants).await?;
-        store.maintain(Micros::now()).await?;
         Ok(store)
     }
 
@@ -165,13 +238,40 @@ impl Store {
         let (mut client, connection) = database.connect().await?;
         upgrade(&mut client).await?;
         client.batch_execute("SET statement_timeout = '120s'").await?;
+        client.execute(DURABLE, &[]).await?;
         prepare::<SampleRow>(&client).await?;
         prepare::<SpanRow>(&client).await?;
+        prepare::<PointSampleRow>(&client).await?;
+        prepare::<PointSpanRow>(&client).await?;
         prepare::<StationRow<Event>>(&client).await?;
         prepare::<StationRow<AlarmChange>>(&client).await?;
         prepare::<StationRow<Audit>>(&client).await?;
         prepare::<BatchRow>(&client).await?;
-        Ok(Self { client, connection, series: HashMap::new(), days: HashSet::new(), samples_days, rejected: 0 })
+        let tables = client.query_one(TABLES, &[]).await?.get(0);
+        let (series, points, epochs, days) = (HashMap::new(), HashMap::new(), HashSet::new(), HashSet::new());
+        let (reported, reports) = (HashSet::new(), Vec::new());
+        let store = Self {
+            client,
+            connection,
+            series,
+            points,
+            epochs,
+            tables,
+            days,
+            samples_days,
+            rejected: 0,
+            reported,
+            reports,
+            metrics: Metrics::default(),
+        };
+        Ok(store)
+    }
+
+    /// Lets the store count in `metrics`.
+    #[must_use]
+    pub fn counting(mut self, metrics: &Metrics) -> Self {
+        self.metrics = metrics.clone();
+        self
     }
 
     /// Sets which roles may read which plants.
@@ -197,20 +297,38 @@ impl Store {
         Ok(transaction.commit().await?)
     }
 
-    /// Makes the partitions of the next days, drops those beyond the retention, and forgets old batches.
+    /// The roles to which the views show nothing, in a sentence; `None` without one.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the database refuses.
+    pub async fn roles_without_rows(&self) -> Result<Option<String>, StoreError> {
+        let rows = self.client.query(WITHOUT_ROWS, &[]).await?;
+        let roles: Vec<String> = rows.iter().map(|row| row.get(0)).collect();
+        let sentence = || {
+            let roles = roles.join(", ");
+            format!(
+                "the views of profivac have no rows for {roles}: they may select from them and are readers of no plant; add them to readers of a \
+                 [[plant]], or REVOKE USAGE ON SCHEMA profivac"
+            )
+        };
+        Ok((!roles.is_empty()).then(sentence))
+    }
+
+    /// Makes the partitions of the next days, and forgets old batches.
     ///
     /// # Errors
     /// [`StoreError`] when the database refuses.
     pub async fn maintain(&mut self, now: Micros) -> Result<(), StoreError> {
         let today = now.0.div_euclid(DAY);
         self.add_days((today..today.saturating_add(4)).collect()).await?;
-        let before = today.saturating_sub(i64::from(self.samples_days));
-        self.client
-            .execute("SELECT profivac_data.drop_days(date '1970-01-01' + $1::int)", &[&day_number(before)])
-            .await?;
         // An administrator may have dropped partitions and deleted series.
         self.days.clear();
         self.series.clear();
+        self.points.clear();
+        self.epochs.clear();
+        self.reported.clear();
+        // Gaps are noted before the batches around them are forgotten.
+        self.find_gaps().await?;
         self.client.execute("DELETE FROM profivac_data.batch WHERE stored < now() - interval '30 days'", &[]).await?;
         self.limit_rejected().await
     }
@@ -271,37 +389,85 @@ impl Store {
 
     async fn put_aside(&mut self, message: &Incoming, refusal: &StoreError) -> Result<Stored, StoreError> {
         let transaction = self.client.transaction().await?;
-        reject(&transaction, message, &refusal.to_string()).await?;
+        reject(&transaction, message, &refusal.to_string(), false).await?;
         transaction.commit().await?;
+        self.metrics.rejected(of_subject(&message.subject).map(|(_, station)| station), refusal.word());
+        self.report(message, None, &refusal.to_string());
         Ok(Stored { rejected: 1, ..Stored::default() })
+    }
+
+    /// Notes a sentence about a batch that was put aside, unless there was one about its station with such a reason.
+    fn report(&mut self, message: &Incoming, kind: Option<Discriminant<Refusal>>, reason: &str) {
+        let of = of_subject(&message.subject).map_or("an unknown station", |(_, station)| station);
+        if self.reported.len() < MAX_REPORTED && self.reported.insert((of.to_owned(), kind)) {
+            let later = "later ones for this reason are reported once an hour; profivac_data.rejected has them";
+            self.reports.push(format!("a batch of {of} is put aside: {reason}; {later}"));
+        }
+    }
+
+    /// The sentences about batches that were put aside since the last call.
+    pub fn take_reports(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.reports)
     }
 
     /// Stores the first messages in one transaction. Returns how many messages that were.
     async fn store_together(&mut self, messages: &[Incoming], now: Micros) -> Result<(Stored, usize), StoreError> {
+        let begun = Instant::now();
         let (decoded, mut rejected) = decode(messages, now);
         let taken = decoded.len().saturating_add(rejected.len());
         let mut stations = self.stations(&decoded).await?;
-        let mut batches = Vec::new();
+        let mut of_stations = Vec::new();
         for (message, batch) in decoded {
             let Some(station) = stations.get_mut(batch.station) else { continue };
             match station.refusal(&batch) {
                 Some(reason) => rejected.push((message, reason)),
-                None => batches.push((station.id, batch)),
+                None => of_stations.push((message, station.id, batch)),
+            }
+        }
+        let mut made = self.known_times(&of_stations).await?;
+        let (mut batches, mut copied) = (Vec::new(), Vec::new());
+        for (message, station, batch) in of_stations {
+            let key = (station, batch.epoch, batch.number);
+            match *made.entry(key).or_insert(batch.batch.made_us) == batch.batch.made_us {
+                true => batches.push((station, batch)),
+                false => {
+                    copied.push(key);
+                    rejected.push((message, Refusal::Copied { number: batch.number }));
+                }
             }
         }
         batches.sort_unstable_by_key(|(station, batch)| (*station, batch.epoch, batch.number));
+        // Two archives count what they put aside in the same order, and do not wait for each other in a circle.
+        rejected.sort_by(|(one, _), (other, _)| one.subject.cmp(&other.subject));
+        copied.sort_unstable();
+        self.add_epochs(&batches).await?;
         let rows = self.rows(&batches, now).await?;
-        self.add_days(rows.samples.iter().map(|row| row.sample.at.0.div_euclid(DAY)).collect()).await?;
+        self.add_days(rows.days()).await?;
         let transaction = self.client.transaction().await?;
-        rows.insert(&transaction).await?;
+        if transaction.query_one(TABLES, &[]).await?.get::<_, Option<u32>>(0) != self.tables {
+            return Err(StoreError::Replaced);
+        }
+        let counts = rows.insert(&transaction).await?;
         for station in stations.values().filter(|station| station.is_new_epoch) {
             let sql = "UPDATE profivac_data.station SET epoch = greatest(epoch, $2) WHERE id = $1";
             transaction.execute(sql, &[&station.id, &station.epoch]).await?;
         }
+        for (station, epoch, number) in copied {
+            let sql = "UPDATE profivac_data.epoch SET copied = least(copied, $3) WHERE station = $1 AND epoch = $2";
+            transaction.execute(sql, &[&station, &epoch, &number]).await?;
+        }
         for (message, reason) in &rejected {
-            reject(&transaction, message, &reason.to_string()).await?;
+            reject(&transaction, message, &reason.to_string(), reason.competes()).await?;
         }
         transaction.commit().await?;
+        self.metrics.committed(&counts, begun.elapsed());
+        for (_, batch) in &batches {
+            self.metrics.stored(batch.plant, batch.station, Micros(batch.batch.made_us), Micros::now());
+        }
+        for (message, reason) in &rejected {
+            self.metrics.rejected(of_subject(&message.subject).map(|(_, station)| station), reason.word());
+            self.report(message, Some(discriminant(reason)), &reason.to_string());
+        }
         let samples = batches.iter().map(|(_, batch)| batch.batch.sample_count() as u64).sum();
         Ok((Stored { batches: batches.len() as u64, samples, rejected: rejected.len() as u64 }, taken))
     }
@@ -324,12 +490,52 @@ impl Store {
     }
 
     async fn known_stations(&self, names: &[&str]) -> Result<BTreeMap<String, Station>, StoreError> {
-        let sql = "SELECT name, id, plant, epoch FROM profivac_data.station WHERE name = ANY($1)";
+        let sql = "SELECT name, id, plant, epoch,
+                ARRAY(SELECT epoch.epoch FROM profivac_data.epoch WHERE epoch.station = station.id AND refused) AS refused
+            FROM profivac_data.station WHERE name = ANY($1)";
         let station = |row: tokio_postgres::Row| {
-            let station = Station { id: row.get(1), plant: row.get(2), epoch: row.get(3), is_new_epoch: false };
+            let (id, plant, epoch, refused) = (row.get(1), row.get(2), row.get(3), row.get(4));
+            let station = Station { id, plant, epoch, refused, is_new_epoch: false };
             (row.get(0), station)
         };
         Ok(self.client.query(sql, &[&names]).await?.into_iter().map(station).collect())
+    }
+
+    /// When the batches with these numbers were made that are stored already. A batch with the same number and another time is another one: a copy of the database
+    /// gives numbers again.
+    async fn known_times(
+        &self,
+        batches: &[(&Incoming, i32, Accepted<'_>)],
+    ) -> Result<HashMap<(i32, i64, i64), i64>, StoreError> {
+        let sql = "SELECT batch.station, batch.epoch, batch.number, (extract(epoch FROM batch.made) * 1000000)::bigint
+            FROM unnest($1::integer[], $2::bigint[], $3::bigint[]) AS given (station, epoch, number)
+            JOIN profivac_data.batch USING (station, epoch, number)";
+        let stations: Vec<_> = batches.iter().map(|(_, station, _)| *station).collect();
+        let epochs: Vec<_> = batches.iter().map(|(_, _, batch)| batch.epoch).collect();
+        let numbers: Vec<_> = batches.iter().map(|(_, _, batch)| batch.number).collect();
+        let rows = self.client.query(sql, &[&stations, &epochs, &numbers]).await?;
+        Ok(rows.iter().map(|row| ((row.get(0), row.get(1), row.get(2)), row.get(3))).collect())
+    }
+
+    /// Adds the databases of these batches that are new. Outside of the transaction, as the series.
+    async fn add_epochs(&mut self, batches: &[(i32, Accepted<'_>)]) -> Result<(), StoreError> {
+        for (station, batch) in batches {
+            let key = (*station, batch.epoch);
+            if self.epochs.contains(&key) {
+                continue;
+            }
+            // An older program does not say which number is the first one. The batches are in the order of their numbers.
+            let of_station = Some(batch.batch.first_number).filter(|first| (1..=batch.number).contains(first));
+            let settled = of_station.unwrap_or(batch.number).saturating_sub(1);
+            let is_copy = of_station.is_some_and(|first| first > 1);
+            let add = "INSERT INTO profivac_data.epoch (station, epoch, settled, is_copy) VALUES ($1, $2, $3, $4) ON CONFLICT DO NOTHING";
+            self.client.execute(add, &[station, &batch.epoch, &settled, &is_copy]).await?;
+            if self.epochs.len() >= MAX_SERIES {
+                self.epochs.clear();
+            }
+            self.epochs.insert(key);
+        }
+        Ok(())
     }
 
     /// The id of a series, which is added if it is new. Outside of the transaction: what is in memory stays true if that fails.
@@ -351,11 +557,34 @@ impl Store {
         Ok(id)
     }
 
+    /// The id of a point, in the same way.
+    async fn point_id(&mut self, station: i32, point: &BatchPoint) -> Result<i32, StoreError> {
+        let [slave, name, unit, kind] = [&point.slave, &point.name, &point.unit, &point.kind].map(|word| text(word));
+        let key = (station, BatchPoint { slave, name, unit, kind });
+        if let Some(id) = self.points.get(&key) {
+            return Ok(*id);
+        }
+        let BatchPoint { slave, name, unit, kind } = &key.1;
+        let add = "INSERT INTO profivac_data.point (station, slave, name, unit, kind)
+            SELECT $1::integer, $2::text, $3::text, $4::text, $5::text
+            WHERE (SELECT count(*) FROM profivac_data.point WHERE station = $1) < $6::bigint ON CONFLICT DO NOTHING";
+        self.client.execute(add, &[&station, slave, name, unit, kind, &MAX_SERIES_OF_STATION]).await?;
+        let select = "SELECT id FROM profivac_data.point
+            WHERE station = $1 AND slave = $2 AND name = $3 AND unit = $4 AND kind = $5";
+        let found = self.client.query_opt(select, &[&station, slave, name, unit, kind]).await?;
+        let id = found.ok_or_else(|| StoreError::TooManyPoints(format!("{slave}.{name}")))?.get(0);
+        if self.points.len() >= MAX_SERIES {
+            self.points.clear();
+        }
+        self.points.insert(key, id);
+        Ok(id)
+    }
+
     /// The rows of batches: all samples within the retention, and of several spans with the same key the last one.
     async fn rows(&mut self, batches: &[(i32, Accepted<'_>)], now: Micros) -> Result<Rows, StoreError> {
         let oldest = now.0.div_euclid(DAY).saturating_sub(i64::from(self.samples_days)).saturating_mul(DAY);
         let mut rows = Rows::default();
-        let mut spans = BTreeMap::new();
+        let (mut spans, mut point_spans) = (BTreeMap::new(), BTreeMap::new());
         for (station, batch) in batches {
             let mut expired = 0_usize;
             for (name, samples) in &batch.samples {
@@ -364,6 +593,19 @@ impl Store {
                 let kept = samples.iter().filter(|sample| sample.at.0 >= oldest);
                 rows.samples.extend(kept.map(|sample| SampleRow { series, sample: *sample }));
                 expired += samples.len().saturating_sub(rows.samples.len().saturating_sub(before));
+            }
+            for (point, samples) in &batch.points {
+                let point = self.point_id(*station, point).await?;
+                let before = rows.point_samples.len();
+                let kept = samples.iter().filter(|sample| sample.at.0 >= oldest);
+                rows.point_samples.extend(kept.map(|sample| PointSampleRow { point, sample: *sample }));
+                expired += samples.len().saturating_sub(rows.point_samples.len().saturating_sub(before));
+            }
+            for span in &batch.batch.point_spans {
+                let point = self.point_id(*station, &span.point).await?;
+                let key = (point, span.level, span.start_us, batch.epoch);
+                let row = PointSpanRow { point, epoch: batch.epoch, batch: batch.number, span: span.clone() };
+                point_spans.insert(key, row);
             }
             for span in &batch.batch.spans {
                 let series = self.series_id(*station, &text(&span.series)).await?;
@@ -374,7 +616,9 @@ impl Store {
             rows.add_lists(*station, batch, expired);
         }
         rows.samples.sort_unstable_by_key(|row| (row.series, row.sample.at));
+        rows.point_samples.sort_unstable_by_key(|row| (row.point, row.sample.at));
         rows.spans = spans.into_values().collect();
+        rows.point_spans = point_spans.into_values().collect();
         Ok(rows)
     }
 
@@ -418,6 +662,8 @@ fn decode(messages: &[Incoming], now: Micros) -> (Vec<Of<'_, Accepted<'_>>>, Vec
 struct Rows {
     samples: Vec<SampleRow>,
     spans: Vec<SpanRow>,
+    point_samples: Vec<PointSampleRow>,
+    point_spans: Vec<PointSpanRow>,
     events: Vec<StationRow<Event>>,
     alarms: Vec<StationRow<AlarmChange>>,
     audit: Vec<StationRow<Audit>>,
@@ -425,6 +671,12 @@ struct Rows {
 }
 
 impl Rows {
+    /// The days of all samples, since 1970.
+    fn days(&self) -> BTreeSet<i64> {
+        let of_points = self.point_samples.iter().map(|row| row.sample.at);
+        self.samples.iter().map(|row| row.sample.at).chain(of_points).map(|at| at.0.div_euclid(DAY)).collect()
+    }
+
     /// Adds the events, alarms and audit of a batch, and the batch itself.
     fn add_lists(&mut self, station: i32, accepted: &Accepted<'_>, expired: usize) {
         let Accepted { epoch, number, batch, .. } = accepted;
@@ -436,23 +688,68 @@ impl Rows {
         self.batches.push(BatchRow { station, epoch, number, made_us, samples, expired });
     }
 
-    async fn insert(&self, transaction: &Transaction<'_>) -> Result<(), StoreError> {
-        insert(transaction, &self.samples).await?;
-        insert(transaction, &self.spans).await?;
-        insert(transaction, &self.events).await?;
-        insert(transaction, &self.alarms).await?;
-        insert(transaction, &self.audit).await?;
-        insert(transaction, &self.batches).await?;
-        Ok(())
+    /// Stores the rows. Returns how many were stored.
+    async fn insert(&self, transaction: &Transaction<'_>) -> Result<metrics::Transaction, StoreError> {
+        let mut counts = BTreeMap::new();
+        put(transaction, &self.samples, &mut counts).await?;
+        put(transaction, &self.spans, &mut counts).await?;
+        put(transaction, &self.point_samples, &mut counts).await?;
+        put(transaction, &self.point_spans, &mut counts).await?;
+        if !self.spans.is_empty() {
+            transaction.execute(&copies::poorer_spans("span", "series"), &[]).await?;
+        }
+        if !self.point_spans.is_empty() {
+            transaction.execute(&copies::poorer_spans("point_span", "point"), &[]).await?;
+        }
+        put(transaction, &self.events, &mut counts).await?;
+        put(transaction, &self.alarms, &mut counts).await?;
+        put(transaction, &self.audit, &mut counts).await?;
+        let lists = [("event", self.events.len()), ("alarm", self.alarms.len()), ("audit", self.audit.len())];
+        for (table, _) in lists.into_iter().filter(|(_, rows)| *rows > 0) {
+            transaction.execute(&copies::earlier_rows(table), &[]).await?;
+        }
+        let batches = insert(transaction, &self.batches).await?;
+        let repeated = (self.batches.len() as u64).saturating_sub(batches);
+        let expired = self.batches.iter().map(|row| u64::try_from(row.expired).unwrap_or(0)).sum();
+        Ok(metrics::Transaction { batches, repeated, rows: counts, expired })
     }
+}
+
+/// Inserts rows, and notes how many were stored.
+async fn put<R: Row>(
+    transaction: &Transaction<'_>,
+    rows: &[R],
+    counts: &mut BTreeMap<&'static str, u64>,
+) -> Result<(), StoreError> {
+    let stored = insert(transaction, rows).await?;
+    if !rows.is_empty() {
+        counts.insert(R::TABLE, stored);
+    }
+    Ok(())
 }
 
 fn day_number(day: i64) -> i32 {
     i32::try_from(day).unwrap_or(i32::MAX)
 }
 
-async fn reject(transaction: &Transaction<'_>, message: &Incoming, reason: &str) -> Result<(), StoreError> {
-    let sql = "INSERT INTO profivac_data.rejected (subject, message_id, reason, payload) VALUES ($1, $2, $3, $4) ON CONFLICT DO NOTHING";
-    transaction.execute(sql, &[&text(&message.subject), &text(&message.id), &text(reason), &message.payload]).await?;
+async fn reject(
+    transaction: &Transaction<'_>,
+    message: &Incoming,
+    reason: &str,
+    competes: bool,
+) -> Result<(), StoreError> {
+    let station = of_subject(&message.subject).map(|(_, station)| station);
+    let (epoch, number) = station.and_then(|station| of_message_id(&message.id, station)).unzip();
+    let sql =
+        "INSERT INTO profivac_data.rejected (subject, message_id, reason, payload, station, epoch, number, competes)
+        VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT DO NOTHING";
+    let (subject, id, reason) = (text(&message.subject), text(&message.id), text(reason));
+    let values: &[&(dyn ToSql + Sync)] =
+        &[&subject, &id, &reason, &message.payload, &station, &epoch, &number, &competes];
+    let is_new = transaction.execute(sql, values).await? > 0;
+    let Some(station) = station.filter(|_| is_new) else { return Ok(()) };
+    let count = "INSERT INTO profivac_data.put_aside AS known (station, count, at, reason) VALUES ($1, 1, clock_timestamp(), $2)
+        ON CONFLICT (station) DO UPDATE SET count = known.count + 1, at = excluded.at, reason = excluded.reason";
+    transaction.execute(count, &[&station, &reason]).await?;
     Ok(())
 }

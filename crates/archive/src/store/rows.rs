@@ -4,8 +4,8 @@
 
 use super::accept::text;
 use futures_util::pin_mut;
-use profivac_recorder::batch::{AlarmChange, Audit, Event, Span};
-use profivac_recorder::{Micros, Sample};
+use profivac_recorder::batch::{AlarmChange, Audit, Event, PointSpan, Span};
+use profivac_recorder::{Micros, PointSample, Sample};
 use std::pin::Pin;
 use std::time::SystemTime;
 use tokio_postgres::binary_copy::BinaryCopyInWriter;
@@ -40,10 +40,10 @@ pub async fn prepare<R: Row>(client: &Client) -> Result<(), Error> {
 }
 
 /// Inserts rows. In the order of `rows`: two archives that insert the same rows in the same order do not wait for each other in a
-/// circle.
-pub async fn insert<R: Row>(transaction: &Transaction<'_>, rows: &[R]) -> Result<(), Error> {
+/// circle. Returns how many rows were stored: those that are new, and spans that have changed.
+pub async fn insert<R: Row>(transaction: &Transaction<'_>, rows: &[R]) -> Result<u64, Error> {
     if rows.is_empty() {
-        return Ok(());
+        return Ok(0);
     }
     let (table, columns) = (R::TABLE, names::<R>());
     let types: Vec<_> = R::COLUMNS.iter().map(|(_, of_column)| of_column.clone()).collect();
@@ -58,7 +58,7 @@ pub async fn insert<R: Row>(transaction: &Transaction<'_>, rows: &[R]) -> Result
     let sql = format!(
         "INSERT INTO profivac_data.{table} ({columns}) SELECT {columns} FROM stage_{table} ON CONFLICT {on_conflict}"
     );
-    transaction.execute(&sql, &[]).await.map(drop)
+    transaction.execute(&sql, &[]).await
 }
 
 fn names<R: Row>() -> String {
@@ -118,6 +118,64 @@ impl Row for SpanRow {
         let Span { min_pa, max_pa, log10_sum, .. } = span;
         let values: &Values<'_> =
             &[series, &level, &start, epoch, batch, min_pa, max_pa, log10_sum, &count, &qualities];
+        copy.write(values).await
+    }
+}
+
+/// A value of a point.
+pub struct PointSampleRow {
+    pub point: i32,
+    pub sample: PointSample,
+}
+
+impl Row for PointSampleRow {
+    const TABLE: &'static str = "point_sample";
+    const COLUMNS: &'static [(&'static str, Type)] =
+        &[("point", Type::INT4), ("at", Type::TIMESTAMPTZ), ("value", Type::FLOAT8), ("quality", Type::INT2)];
+
+    async fn write(&self, copy: CopyIn<'_>) -> Result<(), Error> {
+        let PointSample { at, number, quality } = &self.sample;
+        copy.write(&[&self.point, &at.to_system_time(), number, &i16::from(*quality as u8)]).await
+    }
+}
+
+/// A span of a point, of a batch of a database.
+pub struct PointSpanRow {
+    pub point: i32,
+    pub epoch: i64,
+    pub batch: i64,
+    pub span: PointSpan,
+}
+
+impl Row for PointSpanRow {
+    const TABLE: &'static str = "point_span";
+    const COLUMNS: &'static [(&'static str, Type)] = &[
+        ("point", Type::INT4),
+        ("level", Type::INT2),
+        ("start", Type::TIMESTAMPTZ),
+        ("epoch", Type::INT8),
+        ("batch", Type::INT8),
+        ("min_value", Type::FLOAT8),
+        ("max_value", Type::FLOAT8),
+        ("last_value", Type::FLOAT8),
+        ("sum", Type::FLOAT8),
+        ("count", Type::INT8),
+        ("qualities", Type::INT2),
+    ];
+    const ON_CONFLICT: &'static str = "(point, level, start, epoch) DO UPDATE SET batch = excluded.batch,
+        min_value = excluded.min_value, max_value = excluded.max_value, last_value = excluded.last_value, sum = excluded.sum,
+        count = excluded.count, qualities = excluded.qualities
+        WHERE point_span.batch < excluded.batch";
+
+    async fn write(&self, copy: CopyIn<'_>) -> Result<(), Error> {
+        let Self { point, epoch, batch, span } = self;
+        // `accept` refuses another one.
+        let level = i16::try_from(span.level).unwrap_or(i16::MAX);
+        let qualities = i16::try_from(span.qualities).unwrap_or(i16::MAX);
+        let (start, count) = (time(span.start_us), i64::from(span.count));
+        let PointSpan { min_value, max_value, last_value, sum, .. } = span;
+        let values: &Values<'_> =
+            &[point, &level, &start, epoch, batch, min_value, max_value, last_value, sum, &count, &qualities];
         copy.write(values).await
     }
 }

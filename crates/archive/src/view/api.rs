@@ -5,13 +5,15 @@
 //! | `/api/archive` | stations, latest readings, active alarms |
 //! | `/api/live` | the same, then its changes |
 //! | `/api/trend` | the trend of a series |
+//! | `/api/points` | the points of slaves |
+//! | `/api/point-trend` | the trend of a point |
 //! | `/api/events` | events |
 //! | `/api/stations/{station}/alarms/{alarm}/acknowledge` | acknowledges an alarm at its station |
 //! | `/api/session`, `/api/login`, `/api/openid/begin`, `/api/openid/login`, `/api/logout`, `/api/password` | the user, as at a station |
 //! | `/api/openapi.json` | this API as an OpenAPI document |
 //! | every other path | the page |
 
-use super::history::{ArchivedEvent, Wanted, events, trend};
+use super::history::{ArchivedEvent, ArchivedPoint, Wanted, events, point_trend, points, trend};
 use super::pool::{Pool, PoolError};
 use super::state::State as Shown;
 use super::stations::Stations;
@@ -26,7 +28,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use profivac_archive_protocol::request::{MAX_PIXELS as MAX_STATION_PIXELS, Request};
-use profivac_recorder::Trend;
+use profivac_recorder::{PointTrend, Trend};
 use profivac_web_pages::archive_file;
 use profivac_web_server::auth::{Role, User};
 use profivac_web_server::authenticator::AccessObserver;
@@ -65,7 +67,7 @@ const LAST_MS: i64 = 253_402_300_799_999;
         title = "profivac archive",
         description = "Readings, alarms, events and trends of many vacuum stations. Pressures are in Pa, times in milliseconds since 1970 (UTC)."
     ),
-    paths(archive, live, get_trend, get_events, acknowledge)
+    paths(archive, live, get_trend, get_points, get_point_trend, get_events, acknowledge)
 )]
 struct Description;
 
@@ -100,6 +102,8 @@ pub fn router(config: &Config, watch: &Watch, pending: Pending, log: Arc<dyn Acc
         .route("/api/archive", get(archive))
         .route("/api/live", get(live))
         .route("/api/trend", get(get_trend))
+        .route("/api/points", get(get_points))
+        .route("/api/point-trend", get(get_point_trend))
         .route("/api/events", get(get_events))
         .route("/api/stations/{station}/alarms/{alarm}/acknowledge", post(acknowledge))
         .merge(session_routes())
@@ -199,6 +203,76 @@ async fn get_trend(
     }
     let wanted = Wanted { station: station.to_owned(), series: series.to_owned(), time, pixels };
     Ok(Json(to_its_end(async move { trend(&shared.pool, &wanted).await }).await?).into_response())
+}
+
+/// The points of slaves, with their units
+#[utoipa::path(
+    get,
+    path = "/api/points",
+    responses(
+        (status = 200, body = [ArchivedPoint]),
+        (status = 503, body = Problem, description = "The database does not answer")
+    )
+)]
+async fn get_points(State(shared): State<Shared>, user: User) -> Result<Json<Vec<ArchivedPoint>>, Problem> {
+    let hidden = shared.visibility.hidden_from(&user);
+    Ok(Json(to_its_end(async move { points(&shared.pool, &hidden).await }).await?))
+}
+
+/// The point and the time range of a trend.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+struct PointTrendParameters {
+    /// The station.
+    #[param(example = "hall-1")]
+    station: String,
+    /// The slave.
+    #[param(example = "turbo")]
+    slave: String,
+    /// The point.
+    #[param(example = "speed")]
+    point: String,
+    /// The unit, if the point was recorded in several; empty for a point without a unit. Default: the unit of the last value.
+    unit: Option<String>,
+    /// The beginning, in milliseconds since 1970.
+    #[param(example = 0)]
+    from: i64,
+    /// The end, in milliseconds since 1970.
+    #[param(example = 4_102_444_800_000_i64)]
+    to: i64,
+    /// The most entries of the trend, 1 to 20000.
+    #[param(default = 1000, minimum = 1, maximum = 20_000)]
+    pixels: Option<u32>,
+}
+
+/// The trend of a point, in its unit
+///
+/// Values where a pixel is shorter than two minutes, otherwise the spans of the station.
+#[utoipa::path(
+    get,
+    path = "/api/point-trend",
+    params(PointTrendParameters),
+    responses(
+        (status = 200, body = PointTrend),
+        (status = 400, body = Problem, description = "A parameter is wrong"),
+        (status = 404, body = Problem, description = "The archive has no such station or point"),
+        (status = 503, body = Problem, description = "The database does not answer")
+    )
+)]
+async fn get_point_trend(
+    State(shared): State<Shared>,
+    user: User,
+    query: Result<Query<PointTrendParameters>, QueryRejection>,
+) -> Result<Json<PointTrend>, Problem> {
+    let PointTrendParameters { station, slave, point, unit, from, to, pixels } = parsed_query(query)?;
+    let time = checked_time(from, to)?;
+    let pixels = checked_range("pixels", pixels.unwrap_or(PIXELS), MAX_PIXELS)?;
+    shared.plant_of(&station, &user)?;
+    let none = || Problem::not_found(format!("the archive has no point {point:?} of {slave:?} at {station:?}"));
+    let (missing, wanted) = (none(), Wanted { station, series: point, time, pixels });
+    let query = async move { point_trend(&shared.pool, &slave, unit.as_deref(), &wanted).await };
+    to_its_end(query).await?.map(Json).ok_or(missing)
 }
 
 /// Runs a query to its end, also when the client is gone: its statement keeps its permit until then, so that clients who leave cannot

@@ -3,7 +3,7 @@
 use super::pool::{Pool, PoolError};
 use super::visibility::Hidden;
 use profivac_model::{Event, Micros, Word};
-use profivac_recorder::Trend;
+use profivac_recorder::{Point, PointKind, PointTrend, Trend};
 use serde::Serialize;
 use tokio_postgres::Row;
 use utoipa::ToSchema;
@@ -13,24 +13,59 @@ const MINUTE_MS: i64 = 60_000;
 /// The levels of spans with the time that each span covers, the longest first.
 const LEVELS: [(i16, i64); 3] = [(4, 360 * MINUTE_MS), (3, 30 * MINUTE_MS), (2, 2 * MINUTE_MS)];
 
-/// A summary of samples begins at its first sample, so that single samples keep their times.
+/// A summary of samples begins at its first sample, so that single samples keep their times. The end of a range (quality 1, 2) is in no
+/// mean.
 const SAMPLES: &str = "
     SELECT (extract(epoch FROM min(at)) * 1000)::bigint AS start, min(pressure_pa) AS low, max(pressure_pa) AS high,
-        10 ^ avg(log(pressure_pa)) FILTER (WHERE pressure_pa > 0) AS mean, bit_or(1 << quality)::integer AS qualities
+        10 ^ avg(log(pressure_pa)) FILTER (WHERE pressure_pa > 0 AND quality = 0) AS mean,
+        (max(ARRAY[extract(epoch FROM at)::double precision, CASE WHEN quality = 0 THEN pressure_pa END]))[2] AS last, bit_or(1 << quality)::integer AS qualities
     FROM profivac.sample
     WHERE station = $1 AND series = $2 AND at >= to_timestamp($3::bigint / 1000.0::double precision)
         AND at < to_timestamp($4::bigint / 1000.0::double precision)
     GROUP BY floor((extract(epoch FROM at)::double precision * 1000 - $3::bigint) / $5::double precision)
     ORDER BY 1";
 
-/// A summary of spans begins at its first span.
+/// A summary of spans begins at its first span. A station of version 0.1 counts the ends of ranges, also where no pressure is valid (bit 0).
 const SPANS: &str = "
     SELECT (extract(epoch FROM min(start)) * 1000)::bigint AS start, min(min_pa) AS low, max(max_pa) AS high,
-        10 ^ (sum(log(mean_pa) * count) / nullif(sum(count), 0)) AS mean, bit_or(qualities)::integer AS qualities
+        10 ^ (sum(log(mean_pa) * count) FILTER (WHERE qualities & 1 = 1) / nullif(sum(count) FILTER (WHERE qualities & 1 = 1), 0)) AS mean,
+        NULL::double precision AS last, bit_or(qualities)::integer AS qualities
     FROM profivac.span
     WHERE station = $1 AND series = $2 AND level = $6 AND start >= to_timestamp($3::bigint / 1000.0::double precision)
         AND start < to_timestamp($4::bigint / 1000.0::double precision)
     GROUP BY floor((extract(epoch FROM start)::double precision * 1000 - $3::bigint) / $5::double precision)
+    ORDER BY 1";
+
+/// The points of all plants but some.
+const POINTS: &str = "
+    SELECT plant, station, slave, point, unit, kind FROM profivac.point WHERE plant <> ALL ($1) ORDER BY station, point_id LIMIT 100000";
+
+/// A point of a station, in the unit of its last value unless one is given.
+const POINT: &str = "
+    SELECT point_id, slave, point, unit, kind FROM profivac.point
+    WHERE station = $1 AND slave = $2 AND point = $3 AND ($4::text IS NULL OR unit = $4)
+    ORDER BY greatest((SELECT max(at) FROM profivac_data.point_sample AS sample WHERE sample.point = point_id),
+        (SELECT max(start) FROM profivac_data.point_span AS span WHERE span.point = point_id)) DESC NULLS LAST, point_id DESC LIMIT 1";
+
+/// As for pressures. The mean of a code is left out later.
+const POINT_SAMPLES: &str = "
+    SELECT (extract(epoch FROM min(at)) * 1000)::bigint AS start, min(value) AS low, max(value) AS high, avg(value) AS mean,
+        (array_agg(value ORDER BY at DESC) FILTER (WHERE value IS NOT NULL))[1] AS last, bit_or(1 << quality)::integer AS qualities
+    FROM profivac_data.point_sample
+    WHERE point = $1 AND at >= to_timestamp($2::bigint / 1000.0::double precision)
+        AND at < to_timestamp($3::bigint / 1000.0::double precision)
+    GROUP BY floor((extract(epoch FROM at)::double precision * 1000 - $2::bigint) / $4::double precision)
+    ORDER BY 1";
+
+const POINT_SPANS: &str = "
+    SELECT (extract(epoch FROM min(start)) * 1000)::bigint AS start, min(min_value) AS low, max(max_value) AS high,
+        sum(sum) / nullif(sum(count), 0)::double precision AS mean,
+        (array_agg(last_value ORDER BY start DESC, epoch DESC) FILTER (WHERE last_value IS NOT NULL))[1] AS last,
+        bit_or(qualities)::integer AS qualities
+    FROM profivac_data.point_span
+    WHERE point = $1 AND level = $5 AND start >= to_timestamp($2::bigint / 1000.0::double precision)
+        AND start < to_timestamp($3::bigint / 1000.0::double precision)
+    GROUP BY floor((extract(epoch FROM start)::double precision * 1000 - $2::bigint) / $4::double precision)
     ORDER BY 1";
 
 /// Events of all plants but some. A sentence of a station is far shorter than 2,000 characters.
@@ -89,16 +124,92 @@ async fn spans(pool: &Pool, wanted: &Wanted, level: i16) -> Result<Vec<Row>, Poo
     pool.query(SPANS, &[&wanted.station, &wanted.series, &from, &to, &wanted.pixel_ms(), &level]).await
 }
 
+fn qualities(row: &Row) -> u8 {
+    u8::try_from(row.get::<_, Option<i32>>("qualities").unwrap_or(0)).unwrap_or(0)
+}
+
 fn trend_of(series: String, rows: &[Row]) -> Trend {
-    let qualities = |row: &Row| u8::try_from(row.get::<_, Option<i32>>("qualities").unwrap_or(0)).unwrap_or(0);
     Trend {
         series,
         start_ms: rows.iter().map(|row| row.get("start")).collect(),
         low: rows.iter().map(|row| row.get("low")).collect(),
         high: rows.iter().map(|row| row.get("high")).collect(),
         mean: rows.iter().map(|row| row.get("mean")).collect(),
+        last: rows.iter().map(|row| row.get("last")).collect(),
         qualities: rows.iter().map(qualities).collect(),
     }
+}
+
+/// A point of a station of the archive.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct ArchivedPoint {
+    /// The plant.
+    pub plant: String,
+    /// The station.
+    pub station: String,
+    /// The point, with its unit.
+    pub point: Point,
+}
+
+fn point(row: &Row) -> Point {
+    Point {
+        slave: row.get("slave"),
+        name: row.get("point"),
+        unit: Some(row.get::<_, String>("unit")).filter(|unit| !unit.is_empty()),
+        kind: PointKind::from_word(row.get("kind")).unwrap_or(PointKind::Code),
+    }
+}
+
+/// The points of all plants that are not hidden, at most 100,000.
+///
+/// # Errors
+/// [`PoolError`].
+pub async fn points(pool: &Pool, hidden: &Hidden) -> Result<Vec<ArchivedPoint>, PoolError> {
+    let hidden: Vec<_> = hidden.iter().map(String::as_str).collect();
+    let rows = pool.query(POINTS, &[&hidden]).await?;
+    let archived =
+        |row: &Row| ArchivedPoint { plant: row.get("plant"), station: row.get("station"), point: point(row) };
+    Ok(rows.iter().map(archived).collect())
+}
+
+/// The trend of a point, `wanted.series` of a slave. `None` if the archive has no value of it.
+///
+/// # Errors
+/// [`PoolError`].
+pub async fn point_trend(
+    pool: &Pool,
+    slave: &str,
+    unit: Option<&str>,
+    wanted: &Wanted,
+) -> Result<Option<PointTrend>, PoolError> {
+    let found = pool.query(POINT, &[&wanted.station, &slave, &wanted.series, &unit]).await?;
+    let Some(found) = found.first() else { return Ok(None) };
+    let (id, point): (i32, Point) = (found.get("point_id"), point(found));
+    let (from, to) = wanted.time;
+    let pixel = wanted.pixel_ms();
+    let rows = match wanted.level() {
+        Some(level) => pool.query(POINT_SPANS, &[&id, &from, &to, &pixel, &level]).await?,
+        None => {
+            let samples = pool.query(POINT_SAMPLES, &[&id, &from, &to, &pixel]).await?;
+            let finest = LEVELS[2].0;
+            if samples.is_empty() {
+                pool.query(POINT_SPANS, &[&id, &from, &to, &pixel, &finest]).await?
+            } else {
+                samples
+            }
+        }
+    };
+    let has_mean = point.kind == PointKind::Number;
+    Ok(Some(PointTrend {
+        point,
+        texts: Vec::new(),
+        start_ms: rows.iter().map(|row| row.get("start")).collect(),
+        low: rows.iter().map(|row| row.get("low")).collect(),
+        high: rows.iter().map(|row| row.get("high")).collect(),
+        mean: rows.iter().map(|row| row.get::<_, Option<f64>>("mean").filter(|_| has_mean)).collect(),
+        last: rows.iter().map(|row| row.get("last")).collect(),
+        qualities: rows.iter().map(qualities).collect(),
+    }))
 }
 
 /// Something that happened at a station.

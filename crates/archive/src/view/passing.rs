@@ -98,7 +98,15 @@ mod tests {
 
     /// A station of epoch 5 with one series.
     fn stored() -> State {
-        let station = StationState { plant: "hall".to_owned(), epoch: 5, made_ms: None, stored_ms: None };
+        let station = StationState {
+            plant: "hall".to_owned(),
+            epoch: 5,
+            made_ms: None,
+            stored_ms: None,
+            missing: 0,
+            put_aside: 0,
+            put_aside_reason: None,
+        };
         let of_series = reading("hall-1", "chamber", &sample(0, 1.0));
         State {
             stations: [("hall-1".to_owned(), station)].into(),

@@ -66,6 +66,12 @@ pub struct StationState {
     pub made_ms: Option<i64>,
     /// When the archive stored its last batch, in milliseconds since 1970.
     pub stored_ms: Option<i64>,
+    /// Batches that have not come.
+    pub missing: i64,
+    /// Batches that were put aside.
+    pub put_aside: i64,
+    /// Why the last one of them was put aside, in a sentence.
+    pub put_aside_reason: Option<String>,
 }
 
 /// The latest reading of a series.
@@ -159,7 +165,15 @@ mod tests {
 
     #[test]
     fn a_state_without_a_plant_has_none_of_its_rows_and_counts() {
-        let station = |plant: &str| StationState { plant: plant.to_owned(), epoch: 1, made_ms: None, stored_ms: None };
+        let station = |plant: &str| StationState {
+            plant: plant.to_owned(),
+            epoch: 1,
+            made_ms: None,
+            stored_ms: None,
+            missing: 0,
+            put_aside: 0,
+            put_aside_reason: None,
+        };
         let reading = |station: &str| LatestReading {
             station: station.to_owned(),
             series: "chamber".to_owned(),

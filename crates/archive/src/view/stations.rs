@@ -36,7 +36,7 @@ pub enum AskError {
     #[error("{0} reads trends for others; try again")]
     StationBusy(String),
     /// No station listens.
-    #[error("{0} does not listen: it is not connected, or its file has no requests in [archive]")]
+    #[error("{0} does not listen: it does not run, or is not connected to the servers of NATS")]
     NoStation(String),
     /// The station does not poll this archive.
     #[error(
@@ -192,8 +192,11 @@ impl Stations {
 
 /// Whether the lists of a trend belong together.
 fn is_whole(trend: &Trend) -> bool {
+    let length = trend.start_ms.len();
     let lengths = [trend.low.len(), trend.high.len(), trend.mean.len(), trend.qualities.len()];
-    trend.start_ms.len() <= MAX_PIXELS as usize && lengths.iter().all(|length| *length == trend.start_ms.len())
+    // A station of version 0.1 sends no last pressures.
+    let has_last = trend.last.is_empty() || trend.last.len() == length;
+    length <= MAX_PIXELS as usize && has_last && lengths.iter().all(|other| *other == length)
 }
 
 #[cfg(test)]
@@ -221,10 +224,13 @@ mod tests {
             low: vec![None; length],
             high: vec![None; length],
             mean: vec![None; length],
+            last: vec![None; length],
             qualities: vec![0; length],
         };
         assert!(is_whole(&trend(0)) && is_whole(&trend(MAX_PIXELS as usize)));
         assert!(!is_whole(&trend(MAX_PIXELS as usize + 1)));
         assert!(!is_whole(&Trend { mean: Vec::new(), ..trend(2) }));
+        assert!(!is_whole(&Trend { last: vec![None], ..trend(2) }));
+        assert!(is_whole(&Trend { last: Vec::new(), ..trend(2) }), "a station of version 0.1");
     }
 }

@@ -44,8 +44,11 @@ const MAX_ALARMS: i64 = 500;
 
 const STATIONS: &str = "
     SELECT station.id, station.plant, station.name, station.epoch, last.number,
-        (extract(epoch FROM last.made) * 1000)::bigint AS made, (extract(epoch FROM last.stored) * 1000)::bigint AS stored
-    FROM profivac_data.station LEFT JOIN LATERAL (
+        (extract(epoch FROM last.made) * 1000)::bigint AS made, (extract(epoch FROM last.stored) * 1000)::bigint AS stored,
+        least(coalesce((SELECT sum(gap.last - gap.first + 1) FROM profivac_data.gap WHERE gap.station = station.id), 0),
+            9007199254740991)::bigint AS missing,
+        coalesce(put_aside.count, 0) AS put_aside, left(put_aside.reason, 500) AS reason
+    FROM profivac_data.station LEFT JOIN profivac_data.put_aside ON put_aside.station = station.name LEFT JOIN LATERAL (
         SELECT number, made, stored FROM profivac_data.batch
         WHERE batch.station = station.id AND batch.epoch = station.epoch ORDER BY number DESC LIMIT 1
     ) AS last ON true";
@@ -197,6 +200,9 @@ async fn read(client: &Client, known: &mut LastBatches, before: State) -> Result
             epoch: row.get("epoch"),
             made_ms: row.get("made"),
             stored_ms: row.get("stored"),
+            missing: row.get("missing"),
+            put_aside: row.get("put_aside"),
+            put_aside_reason: row.get("reason"),
         };
         state.stations.insert(name, station);
     }
