@@ -3,13 +3,13 @@
 use crate::field::{self, Field};
 use crate::names::{self, Entry, NameError};
 use crate::record::{AlarmLimits, Answer, Data, MAX_TEXT, Meta, Put, Record, RecordType, Sample, cut, exponential};
-use profivac_gateway::command::{controlled_devices, is_writable};
+use profivac_gateway::command::controlled_gauges;
 use profivac_gateway::signal::{gauge_state, priority};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// The words of `bi`.
@@ -55,20 +55,21 @@ impl Database {
     /// A name is too long or is given twice, or the settings name something that does not exist.
     pub fn new(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<Self, NameError> {
         let rows = names::rows(station, snapshot, settings)?;
-        let devices = controlled_devices(snapshot);
+        let gauges = controlled_gauges(snapshot);
         let record = |row: &names::Row| {
             let point = snapshot.points.get(row.point)?;
             let is_pressure = |it: &Point| it.signal == Signal::Pressure && it.subject == point.subject;
             let text = point.signal == Signal::StateText;
             Some(Record {
                 name: Arc::from(row.name.as_str()),
-                kind: record_type(row.entry, point.signal.kind()),
+                kind: record_type(row.entry, point.signal),
                 signal: point.signal,
+                about: about(row.entry, point.signal, &settings.unit),
                 point: row.point,
                 pressure: if text { snapshot.points.iter().position(is_pressure) } else { None },
                 is_pressure: point.unit == Some("Pa"),
                 is_simulated: point.is_simulated,
-                put: put(row.entry, point, &devices, settings),
+                put: put(row.entry, point, &gauges, settings),
                 meta: meta(row.entry, point, settings),
             })
         };
@@ -103,22 +104,24 @@ impl Database {
 }
 
 /// What a put to a name does.
-fn put(entry: Entry, point: &Point, devices: &HashMap<&str, &str>, settings: &Settings) -> Put {
+fn put(entry: Entry, point: &Point, gauges: &HashSet<&str>, settings: &Settings) -> Put {
     if settings.write.is_none() {
         return Put::Refused;
     }
-    let device = point.subject.gauge().and_then(|gauge| devices.get(gauge));
-    match (entry, device) {
-        (Entry::Acknowledge, _) => Put::Acknowledge,
-        (Entry::Command, Some(_)) => Put::Command,
-        (Entry::Point | Entry::Alias, Some(device)) if is_writable(point, device) => Put::Parameter,
+    let is_controlled = point.subject.gauge().is_some_and(|gauge| gauges.contains(gauge));
+    match entry {
+        Entry::Acknowledge => Put::Acknowledge,
+        Entry::Command if is_controlled => Put::Command,
+        Entry::Point | Entry::Alias if is_controlled && point.is_writable => Put::Parameter,
         _ => Put::Refused,
     }
 }
 
-const fn record_type(entry: Entry, kind: Kind) -> RecordType {
-    match kind {
+const fn record_type(entry: Entry, signal: Signal) -> RecordType {
+    match signal.kind() {
         _ if matches!(entry, Entry::Command) => RecordType::Stringin,
+        // An acknowledgement needs each of its 13 digits: `caget` shows six of a number, 1.76723e+12.
+        _ if matches!((entry, signal), (Entry::Point | Entry::Alias, Signal::Occurrence)) => RecordType::Stringin,
         Kind::Float => RecordType::Ai,
         Kind::Integer => RecordType::Int64in,
         Kind::Boolean => RecordType::Bi,
@@ -145,6 +148,7 @@ fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
             low_low: limit(limits.low_low),
         },
         states: match point.signal.kind() {
+            _ if entry == Entry::Command => &[],
             Kind::Choice(words) => words,
             Kind::Boolean => &NO_YES,
             _ => &[],
@@ -168,6 +172,16 @@ fn short(unit: &str) -> &str {
         "decades/min" => "dec/min",
         "telegrams/min" => "tel/min",
         _ => unit,
+    }
+}
+
+/// What a record says, in a sentence.
+fn about(entry: Entry, signal: Signal, unit: &str) -> Cow<'static, str> {
+    match (entry, signal) {
+        (Entry::Command, _) => "Takes the commands of the gauge; it has no value".into(),
+        (Entry::Acknowledge, _) => "Takes the number of the occurrence that is acknowledged".into(),
+        (_, Signal::PressureLog10) => format!("Decimal logarithm of the indicated pressure in {unit}").into(),
+        (_, other) => other.description().into(),
     }
 }
 
@@ -215,6 +229,8 @@ impl World {
         let settings = self.database.settings();
         let data = self.data(record, value);
         let mut alarm = alarm_of_state(value.state, settings);
+        // The words stay if the site gives the state no severity: the end of the range is no pressure then either.
+        let mut message = message(record.signal, value.state);
         if value.value == Value::None && value.state == State::Ok {
             alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
         }
@@ -229,7 +245,7 @@ impl World {
         if record.is_simulated && alarm.0 == EpicsSeverity::None {
             alarm.1 = EpicsStatus::Simulated;
         }
-        Some(Sample { data, severity: alarm.0, status: alarm.1, at: value.at.unwrap_or(Micros(0)) })
+        Some(Sample { data, severity: alarm.0, status: alarm.1, message, at: value.at.unwrap_or(Micros(0)) })
     }
 
     fn data(&self, record: &Record, value: &PointValue) -> Data {
@@ -241,6 +257,7 @@ impl World {
                 let held = self.held.get(record.point).copied().flatten();
                 Data::Double(held.map_or(f64::NAN, |number| self.scaled(record, number)))
             }
+            (Value::Integer(number), RecordType::Stringin) => Data::Text(number.to_string().into()),
             (Value::Integer(number), _) => Data::Long(*number),
             (_, RecordType::Int64in) => Data::Long(0),
             (Value::Boolean(is_true), _) => Data::Enum(u16::from(*is_true)),
@@ -276,7 +293,7 @@ impl World {
     }
 }
 
-/// The last pressures after `snapshot`, if the settings want them to be held.
+/// The numbers measured last after `snapshot`, if the settings want them to be held. The end of a range was not measured.
 #[must_use]
 pub fn held(
     before: &[Option<f64>],
@@ -289,7 +306,7 @@ pub fn held(
     }
     let old = |index: usize| if is_same_list { before.get(index).copied().flatten() } else { None };
     let values = snapshot.values.iter().enumerate();
-    values.map(|(index, value)| value.value.float().or_else(|| old(index))).collect()
+    values.map(|(index, value)| value.measured().or_else(|| old(index))).collect()
 }
 
 /// The alarm of the state of a reading.
@@ -297,6 +314,16 @@ fn alarm_of_state(state: State, settings: &Settings) -> (EpicsSeverity, EpicsSta
     let codes = state.codes();
     let severity = configured(state, settings).unwrap_or(codes.epics_severity);
     (severity, if severity == EpicsSeverity::None { EpicsStatus::None } else { codes.epics_status })
+}
+
+/// The words for the alarm of a state, within the 39 octets of `AMSG`.
+const fn message(signal: Signal, state: State) -> &'static str {
+    match (signal, state) {
+        (_, State::Ok) => "",
+        (Signal::Pressure | Signal::PressureLog10, State::UnderRange) => "below range: the value is its lower end",
+        (Signal::Pressure | Signal::PressureLog10, State::OverRange) => "above range: the value is its upper end",
+        (_, other) => other.label(),
+    }
 }
 
 fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {

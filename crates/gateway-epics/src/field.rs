@@ -60,7 +60,7 @@ fields! {
     Undefined "UDF" "The value is undefined.";
     Disabled "DISA" "The record is disabled: no.";
     AccessGroup "ASG" "The access security group.";
-    AlarmMessage "AMSG" "The reason of the alarm in words: none beside the status.";
+    AlarmMessage "AMSG" "The reason of the alarm in words: the state of the reading.";
     UserTag "UTAG" "The user tag of the time: 0.";
     Input "INP" "Where the value comes from: what the point says.";
     ForwardLink "FLNK" "The record that is processed next: none.";
@@ -143,6 +143,7 @@ impl Field {
             Self::Value
                 | Self::Severity
                 | Self::Status
+                | Self::AlarmMessage
                 | Self::Undefined
                 | Self::ArchiveDeadband
                 | Self::LastAlarm
@@ -187,8 +188,9 @@ fn data(field: Field, record: &Record, sample: &Sample) -> (Data, &'static [&'st
         Field::DeviceType => text("profivac"),
         Field::Unit => text(&meta.unit),
         Field::AccessGroup => text(if record.put == Put::Refused { "READONLY" } else { "WRITABLE" }),
-        Field::AlarmMessage | Field::ForwardLink => text(""),
-        Field::Input => text(record.signal.description()),
+        Field::AlarmMessage => text(sample.message),
+        Field::ForwardLink => text(""),
+        Field::Input => text(&record.about),
         Field::PutDisabled => long(i64::from(record.put == Put::Refused)),
         Field::UserTag | Field::Process | Field::Active => long(0),
         Field::LastAlarm | Field::LastArchived | Field::LastMonitored => (sample.data.clone(), [].as_slice()),

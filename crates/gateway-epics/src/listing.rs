@@ -1,7 +1,7 @@
 //! Lists of the names for other programs: the Archiver Appliance and Phoebus.
 
 use crate::database::Database;
-use crate::names::{self, NameError};
+use crate::names::{self, Entry, NameError};
 use crate::record::{Record, RecordType};
 use profivac_gateway::{NameTable, Point, Signal, Snapshot, Subject};
 use profivac_station::config::gateways::epics::Settings;
@@ -14,14 +14,18 @@ use std::fmt::Write;
 pub fn names(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<NameTable, NameError> {
     let database = Database::new(station, snapshot, settings)?;
     let mut table = NameTable::new(&["name", "record", "unit", "values", "point", "description"]);
-    for record in &database.records {
+    for (record, row) in database.records.iter().zip(names::rows(station, snapshot, settings)?) {
+        let point = snapshot.points.get(record.point).map(|point| match row.entry {
+            Entry::Point | Entry::Alias => names::described(point),
+            Entry::Command | Entry::Acknowledge => point.subject.name().to_owned(),
+        });
         table.push([
             record.name.to_string(),
             record.kind.name().to_owned(),
             record.meta.unit.clone(),
             record.meta.states.join(", "),
-            snapshot.points.get(record.point).map(names::described).unwrap_or_default(),
-            record.signal.description().to_owned(),
+            point.unwrap_or_default(),
+            record.about.to_string(),
         ]);
     }
     if settings.pva_ports.is_some() {

@@ -49,6 +49,8 @@ pub struct Record {
     pub kind: RecordType,
     /// What it says.
     pub signal: Signal,
+    /// The same in a sentence, with the unit of the settings: `INP`.
+    pub about: Cow<'static, str>,
     /// The position of its point in the snapshot.
     pub point: usize,
     /// The position of the pressure of the same reading, for the text.
@@ -162,6 +164,8 @@ pub struct Sample {
     pub severity: EpicsSeverity,
     /// The reason of its alarm.
     pub status: EpicsStatus,
+    /// The reason in words, `AMSG`; empty where the status says everything.
+    pub message: &'static str,
     /// The time of the reading, as with `TSE` = -2; of points that no gauge measures: when the value changed.
     pub at: Micros,
 }

@@ -13,6 +13,7 @@ use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::config::gateways::epics::Settings;
+use profivac_station::config::gateways::write::Write;
 use profivac_station::view::BusStationState;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -225,6 +226,14 @@ fn a_pressure_beyond_a_limit_has_the_severity_of_the_limit() {
     }
 }
 
+/// The number of an occurrence is its time in milliseconds: `caget` would show 1.76723e+12, which acknowledges nothing.
+#[test]
+fn an_occurrence_is_a_text_with_all_its_digits() {
+    let mut plant = Plant::new("");
+    plant.occurs(1_767_225_600_123);
+    assert_eq!(text(&plant.world(), "ALARM:CHAMBER_HIGH:OCCURRENCE"), "1767225600123");
+}
+
 #[test]
 fn the_severity_of_a_state_is_that_of_the_file() {
     let mut plant = Plant::new("severity = { underrange = 'minor', overrange = 'none', gap = 'major' }");
@@ -237,7 +246,36 @@ fn the_severity_of_a_state_is_that_of_the_file() {
     assert_eq!(alarm(&plant.world(), "CHAMBER:STATE").0, EpicsSeverity::Major);
     let mut usual = Plant::new("");
     usual.reads("chamber", Quality::Underrange, Some(5e-8), 1);
-    assert_eq!(alarm(&usual.world(), "CHAMBER:P").0, EpicsSeverity::None);
+    assert_eq!(alarm(&usual.world(), "CHAMBER:P"), (EpicsSeverity::Minor, EpicsStatus::HwLimit));
+}
+
+/// Archives and panels show the number without the state beside it.
+#[test]
+fn the_end_of_the_range_has_an_alarm_and_words_that_say_what_it_is() {
+    let mut plant = Plant::new("");
+    let below = "below range: the value is its lower end";
+    plant.reads("chamber", Quality::Underrange, Some(5e-8), 1);
+    plant.reads("copy", Quality::Underrange, Some(5e-8), 1);
+    let world = plant.world();
+    for name in ["CHAMBER:P", "CHAMBER:PLOG", "COPY:P"] {
+        assert_eq!(alarm(&world, name), (EpicsSeverity::Minor, EpicsStatus::HwLimit), "{name}");
+        assert_eq!(text(&world, &format!("{name}.AMSG")), below, "{name}");
+    }
+    assert_eq!(text(&world, "CHAMBER:STATE.AMSG"), "Under range");
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
+    assert_eq!(text(&plant.world(), "CHAMBER:P.AMSG"), "");
+    // The alarm of a limit has the severity; the words stay.
+    plant.reads("chamber", Quality::Overrange, Some(1.5e5), 1);
+    let world = plant.world();
+    assert_eq!(alarm(&world, "CHAMBER:P").1, EpicsStatus::HiHi);
+    for name in ["CHAMBER:P", "CHAMBER:PLOG"] {
+        assert_eq!(text(&world, &format!("{name}.AMSG")), "above range: the value is its upper end", "{name}");
+    }
+    // A site may want no alarm: the words stay.
+    let mut quiet = Plant::new("severity = { underrange = 'none' }");
+    quiet.reads("chamber", Quality::Underrange, Some(5e-8), 1);
+    let world = quiet.world();
+    assert_eq!((alarm(&world, "CHAMBER:P").0, text(&world, "CHAMBER:P.AMSG")), (EpicsSeverity::None, below.to_owned()));
 }
 
 #[test]
@@ -327,6 +365,31 @@ fn every_signal_has_a_value_a_description_and_a_type() {
 }
 
 #[test]
+fn each_row_of_the_names_has_the_unit_the_words_and_the_sentence_of_its_own_record() {
+    let (config, mut settings) = config("prefix = 'VAC:'\nunit = 'Torr'");
+    settings.write = Some(Write { user: "epics".to_owned(), users: "plant.users.toml".into(), clients: Vec::new() });
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let table = listing::names(&config.name, &snapshot, &settings).unwrap();
+    let row = |name: &str| {
+        let found = table.rows().iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("no {name}"));
+        found[1..].iter().map(String::as_str).collect::<Vec<_>>()
+    };
+    let logarithm = "Decimal logarithm of the indicated pressure in Torr";
+    assert_eq!(row("VAC:CHAMBER:PLOG"), ["ai", "", "", "chamber.pressure-log10", logarithm]);
+    let commands = "Takes the commands of the gauge; it has no value";
+    assert_eq!(row("VAC:CHAMBER:CMD"), ["stringin", "", "", "chamber", commands]);
+    let acknowledged = "Takes the number of the occurrence that is acknowledged";
+    assert_eq!(row("VAC:ALARM:CHAMBER_HIGH:ACK"), ["int64in", "", "", "Chamber high", acknowledged]);
+    assert_eq!(row("VAC:CHAMBER:P")[..2], ["ai", "Torr"]);
+    assert_eq!(row("VAC:ALARM:CHAMBER_HIGH:ALARM_LIMIT")[..2], ["ai", "Torr"]);
+    // No sentence names a unit that its record does not have.
+    let pascals: Vec<_> = table.rows().iter().filter(|row| row[5].contains("Pa")).collect();
+    assert!(pascals.iter().all(|row| !row[5].split([' ', ',', ';']).any(|word| word == "Pa")), "{pascals:?}");
+    let world = with_parameters("unit = 'Torr'");
+    assert_eq!(text(&world, "CHAMBER:PLOG.INP"), logarithm);
+}
+
+#[test]
 fn the_lists_for_archiver_and_phoebus_name_records_that_exist() {
     let (config, settings) = config("prefix = 'VAC:'");
     let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
@@ -358,6 +421,11 @@ gsd = "pump.gsd"
 name = "speed"
 type = "u16"
 unit = "Hz"
+[[segment.slave.point.alarm]]
+below = 1200
+priority = "high"
+[[segment.slave.point.alarm]]
+below = 1400
 [[segment.slave.point]]
 name = "state"
 octet = 2
@@ -382,7 +450,13 @@ texts = { 3 = "at speed" }
     let world = World { database, snapshot, held };
     assert!(close(number(&world, "VAC:TURBO:SPEED"), 1000.0));
     assert_eq!(text(&world, "VAC:TURBO:SPEED.EGU"), "Hz");
-    assert_eq!(alarm(&world, "VAC:TURBO:SPEED"), (EpicsSeverity::None, EpicsStatus::None));
+    // The limits of its alarms, in Hz.
+    assert_eq!(alarm(&world, "VAC:TURBO:SPEED"), (EpicsSeverity::Major, EpicsStatus::LoLo));
+    assert!(
+        close(number(&world, "VAC:TURBO:SPEED.LOLO"), 1200.0) && close(number(&world, "VAC:TURBO:SPEED.LOW"), 1400.0)
+    );
+    assert!(number(&world, "VAC:TURBO:SPEED.HIHI").is_nan());
+    assert_eq!(alarm(&world, "VAC:TURBO:STATE"), (EpicsSeverity::None, EpicsStatus::None));
     assert_eq!(text(&world, "VAC:TURBO:STATE_STR"), "at speed");
     assert_eq!(text(&world, "VAC:TURBO:FAULTS"), "");
 }

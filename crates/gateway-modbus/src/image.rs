@@ -1,8 +1,8 @@
 //! The contents of all registers at one moment.
 
-use crate::map::{Gauge, Map, Source};
+use crate::map::{Gauge, Map, OfChannels, Source};
 use profivac_gateway::signal::{gauge_state, priority};
-use profivac_gateway::{Point, PointValue, Snapshot, State, Value};
+use profivac_gateway::{Point, PointValue, Snapshot, State, Subject, Value};
 use profivac_recorder::Micros;
 use profivac_station::config::gateways::modbus::{Settings, WordOrder};
 use std::collections::BTreeMap;
@@ -197,16 +197,21 @@ fn age(at: Option<Micros>, now: Micros) -> u16 {
 
 fn bits(point: &Point, value: &PointValue, gauge: &Gauge, snapshot: &Snapshot) -> u16 {
     let number = |index: Option<usize>| index.and_then(|index| snapshot.values.get(index)).map(|it| whole(&it.value));
-    let is_on = |index: Option<usize>| {
-        let value = index.and_then(|index| snapshot.values.get(index)).map(|it| &it.value);
-        matches!(value, Some(Value::Text(text)) if text.eq_ignore_ascii_case("on"))
+    let channel = match point.subject {
+        Subject::Reading { channel, .. } => channel,
+        _ => None,
+    };
+    // The codes of all devices have 0 for off; the others say with which current it is on, or that a degas runs.
+    let is_on = |parameter: &OfChannels| {
+        let value = parameter.of(channel).and_then(|index| snapshot.values.get(index));
+        value.and_then(|it| it.value.float()).is_some_and(|code| code != 0.0)
     };
     let has_priority = |priority: u16| number(gauge.alarm_priority) == Some(priority.into());
     let flags = [
         matches!(value.state, State::Stale | State::Starting),
         value.state == State::Fault,
-        is_on(gauge.emission),
-        is_on(gauge.degas),
+        is_on(&gauge.emission),
+        is_on(&gauge.degas),
         has_priority(priority::HIGH),
         has_priority(priority::MEDIUM),
         has_priority(priority::LOW),

@@ -18,7 +18,7 @@ const SLOT: u16 = 20;
 const GAUGES_AT: u16 = 10_000;
 const GAUGE: u16 = 100;
 
-/// The most parameters of a gauge; a test compares it with the catalog.
+/// The most parameters of a gauge; a test compares it with the catalog. A slave by its GSD file has a slot for each 46 points.
 pub const PARAMETERS: usize = 46;
 
 /// The first register of the segments, and the registers of each.
@@ -35,10 +35,10 @@ const ALARMS: u16 = 1_700;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
-    /// The channels of a controller reach a slot that another gauge has.
+    /// The channels of a controller, or the points of a slave, reach a slot that another gauge has.
     #[error(
-        "[modbus]: the channels of {gauge:?} begin at slot {first} and need slot {slot}, which belongs to {other:?}: give one of \
-         them another number with the key modbus"
+        "[modbus]: the channels or points of {gauge:?} begin at slot {first} and need slot {slot}, which belongs to {other:?}: give \
+         one of them another number with the key modbus"
     )]
     Overlap {
         /// The gauge.
@@ -136,10 +136,32 @@ pub struct Gauge {
     pub alarm_priority: Option<usize>,
     /// Whether an alarm waits for an acknowledgement.
     pub unacknowledged: Option<usize>,
-    /// The words of its emission.
-    pub emission: Option<usize>,
-    /// The words of its degas.
-    pub degas: Option<usize>,
+    /// The codes of its emission.
+    pub emission: OfChannels,
+    /// The codes of its degas.
+    pub degas: OfChannels,
+}
+
+/// The positions of a parameter that a gauge has once, or each channel of a controller.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OfChannels(BTreeMap<Option<u8>, usize>);
+
+impl OfChannels {
+    /// The position for a reading of this channel.
+    #[must_use]
+    pub fn of(&self, channel: Option<u8>) -> Option<usize> {
+        self.0.get(&None).or_else(|| self.0.get(&channel)).copied()
+    }
+
+    fn insert(&mut self, target: &str, index: usize) {
+        self.0.entry(channel_of(target)).or_insert(index);
+    }
+}
+
+/// The channel in the name of a parameter: 2 in `channel.2/emission-status`.
+fn channel_of(target: &str) -> Option<u8> {
+    let (location, _) = target.rsplit_once('/')?;
+    location.rsplit_once('.')?.1.parse().ok()
 }
 
 /// The map of a list of points.
@@ -159,22 +181,29 @@ impl Map {
     /// # Errors
     /// [`MapError`] when they do not fit.
     pub fn of(points: &[Point], settings: &Settings) -> Result<Self, MapError> {
-        let slots = slots(points, settings)?;
-        let used = slots.values().map(|slot| slot.saturating_add(1)).max().unwrap_or_default();
+        let slots = Slots::of(points, settings)?;
+        let used = slots.names().map(|(slot, _)| slot.saturating_add(1)).max().unwrap_or_default();
         let mut rows = Rows { points, settings, rows: Vec::new() };
-        rows.header(used, check_of(slots.iter().map(|(series, slot)| (*slot, series.as_str()))));
         let mut first_slots: BTreeMap<&str, u16> = BTreeMap::new();
         for (index, point) in with_signal(points, Signal::Pressure) {
-            let (Some(slot), Some(gauge)) = (slots.get(point.subject.name()), point.subject.gauge()) else { continue };
+            let (Some(slot), Some(gauge)) = (slots.readings.get(point.subject.name()), point.subject.gauge()) else {
+                continue;
+            };
             first_slots.entry(gauge).and_modify(|first| *first = (*first).min(*slot)).or_insert(*slot);
-            rows.slot(SLOTS_AT.saturating_add(slot.saturating_mul(SLOT)), index, point);
+            rows.slot(slot_register(*slot), index, point);
         }
         for (gauge, slot) in first_slots {
-            rows.gauge(GAUGES_AT.saturating_add(slot.saturating_mul(GAUGE)), gauge);
+            rows.gauge(&[slot], gauge);
+        }
+        for (slave, slots) in &slots.slaves {
+            slots.iter().for_each(|slot| rows.slot_without_reading(slot_register(*slot), slave));
+            rows.gauge(slots, slave);
         }
         let segments =
             rows.numbered(Signal::SegmentState, SEGMENTS_AT, SEGMENT, SEGMENTS, "segments", Rows::segment)?;
         let alarms = rows.numbered(Signal::AlarmState, ALARMS_AT, ALARM, ALARMS, "alarms", Rows::alarm)?;
+        let check = check_of(slots.meanings().chain(rows.meanings()));
+        rows.header(used, check);
         let mut rows = rows.rows;
         rows.sort_by_key(|row| row.register);
         let areas = [
@@ -211,40 +240,102 @@ fn with_signal(points: &[Point], signal: Signal) -> impl Iterator<Item = (usize,
     points.iter().enumerate().filter(move |(_, point)| point.signal == signal)
 }
 
-/// The slot of each reading, by the name of its series: the numbers of the file, then the lowest free slots in the order of the file.
-fn slots(points: &[Point], settings: &Settings) -> Result<BTreeMap<String, u16>, MapError> {
-    let mut taken: BTreeMap<u16, &str> = BTreeMap::new();
-    let mut slots = BTreeMap::new();
-    let mut waiting = Vec::new();
-    let mut channels: BTreeMap<&str, u16> = BTreeMap::new();
-    for (_, point) in with_signal(points, Signal::Pressure) {
-        let Some(gauge) = point.subject.gauge() else { continue };
-        let Some(first) = settings.slots.get(gauge) else {
-            waiting.push((gauge, point.subject.name()));
-            continue;
-        };
-        let channel = channels.entry(gauge).or_default();
-        let slot = first.saturating_add(*channel);
-        *channel = channel.saturating_add(1);
-        if slot >= SLOTS {
-            return Err(MapError::Full { what: "readings", places: SLOTS });
+fn slot_register(slot: u16) -> u16 {
+    SLOTS_AT.saturating_add(slot.saturating_mul(SLOT))
+}
+
+/// The numbers of a gauge or slave: its parameters or points, each with its position.
+fn numbers<'a>(points: &'a [Point], gauge: &'a str) -> impl Iterator<Item = (usize, &'a Point)> {
+    let is_number =
+        |point: &Point| point.signal.subject() == SubjectKind::Parameter && point.signal.kind() == Kind::Float;
+    points.iter().enumerate().filter(move |(_, point)| is_number(point) && point.subject.gauge() == Some(gauge))
+}
+
+/// The slaves by their GSD files: they have no reading. With the number of their slots.
+fn slaves(points: &[Point]) -> impl Iterator<Item = (&str, u16)> {
+    let gauges: BTreeSet<&str> =
+        with_signal(points, Signal::Pressure).filter_map(|(_, point)| point.subject.gauge()).collect();
+    let all = with_signal(points, Signal::GaugeState).filter_map(|(_, point)| point.subject.gauge());
+    all.filter(move |name| !gauges.contains(name)).map(move |slave| {
+        let slots = numbers(points, slave).count().div_ceil(PARAMETERS).max(1);
+        (slave, u16::try_from(slots).unwrap_or(u16::MAX))
+    })
+}
+
+/// The slots: the numbers of the file, then the lowest free slots in the order of the file, those of slaves behind those of gauges.
+struct Slots {
+    /// The slot of each reading, by the name of its series.
+    readings: BTreeMap<String, u16>,
+    /// The slots of each slave, in the order of its points.
+    slaves: BTreeMap<String, Vec<u16>>,
+}
+
+impl Slots {
+    fn of(points: &[Point], settings: &Settings) -> Result<Self, MapError> {
+        let mut taken: BTreeMap<u16, &str> = BTreeMap::new();
+        let mut slots = Self { readings: BTreeMap::new(), slaves: BTreeMap::new() };
+        let (mut waiting, mut waiting_slaves) = (Vec::new(), Vec::new());
+        let mut channels: BTreeMap<&str, u16> = BTreeMap::new();
+        for (_, point) in with_signal(points, Signal::Pressure) {
+            let Some(gauge) = point.subject.gauge() else { continue };
+            let Some(first) = settings.slots.get(gauge) else {
+                waiting.push(point.subject.name());
+                continue;
+            };
+            let channel = channels.entry(gauge).or_default();
+            let slot = take(&mut taken, gauge, *first, *channel)?;
+            *channel = channel.saturating_add(1);
+            slots.readings.insert(point.subject.name().to_owned(), slot);
         }
-        if let Some(other) = taken.insert(slot, gauge) {
-            return Err(MapError::Overlap { gauge: gauge.to_owned(), first: *first, slot, other: other.to_owned() });
+        for (slave, count) in slaves(points) {
+            let Some(first) = settings.slots.get(slave) else {
+                waiting_slaves.push((slave, count));
+                continue;
+            };
+            let own = (0..count).map(|part| take(&mut taken, slave, *first, part)).collect::<Result<_, _>>()?;
+            slots.slaves.insert(slave.to_owned(), own);
         }
-        slots.insert(point.subject.name().to_owned(), slot);
+        let mut free = (0..SLOTS).filter(|slot| !taken.contains_key(slot));
+        let mut next = || free.next().ok_or(FULL);
+        for series in waiting {
+            slots.readings.insert(series.to_owned(), next()?);
+        }
+        for (slave, count) in waiting_slaves {
+            let own = (0..count).map(|_| next()).collect::<Result<_, _>>()?;
+            slots.slaves.insert(slave.to_owned(), own);
+        }
+        Ok(slots)
     }
-    let mut free = (0..SLOTS).filter(|slot| !taken.contains_key(slot));
-    for (_, series) in waiting {
-        let slot = free.next().ok_or(MapError::Full { what: "readings", places: SLOTS })?;
-        slots.insert(series.to_owned(), slot);
+
+    /// What each slot shows.
+    fn names(&self) -> impl Iterator<Item = (u16, &str)> {
+        let slaves = self.slaves.iter().flat_map(|(slave, slots)| slots.iter().map(|slot| (*slot, slave.as_str())));
+        self.readings.iter().map(|(series, slot)| (*slot, series.as_str())).chain(slaves)
     }
-    Ok(slots)
+
+    /// The same by the first register of each slot.
+    fn meanings(&self) -> impl Iterator<Item = (u16, String)> {
+        self.names().map(|(slot, name)| (slot_register(slot), name.to_owned()))
+    }
+}
+
+const FULL: MapError = MapError::Full { what: "readings and slaves", places: SLOTS };
+
+/// Takes the slot of a gauge that the file numbers.
+fn take<'a>(taken: &mut BTreeMap<u16, &'a str>, gauge: &'a str, first: u16, channel: u16) -> Result<u16, MapError> {
+    let slot = first.saturating_add(channel);
+    if slot >= SLOTS {
+        return Err(FULL);
+    }
+    match taken.insert(slot, gauge) {
+        Some(other) => Err(MapError::Overlap { gauge: gauge.to_owned(), first, slot, other: other.to_owned() }),
+        None => Ok(slot),
+    }
 }
 
 /// A number that changes when a place gets another name: CRC-16 with the polynomial of Modbus over the lines `place name`.
-fn check_of<'a>(names: impl Iterator<Item = (u16, &'a str)>) -> u16 {
-    let sorted: BTreeSet<(u16, &str)> = names.collect();
+fn check_of(names: impl Iterator<Item = (u16, String)>) -> u16 {
+    let sorted: BTreeSet<(u16, String)> = names.collect();
     let text: String = sorted.into_iter().map(|(place, name)| format!("{place} {name}\n")).collect();
     let shifted = |crc: u16, _: u8| (crc >> 1) ^ (0xA001 * (crc & 1));
     text.bytes().fold(0xFFFF, |crc, octet| (0..8).fold(crc ^ u16::from(octet), shifted))
@@ -261,11 +352,13 @@ fn gauges(points: &[Point]) -> BTreeMap<String, Gauge> {
             (_, Signal::GaugeState) => &mut gauge.bus_state,
             (_, Signal::AlarmPriority) => &mut gauge.alarm_priority,
             (_, Signal::Unacknowledged) => &mut gauge.unacknowledged,
-            (Subject::Parameter { target, .. }, Signal::ParameterText) if target.ends_with("emission-status") => {
-                &mut gauge.emission
-            }
-            (Subject::Parameter { target, .. }, Signal::ParameterText) if target.ends_with("degas-status") => {
-                &mut gauge.degas
+            (Subject::Parameter { target, .. }, Signal::ParameterNumber) => {
+                if target.ends_with("emission-status") {
+                    gauge.emission.insert(target, index);
+                } else if target.ends_with("degas-status") {
+                    gauge.degas.insert(target, index);
+                }
+                continue;
             }
             _ => continue,
         };
@@ -320,14 +413,19 @@ impl Rows<'_> {
     }
 
     fn header(&mut self, slots: u16, check: u16) {
-        let alarms = with_signal(self.points, Signal::AlarmState).map(|(_, point)| point.subject.name());
+        let alarms = with_signal(self.points, Signal::AlarmState).map(|(_, point)| point.subject.name().to_owned());
         let alarms = check_of((0_u16..).zip(alarms));
         let rows: [(u16, &str, Source, &'static str); 8] = [
             (0, "test-float", Source::Constant(Some(1.0)), "The number 1.0, to find the order of octets and words"),
             (2, "test-integer", Source::Long(0x0102_0304), "The number 16909060 (01020304 hex), for the same purpose"),
             (4, "map-version", Source::Word(VERSION), "Version of this map"),
             (5, "slots", Source::Word(slots), "Number of slots, with unused ones between"),
-            (7, "slot-check", Source::Word(check), "Changes when a slot gets another reading"),
+            (
+                7,
+                "slot-check",
+                Source::Word(check),
+                "Changes when a slot gets another reading, or a register another parameter, point, unit or segment",
+            ),
             (8, "time", Source::Now, "Time of the station, seconds since 1970"),
             (18, "alarm-check", Source::Word(alarms), "Changes when an alarm gets another number"),
             (15, "word-order", Source::Word(self.settings.word_order as u16), "0 high word first, 1 low word first"),
@@ -407,20 +505,31 @@ impl Rows<'_> {
         self.signals(register, index, &[(14, Source::Float, Signal::CorrectedPressure)]);
     }
 
-    fn gauge(&mut self, register: u16, gauge: &str) {
-        let parameters: Vec<(usize, Arc<str>, Signal)> = self
-            .points
-            .iter()
-            .enumerate()
-            .filter(|(_, point)| point.signal.subject() == SubjectKind::Parameter && point.signal.kind() == Kind::Float)
-            .filter(|(_, point)| point.subject.gauge() == Some(gauge))
-            .map(|(index, point)| (index, Arc::from(point.subject.name()), point.signal))
-            .collect();
-        for (number, (index, target, signal)) in (0..).zip(parameters.into_iter().take(PARAMETERS)) {
-            let register = register.saturating_add(2_u16.saturating_mul(number));
-            let unit = signal.unit().unwrap_or_default();
-            self.put(register, gauge, &target, Source::Float(index), unit, signal.description());
+    /// A slot of a slave: its registers say that there is no reading, because 0 would be a pressure.
+    fn slot_without_reading(&mut self, register: u16, slave: &str) {
+        let text = "A slave by its GSD file has no pressure";
+        let floats = [(0, "pressure"), (6, "pressure-in-unit"), (10, "limit-high"), (12, "limit-low")];
+        let more = [(14, "corrected-pressure"), (16, "range-low"), (18, "range-high")];
+        let floats = floats.into_iter().chain(more).map(|(offset, name)| (offset, name, Source::Constant(None)));
+        let words = [(2, "log10", 0x8000), (3, "state", 4), (5, "age", u16::MAX)];
+        let words = words.map(|(offset, name, word)| (offset, name, Source::Word(word)));
+        for (offset, name, source) in floats.chain(words) {
+            self.put(register.saturating_add(offset), slave, name, source, "", text);
         }
+    }
+
+    /// The numbers of a gauge or slave, 46 for each of its slots, and the counters behind those of the first one.
+    fn gauge(&mut self, slots: &[u16], gauge: &str) {
+        let registers = |slot: &u16| GAUGES_AT.saturating_add(slot.saturating_mul(GAUGE));
+        let numbers: Vec<(usize, &Point)> = numbers(self.points, gauge).collect();
+        for (first, numbers) in slots.iter().map(registers).zip(numbers.chunks(PARAMETERS)) {
+            for (number, (index, point)) in (0..).zip(numbers) {
+                let register = first.saturating_add(2_u16.saturating_mul(number));
+                let (target, unit) = (point.subject.name(), point.unit.unwrap_or_default());
+                self.put(register, gauge, target, Source::Float(*index), unit, point.signal.description());
+            }
+        }
+        let Some(register) = slots.first().map(registers) else { return };
         let mut states = with_signal(self.points, Signal::GaugeState);
         if let Some((index, _)) = states.find(|(_, point)| point.subject.gauge() == Some(gauge)) {
             self.signals(
@@ -438,6 +547,21 @@ impl Rows<'_> {
                 ],
             );
         }
+    }
+
+    /// What the registers show that depend on parameters, points and segments: the file or a device decides it. All other registers have
+    /// the meaning of this version of the map, and alarms have a check value of their own.
+    fn meanings(&self) -> impl Iterator<Item = (u16, String)> {
+        let is_of_file = |row: &&Row| match row.source {
+            Source::Float(index) | Source::Number(index) => self.points.get(index).is_some_and(|point| {
+                point.signal.subject() == SubjectKind::Parameter || point.signal == Signal::SegmentState
+            }),
+            _ => false,
+        };
+        self.rows
+            .iter()
+            .filter(is_of_file)
+            .map(|row| (row.register, format!("{} {} {}", row.subject, row.name, row.unit)))
     }
 
     fn segment(&mut self, register: u16, index: usize) {

@@ -2,8 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "../../../tests/support/until.rs"]
+mod until;
+
+use profivac_devices::model::Role;
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Snapshot, points};
+use profivac_gateway::{Inputs, ReadModel, Snapshot, points};
 use profivac_gateway_modbus::image::{Encoder, Image};
 use profivac_gateway_modbus::map::{Map, MapError, PARAMETERS, Row};
 use profivac_gateway_modbus::names;
@@ -12,10 +16,12 @@ use profivac_recorder::{Micros, Quality};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::config::gateways::modbus::Settings;
+use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
+use until::until;
 
 const HEAD: &str = "[[segment]]\nname = \"hall\"\nport = \"sim:hall.toml\"\n";
 
@@ -113,9 +119,107 @@ fn the_channels_of_a_controller_may_not_reach_another_gauge() {
 #[test]
 fn the_parameters_of_every_device_fit_into_its_slot() {
     for model in profivac_devices::catalog::MODELS {
-        let parameters = profivac_station::segment::planned_parameters(model.name).len();
+        let parameters = profivac_station::segment::planned_parameters(model).len();
         assert!(parameters <= PARAMETERS, "{}: {parameters}", model.name);
     }
+}
+
+/// A slave with 100 points, and a gauge before and behind it, with these keys of the slave and of the gauge behind it.
+fn with_slave(of_slave: &str, of_last: &str) -> (Config, tempfile::TempDir) {
+    const GSD: &str = "#Profibus_DP\nIdent_Number = 0x0FA7\nModule = \"m\" 0x1F\n1\nEndModule\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("valve.gsd"), GSD).unwrap();
+    let point = |number: usize| {
+        let (octet, bit) = (number / 8, number % 8);
+        format!("[[segment.slave.point]]\nname = \"p{number}\"\noctet = {octet}\nbit = {bit}\ntype = \"bool\"\n")
+    };
+    let slave = "[[segment.slave]]\nname = \"gate\"\naddress = 9\ngsd = \"valve.gsd\"\n";
+    let points_of_slave: String = (0..100).map(point).collect();
+    let (first, last) = (gauge("first", 5, "bcg450", ""), gauge("last", 6, "bcg450", of_last));
+    let text = format!("{HEAD}{first}{slave}{of_slave}\n{points_of_slave}{last}[modbus]\n");
+    (profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap(), folder)
+}
+
+/// The rows of a station with a gauge of this device, and a slave with these points, each a name with further keys; then two segments.
+fn rows_of(device: &str, points_of_slave: &[(&str, &str)], segments: [&str; 2]) -> Vec<Row> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("valve.gsd"),
+        "#Profibus_DP\nIdent_Number = 0x0FA7\nModule = \"m\" 0x1F\n1\nEndModule\n",
+    )
+    .unwrap();
+    let slave = "[[segment.slave]]\nname = \"gate\"\naddress = 9\ngsd = \"valve.gsd\"\n";
+    let point = |(number, (name, keys)): (usize, &(&str, &str))| {
+        format!("[[segment.slave.point]]\nname = \"{name}\"\noctet = {number}\ntype = \"u8\"\n{keys}\n")
+    };
+    let all: String = points_of_slave.iter().enumerate().map(point).collect();
+    let segment = |name: &str| format!("[[segment]]\nname = \"{name}\"\nport = \"sim:{name}.toml\"\n");
+    let more: String = segments.iter().map(|name| segment(name)).collect();
+    let text = format!("{HEAD}{}{slave}{all}{more}[modbus]\n", gauge("chamber", 5, device, ""));
+    let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+    Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap().rows
+}
+
+#[test]
+fn the_check_value_changes_when_a_register_gets_another_parameter_point_unit_or_segment() {
+    let segments = ["east", "west"];
+    let before = rows_of("bcg450", &[("speed", ""), ("current", "unit = \"A\"")], segments);
+    let check = |rows: &[Row]| rows.iter().find(|row| row.name == "slot-check").unwrap().source;
+    let inserted = rows_of("bcg450", &[("state", ""), ("speed", ""), ("current", "unit = \"A\"")], segments);
+    assert_ne!(register(&before, "gate", "speed"), register(&inserted, "gate", "speed"), "the points are shifted");
+    let changed = [
+        ("a point before others", inserted),
+        ("points in another order", rows_of("bcg450", &[("current", "unit = \"A\""), ("speed", "")], segments)),
+        ("a point with another name", rows_of("bcg450", &[("rpm", ""), ("current", "unit = \"A\"")], segments)),
+        ("a point in another unit", rows_of("bcg450", &[("speed", ""), ("current", "unit = \"mA\"")], segments)),
+        ("a gauge with other parameters", rows_of("pcg550", &[("speed", ""), ("current", "unit = \"A\"")], segments)),
+        (
+            "segments in another order",
+            rows_of("bcg450", &[("speed", ""), ("current", "unit = \"A\"")], ["west", "east"]),
+        ),
+    ];
+    for (what, rows) in changed {
+        assert_ne!(check(&before), check(&rows), "{what}");
+    }
+    // What a register shows stays the same with another scale.
+    let scaled = rows_of("bcg450", &[("speed", "scale = 0.1"), ("current", "unit = \"A\"")], segments);
+    assert_eq!(check(&before), check(&scaled));
+}
+
+#[test]
+fn a_point_of_a_slave_has_its_unit_in_the_map() {
+    let rows = rows_of("bcg450", &[("speed", "unit = \"Hz\""), ("state", "")], ["east", "west"]);
+    let unit = |name: &str| rows.iter().find(|row| row.name == name).unwrap().unit;
+    assert_eq!((unit("speed"), unit("state")), ("Hz", ""));
+}
+
+#[test]
+fn every_point_of_a_slave_has_a_register() {
+    let (config, _folder) = with_slave("", "");
+    let map = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let image = Encoder::new(map.clone(), &settings(&config)).image(&snapshot, Micros(1));
+    let place = |name: &str| register(&map.rows, "gate", name);
+    // The gauges have the slots 0 and 1.
+    assert_eq!(["p0", "p45", "p46", "p91", "p92", "p99"].map(place), [10_200, 10_290, 10_300, 10_390, 10_400, 10_414]);
+    assert_eq!(place("state"), 143);
+    assert_eq!(place("gauge-state"), 10_292);
+    for slot in [140, 160, 180] {
+        assert!(float(&image, slot).is_nan(), "a slave has no pressure");
+        assert_eq!((word(&image, slot + 2), word(&image, slot + 3), word(&image, slot + 5)), (0x8000, 4, u16::MAX));
+    }
+    let (config, _folder) = with_slave("modbus = 20", "");
+    let rows = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap().rows;
+    assert_eq!(["p0", "p99"].map(|name| register(&rows, "gate", name)), [12_000, 12_214]);
+    assert_eq!(register(&rows, "last", "pressure"), 120);
+}
+
+#[test]
+fn the_points_of_a_slave_may_not_reach_another_gauge() {
+    let (config, _folder) = with_slave("modbus = 20", "modbus = 22");
+    let found = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap_err();
+    let expected = MapError::Overlap { gauge: "gate".to_owned(), first: 20, slot: 22, other: "last".to_owned() };
+    assert_eq!(found, expected);
 }
 
 #[test]
@@ -282,4 +386,166 @@ fn a_block_within_an_area_is_read_and_one_beyond_its_end_is_refused() {
         assert_eq!(read(first, count), (2, Some(Exception::IllegalAddress)), "{first} {count}");
     }
     assert_eq!(read(60_000, 20), (42, None));
+}
+
+/// The bits of all readings of a gauge of this device whose parameters have these numbers, each with its word.
+fn bits_of(device: &str, numbers: &[(&str, u16, &str)]) -> Vec<u16> {
+    let config = config(&[gauge("rack", 5, device, "")], "");
+    let map = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+    let mut inputs = Inputs::planned(&config);
+    let gauge = &mut inputs.gauges[0];
+    gauge.state = BusStationState::DataExchange;
+    let readings = u16::try_from(gauge.readings.len()).unwrap();
+    let parameters = Arc::make_mut(&mut gauge.parameters);
+    for (target, number, text) in numbers {
+        let parameter = parameters.iter_mut().find(|it| it.target == *target);
+        let parameter = parameter.unwrap_or_else(|| panic!("{device} has no {target}"));
+        parameter.quality = Quality::Valid;
+        (parameter.text, parameter.number) = ((*text).to_owned(), Some(f64::from(*number)));
+        parameter.read_at = Some(Micros(1));
+    }
+    let snapshot = Modeller::default().next(inputs, Micros(1));
+    let image = Encoder::new(map, &settings(&config)).image(&snapshot, Micros(1));
+    (0..readings).map(|slot| word(&image, 104 + 20 * slot)).collect()
+}
+
+/// Bit 2 is the emission, bit 3 the degas.
+#[test]
+fn every_word_of_emission_and_degas_is_on_or_off() {
+    let mut words = BTreeSet::new();
+    for model in profivac_devices::catalog::MODELS {
+        let rows = || model.blocks.iter().flat_map(|placed| placed.block.rows);
+        for (role, name, bit) in [(Role::EmissionStatus, "emission-status", 2), (Role::DegasStatus, "degas-status", 3)]
+        {
+            let Some(row) = rows().find(|row| row.role == Some(role)) else { continue };
+            let planned = profivac_station::segment::planned_parameters(model);
+            let Some(target) = planned.iter().map(|it| &it.target).find(|target| target.ends_with(name)) else {
+                continue;
+            };
+            for code in row.codes.codes() {
+                let bits = bits_of(model.name, &[(target, code.number, code.name)])[0];
+                assert_eq!(bits >> bit & 1, u16::from(code.name != "off"), "{}: {target} {}", model.name, code.name);
+                words.insert(format!("{name} {}", code.name));
+            }
+        }
+    }
+    let expected = [
+        "degas-status off",
+        "degas-status on",
+        "emission-status degas",
+        "emission-status off",
+        "emission-status on",
+        "emission-status on-25-microampere",
+        "emission-status on-5-milliampere",
+        "emission-status on-high",
+    ];
+    assert_eq!(words, expected.map(str::to_owned).into());
+}
+
+#[test]
+fn each_channel_has_its_own_emission_and_degas() {
+    let [emission, degas] = [1 << 2, 1 << 3];
+    let on = |target| (target, 1, "on");
+    let flags = |numbers: &[_]| -> Vec<u16> {
+        bits_of("img400", numbers).into_iter().map(|bits| bits & (emission | degas)).collect()
+    };
+    assert_eq!(flags(&[on("channel.1/emission-status")]), [emission, 0, 0, 0]);
+    assert_eq!(flags(&[on("channel.2/emission-status")]), [0, emission, 0, 0]);
+    assert_eq!(
+        flags(&[on("channel.1/emission-status"), on("channel.2/emission-status"), on("channel.2/degas-status")]),
+        [emission, emission | degas, 0, 0]
+    );
+}
+
+/// A station with these segments in memory, each with one gauge that measures this pressure: `segment`, `gauge`, `pressure`.
+fn station_of(folder: &Path, segments: &[(&str, &str, &str)]) -> Config {
+    let segment = |(segment, gauge, pressure): &(&str, &str, &str)| {
+        let port = folder.join(format!("{segment}.toml"));
+        let text = format!("baud = 1500000\ndevices = [\"pcg550@6\"]\npressure = \"{pressure}\"\n");
+        std::fs::write(&port, text).unwrap();
+        let head = format!("[[segment]]\nname = \"{segment}\"\nport = \"sim:{}\"\nbaud = 1500000\n", port.display());
+        format!("{head}[[segment.gauge]]\nname = \"{gauge}\"\naddress = 6\ndevice = \"pcg550\"\n")
+    };
+    let text: String = segments.iter().map(segment).collect();
+    profivac_config::parse(&format!("{text}[modbus]\n"), &folder.join("plant.toml")).unwrap()
+}
+
+/// Where the map says that the points of this file are.
+fn planned_places(config: &Config) -> Vec<(u16, String, String)> {
+    places(&Map::of(&points(&Inputs::planned(config)), &settings(config)).unwrap())
+}
+
+fn places(map: &Map) -> Vec<(u16, String, String)> {
+    map.rows.iter().map(|row| (row.register, row.subject.to_string(), row.name.clone())).collect()
+}
+
+/// The running map and its registers as soon as all these registers have these pressures.
+fn running(model: &ReadModel, config: &Config, pressures: &[(u16, f32)]) -> Map {
+    until("the pressures", || {
+        let snapshot = model.snapshot();
+        let map = Map::of(&snapshot.points, &settings(config)).unwrap();
+        let image = Encoder::new(map.clone(), &settings(config)).image(&snapshot, Micros::now());
+        let is_there = |(register, pa): &(u16, f32)| {
+            image.read(*register, 2).is_some() && (float(&image, *register) / pa - 1.0).abs() < 0.05
+        };
+        pressures.iter().all(is_there).then_some(map)
+    })
+}
+
+/// A running station, and its map as soon as the registers have these pressures.
+fn started(config: &Config, pressures: &[(u16, f32)]) -> (Station, ReadModel, Map) {
+    let station = Station::start(config.clone()).unwrap();
+    let model = ReadModel::start(station.services()).unwrap();
+    let map = running(&model, config, pressures);
+    (station, model, map)
+}
+
+#[test]
+fn the_running_registers_are_those_of_the_map_whatever_the_names_of_segments_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = station_of(folder.path(), &[("z line", "first", "1 Pa"), ("a line", "second", "10 Pa")]);
+    let (station, model, map) = started(&config, &[(100, 1.0), (120, 10.0)]);
+    assert_eq!(places(&map), planned_places(&config));
+    drop(model);
+    station.stop().unwrap();
+}
+
+#[test]
+fn a_segment_that_a_reload_appends_moves_no_register_and_one_before_others_has_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, second) = (("m line", "first", "1 Pa"), ("z line", "second", "10 Pa"));
+    let config = station_of(folder.path(), &[first, second]);
+    let (mut station, model, map) = started(&config, &[(100, 1.0), (120, 10.0)]);
+    assert_eq!(places(&map), planned_places(&config));
+    let third = ("a line", "third", "100 Pa");
+    for (segments, pressures) in [
+        ([first, second, third], [(100, 1.0), (120, 10.0), (140, 100.0)]),
+        ([second, first, third], [(100, 10.0), (120, 1.0), (140, 100.0)]),
+    ] {
+        let config = station_of(folder.path(), &segments);
+        station.reconfigure(config.clone());
+        assert_eq!(places(&running(&model, &config, &pressures)), planned_places(&config));
+    }
+    drop(model);
+    station.stop().unwrap();
+}
+
+/// A gauge that was not found yet has the registers of the configuration in the file.
+#[test]
+fn a_controller_that_was_never_heard_has_the_channels_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    // Two channels.
+    let octets = "97 A7 94 94 A0";
+    let gauges =
+        [gauge("controller", 5, "tpg300", &format!("configuration = \"{octets}\"")), gauge("behind", 6, "pcg550", "")];
+    let head = "[[segment]]\nname = \"hall\"\nport = \"/dev/absent\"\nlisten-only = true\n";
+    let text = format!("{head}{}[modbus]\n", gauges.concat());
+    let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+    let station = Station::start(config.clone()).unwrap();
+    let model = ReadModel::start(station.services()).unwrap();
+    let map = Map::of(&model.snapshot().points, &settings(&config)).unwrap();
+    assert_eq!(register(&map.rows, "behind", "pressure"), 140);
+    assert_eq!(places(&map), planned_places(&config));
+    drop(model);
+    station.stop().unwrap();
 }

@@ -18,10 +18,11 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
         let layout = Layout::new(&prefix, points);
         for topic in layout.topics() {
             for point in topic.positions.iter().filter_map(|position| points.get(*position)) {
-                push(&mut table, topic.object.clone(), layout::key(point.signal), point);
+                let about = point.signal.description();
+                push(&mut table, topic.object.clone(), layout::key(point.signal), point, about);
             }
             if let Some(pressure) = &topic.pressure {
-                let text = ["the number alone, empty while there is none", "Pa"].map(str::to_owned);
+                let text = ["the measured pressure alone, empty while none is measured", "Pa"].map(str::to_owned);
                 let [about, unit] = text;
                 table.push([pressure.clone(), String::new(), unit, about]);
             }
@@ -37,13 +38,14 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
         for point in points {
             let device = point.subject.gauge().map(level);
             let verb = if device.is_some() { "DDATA" } else { "NDATA" };
-            push(&mut table, names.topic(verb, device.as_deref()), metric::name(point), point);
+            let (topic, about) = (names.topic(verb, device.as_deref()), metric::description(point.signal));
+            push(&mut table, topic, metric::name(point), point, about);
         }
     }
     table
 }
 
-fn push(table: &mut NameTable, topic: String, name: String, point: &Point) {
+fn push(table: &mut NameTable, topic: String, name: String, point: &Point, about: &str) {
     let unit = point.unit.unwrap_or_default();
-    table.push([topic, name, unit.to_owned(), point.signal.description().to_owned()]);
+    table.push([topic, name, unit.to_owned(), about.to_owned()]);
 }

@@ -3,10 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Signal, Snapshot};
+use profivac_gateway::{Inputs, Signal, Snapshot, Subject};
 use profivac_gateway_mqtt::message::{Delivery, Message};
 use profivac_gateway_mqtt::names::names;
-use profivac_gateway_mqtt::plain::layout::{Layout, status};
+use profivac_gateway_mqtt::plain::layout::{Layout, Topic, status};
+use profivac_gateway_mqtt::plain::times::ReadTimes;
 use profivac_gateway_mqtt::plain::{default_prefix, discovery};
 use profivac_gateway_mqtt::tracker::{COUNTER_PERIOD, Tracker};
 use profivac_listen::counts::Counts;
@@ -124,6 +125,37 @@ fn a_parameter_has_its_number_in_the_unit_beside_it() {
     assert_eq!((&threshold["pressure"], &threshold["unit"]), (&json!(5.0), &json!("Pa")));
     let status = parameter("setpoint-a.status");
     assert_eq!((&status["number"], &status["unit"]), (&json!(5.0), &Value::Null));
+    assert_eq!((&status["state"], &status["time"]), (&json!("OK"), &json!("1970-01-01T00:00:00.000001Z")));
+}
+
+/// The time of a parameter that stays the same would be that of its first reading, for ever.
+#[test]
+fn the_time_of_a_parameter_that_is_read_again_is_published_within_a_minute() {
+    let mut modeller = Modeller::default();
+    let mut read_at = |seconds: i64| {
+        let mut inputs = measuring(Some(1.0), Micros(1));
+        for parameter in Arc::make_mut(&mut inputs.gauges[0].parameters) {
+            (parameter.number, parameter.quality) = (Some(5.0), Quality::Valid);
+            parameter.read_at = Some(Micros(seconds * Micros::SECOND));
+        }
+        modeller.next(inputs, Micros(0))
+    };
+    let first = read_at(0);
+    let layout = Layout::new("p", &first.points);
+    let mut times = ReadTimes::default();
+    times.publish(0..layout.len(), &layout, &first);
+    let before = read_at(59);
+    assert_eq!(times.due(&layout, &before).count(), 0);
+    let due = read_at(60);
+    let topics: Vec<usize> = times.due(&layout, &due).collect();
+    let is_read = |topic: &&Topic| matches!(&topic.subject, Subject::Parameter { gauge, .. } if &**gauge == "chamber");
+    assert_eq!(topics.len(), layout.topics().iter().filter(is_read).count());
+    assert!(!topics.is_empty());
+    times.publish(topics, &layout, &due);
+    assert_eq!(times.due(&layout, &due).count(), 0);
+    // A clock that was set back.
+    let back = read_at(10);
+    assert!(times.due(&layout, &back).count() > 0);
 }
 
 #[test]
@@ -133,6 +165,23 @@ fn a_gauge_that_does_not_measure_has_no_pressure() {
     assert_eq!((&state["pressure"], &state["quality"]), (&Value::Null, &json!("off")));
     let pressure = &messages["profivac/target-hall/chamber/pressure"];
     assert!(pressure.payload.is_empty() && pressure.is_retained, "the broker forgets the last pressure");
+}
+
+/// No quality is beside the number in the topic of the pressure.
+#[test]
+fn the_end_of_the_range_is_beside_its_quality_and_never_alone() {
+    for (quality, word) in [(Quality::Underrange, "underrange"), (Quality::Overrange, "overrange")] {
+        let mut inputs = measuring(None, Micros(1));
+        let reading = &mut inputs.gauges[0].readings[0];
+        (reading.quality, reading.limit_pa) = (quality, Some(5e-8));
+        let messages = all(&Modeller::default().next(inputs, Micros(0)));
+        let state = object(&messages, "profivac/target-hall/chamber/state");
+        assert_eq!(
+            (&state["pressure"], &state["quality"], &state["usable"]),
+            (&json!(5e-8), &json!(word), &json!(false))
+        );
+        assert!(messages["profivac/target-hall/chamber/pressure"].payload.is_empty(), "{word}");
+    }
 }
 
 #[test]
@@ -154,6 +203,20 @@ fn a_gauge_that_leaves_the_file_leaves_nothing_at_the_broker() {
     let gone = before.obsolete(&after);
     assert!(gone.iter().all(|message| message.payload.is_empty() && message.is_retained));
     assert!(gone.iter().all(|message| message.topic.starts_with("p/fore line/")) && gone.len() > 4);
+}
+
+/// A gauge that is renamed or removed is no sensor of Home Assistant any more.
+#[test]
+fn the_descriptions_of_a_gauge_that_leaves_the_file_are_taken_back() {
+    let described = |inputs| described(&Modeller::default().next(inputs, Micros(0)), false);
+    let mut fewer = measuring(Some(1.0), Micros(1));
+    fewer.gauges.truncate(1);
+    let (before, after) = (described(measuring(Some(1.0), Micros(1))), described(fewer));
+    let gone = discovery::obsolete(&before, &after);
+    assert_eq!(gone.len(), before.len() - after.len());
+    assert!(!gone.is_empty() && gone.iter().all(|message| message.payload.is_empty() && message.is_retained));
+    assert!(gone.iter().all(|gone| !after.iter().any(|kept| kept.topic == gone.topic)));
+    assert!(discovery::obsolete(&before, &before).is_empty());
 }
 
 #[test]

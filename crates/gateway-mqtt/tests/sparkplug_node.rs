@@ -4,16 +4,17 @@
 
 use profivac_devices::Principle;
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Signal, Snapshot};
+use profivac_gateway::{Inputs, Signal, Snapshot, State};
 use profivac_gateway_mqtt::message::{Delivery, Message};
+use profivac_gateway_mqtt::sparkplug::backlog::{Backlog, Batch, Recorded, Series};
 use profivac_gateway_mqtt::sparkplug::edge_node::{EdgeNode, Names, Phase, REBIRTH, Reaction};
 use profivac_gateway_mqtt::sparkplug::metric;
 use profivac_gateway_mqtt::sparkplug::payload::{Metric, MetricValue, Payload, Property, datatype};
-use profivac_recorder::{Micros, Quality, Sample};
+use profivac_recorder::{Micros, Point, PointKind, PointSample, Quality, Reader, Recorder, Sample, Settings};
 use profivac_station::config::gateways::mqtt::DataStyle;
 use profivac_station::view::BusStationState;
 use prost::Message as _;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -84,7 +85,7 @@ fn payload(message: &Message) -> Payload {
 fn born(plant: &mut Plant) -> (EdgeNode, Vec<Message>) {
     let mut node = EdgeNode::new(names(None), 7, None);
     node.subscribed();
-    let births = node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    let births = node.births(&plant.snapshot(), &HashSet::new(), NOW);
     assert!(node.caught_up(NOW, NOW).is_empty());
     assert_eq!(node.phase(), Phase::Live);
     (node, births)
@@ -96,6 +97,11 @@ fn topics(messages: &[Message]) -> Vec<&str> {
 
 fn named<'a>(payload: &'a Payload, name: &str) -> &'a Metric {
     payload.metrics.iter().find(|metric| metric.name.as_deref() == Some(name)).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// The pressures of a gauge.
+fn pressures(name: &str) -> Series {
+    Series::Pressures(Arc::from(name))
 }
 
 fn property<'a>(metric: &'a Metric, key: &str) -> Option<&'a Property> {
@@ -214,9 +220,9 @@ fn data_with_names_has_data_types_and_no_message_has_aliases() {
     let mut plant = Plant::new();
     let mut node = EdgeNode::new(Names { data: DataStyle::Names, ..names(None) }, 0, None);
     node.subscribed();
-    let births = node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    let births = node.births(&plant.snapshot(), &HashSet::new(), NOW);
     let sample = Sample::new(Micros(NOW.0 - SECOND), Some(1.5), Quality::Valid);
-    let history = node.samples(&[(Arc::from("chamber"), sample)], NOW);
+    let history = node.samples(&[(pressures("chamber"), Recorded::Pressure(sample))], NOW);
     let present = node.caught_up(NOW, NOW);
     plant.measures(2.0, NOW);
     let (data, _) = node.snapshot(&plant.snapshot(), NOW);
@@ -267,7 +273,7 @@ fn a_rebirth_stops_data_gives_all_births_with_the_same_number_and_is_debounced()
     assert!(!node.is_rebirth_due(Micros(NOW.0 + SECOND)));
     let later = Micros(NOW.0 + 2 * SECOND);
     assert!(node.is_rebirth_due(later));
-    let births = node.births(&plant.snapshot(), &BTreeSet::new(), later);
+    let births = node.births(&plant.snapshot(), &HashSet::new(), later);
     assert_eq!(births.len(), 2);
     let birth = payload(&births[0]);
     assert_eq!((birth.seq, &named(&birth, "bdSeq").value), (Some(0), &Some(MetricValue::Long(7))));
@@ -313,7 +319,7 @@ fn births_wait_for_the_primary_host_and_its_end_is_the_end_of_the_edge_node() {
     node.message(host, &state(true, 150), NOW);
     assert_eq!((node.phase(), node.host_at()), (Phase::Ready, Some(150)));
     let mut plant = Plant::new();
-    node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    node.births(&plant.snapshot(), &HashSet::new(), NOW);
     node.caught_up(NOW, NOW);
     assert_eq!(node.message(host, &state(false, 149), NOW), Reaction::None, "an old state");
     let Reaction::Disconnect(death) = node.message(host, &state(false, 150), NOW) else {
@@ -330,20 +336,21 @@ fn the_backlog_is_historical_with_original_times_and_comes_before_present_data()
     let mut plant = Plant::new();
     let mut node = EdgeNode::new(names(None), 0, None);
     node.subscribed();
-    let (chamber, line): (Arc<str>, Arc<str>) = (Arc::from("chamber"), Arc::from("fore/line.2"));
-    let with_samples = BTreeSet::from([Arc::clone(&line)]);
+    let [chamber, line] = ["chamber", "fore/line.2"].map(pressures);
+    let with_samples = HashSet::from([line.clone()]);
     let births = node.births(&plant.snapshot(), &with_samples, NOW);
     assert!(topics(&births).contains(&"spBv1.0/TargetHall/DBIRTH/station-1/fore%2Fline"), "its samples need its birth");
     let pressure = named(&payload(&births[1]), "Pressure").alias;
     let second = named(&payload(&births[2]), "2/Pressure").alias;
     plant.measures(5.0, Micros(NOW.0 + SECOND));
     assert_eq!(node.snapshot(&plant.snapshot(), NOW).0, [], "present data waits");
-    let sample = |second: i64, pa, quality| Sample::new(Micros(NOW.0 - second * SECOND), pa, quality);
+    let sample =
+        |second: i64, pa, quality| Recorded::Pressure(Sample::new(Micros(NOW.0 - second * SECOND), pa, quality));
     let samples = [
-        (Arc::clone(&chamber), sample(30, Some(1.5), Quality::Valid)),
-        (Arc::clone(&line), sample(25, Some(9.0), Quality::Overrange)),
-        (Arc::clone(&chamber), sample(20, None, Quality::Stale)),
-        (Arc::from("no longer in the file"), sample(10, Some(1.0), Quality::Valid)),
+        (chamber.clone(), sample(30, Some(1.5), Quality::Valid)),
+        (line.clone(), sample(25, Some(9.0), Quality::Overrange)),
+        (chamber.clone(), sample(20, None, Quality::Stale)),
+        (pressures("no longer in the file"), sample(10, Some(1.0), Quality::Valid)),
     ];
     let messages = node.samples(&samples, NOW);
     assert_eq!(
@@ -357,7 +364,9 @@ fn the_backlog_is_historical_with_original_times_and_comes_before_present_data()
     assert_eq!(times, [1_799_999_970_000, 1_799_999_980_000]);
     assert_eq!((&of(pressure)[1].value, of(pressure)[1].is_null), (&None, Some(true)));
     assert_eq!(property(of(pressure)[1], "Quality"), Some(&Property::Int(500)));
-    assert_eq!(of(second)[0].value, Some(MetricValue::Float(9.0)));
+    let bound = of(second)[0];
+    assert_eq!((&bound.value, bound.is_null), (&None, Some(true)), "the end of the range is no value");
+    assert_eq!(property(bound, "Quality"), Some(&Property::Int(0)));
     let present = node.caught_up(NOW, NOW);
     assert_eq!(node.phase(), Phase::Live);
     assert!(topics(&present).contains(&"spBv1.0/TargetHall/DDEATH/station-1/fore%2Fline"), "the controller is missing");
@@ -366,13 +375,113 @@ fn the_backlog_is_historical_with_original_times_and_comes_before_present_data()
     assert_eq!((&metric.value, metric.is_historical), (&Some(MetricValue::Float(5.0)), None));
 }
 
+/// A plant whose turbo pump is missing.
+fn plant_with_turbo() -> Plant {
+    let folder = tempfile::tempdir().unwrap();
+    let gsd = "#Profibus_DP\nIdent_Number = 0x0FA7\nModule = \"m\" 0x12\n1\nEndModule\n";
+    std::fs::write(folder.path().join("turbo.gsd"), gsd).unwrap();
+    let slave = r#"
+[[segment.slave]]
+name = "turbo"
+address = 9
+gsd = "turbo.gsd"
+[[segment.slave.point]]
+name = "speed"
+octet = 0
+type = "u16"
+unit = "Hz"
+[[segment.slave.point]]
+name = "state"
+octet = 2
+type = "u8"
+texts = { 3 = "at speed" }
+[[alarm]]"#;
+    let config = profivac_config::parse(&FILE.replace("[[alarm]]", slave), &folder.path().join("plant.toml")).unwrap();
+    let mut plant = Plant { modeller: Modeller::default(), inputs: Inputs::planned(&config) };
+    plant.measures(1.0, NOW);
+    plant
+}
+
+/// A point of the turbo, as it is recorded.
+fn point(name: &str, unit: Option<&str>, kind: PointKind) -> Arc<Point> {
+    Arc::new(Point { slave: "turbo".to_owned(), name: name.to_owned(), unit: unit.map(str::to_owned), kind })
+}
+
+#[test]
+fn points_of_a_slave_are_in_the_backlog_with_their_numbers_qualities_and_times() {
+    let mut plant = plant_with_turbo();
+    let mut node = EdgeNode::new(names(None), 0, None);
+    node.subscribed();
+    let speed = Series::Point(point("speed", Some("Hz"), PointKind::Number));
+    let state = Series::Point(point("state", None, PointKind::Code));
+    let births = node.births(&plant.snapshot(), &HashSet::from([speed.clone()]), NOW);
+    let birth = births.iter().find(|message| message.topic == "spBv1.0/TargetHall/DBIRTH/station-1/turbo");
+    let birth = payload(birth.expect("its samples need its birth"));
+    let alias = |name: &str| named(&birth, name).alias;
+    let value = |second: i64, number, quality| {
+        Recorded::Point(PointSample::new(Micros(NOW.0 - second * SECOND), number, quality))
+    };
+    let in_rpm = Series::Point(point("speed", Some("rpm"), PointKind::Number));
+    let samples = [
+        (in_rpm, value(40, Some(60_000.0), Quality::Valid)),
+        (speed.clone(), value(30, Some(0.0), Quality::Valid)),
+        (state, value(25, Some(3.0), Quality::Valid)),
+        (speed.clone(), value(20, None, Quality::Fault)),
+        (speed, value(10, None, Quality::Stale)),
+    ];
+    let messages = node.samples(&samples, NOW);
+    assert_eq!(topics(&messages), ["spBv1.0/TargetHall/DDATA/station-1/turbo"]);
+    let shown = payload(&messages[0]).metrics.into_iter().map(|metric| {
+        assert_eq!(metric.is_historical, Some(true));
+        let quality = property(&metric, "Quality").cloned().unwrap();
+        (metric.alias, metric.timestamp.unwrap(), metric.value, quality)
+    });
+    let [speed, state] = ["Parameters/speed/Number", "Parameters/state/Number"].map(alias);
+    let expected = [
+        (speed, 1_799_999_970_000, Some(MetricValue::Float(0.0)), Property::Int(192)),
+        (state, 1_799_999_975_000, Some(MetricValue::Float(3.0)), Property::Int(192)),
+        (speed, 1_799_999_980_000, None, Property::Int(0)),
+        (speed, 1_799_999_990_000, None, Property::Int(500)),
+    ];
+    assert_eq!(shown.collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn a_backlog_has_pressures_and_points_in_the_order_of_their_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let recorder = Recorder::start(&path, Settings::default()).unwrap();
+    let speed = point("speed", Some("Hz"), PointKind::Number);
+    let now = Micros::now();
+    let at = |second: i64| Micros(now.0 - second * SECOND);
+    let pressure = |second, pa| Sample::new(at(second), Some(pa), Quality::Valid);
+    let value = |second, number| PointSample::new(at(second), Some(number), Quality::Valid);
+    for (second, number) in [(50, 1000.0), (40, 990.0), (30, 980.0)] {
+        recorder.push_point(&speed, 0.0, value(second, number));
+    }
+    recorder.push(&Arc::from("chamber"), pressure(45, 1.0));
+    recorder.push(&Arc::from("chamber"), pressure(35, 10.0));
+    assert!(recorder.flush());
+    let [of_chamber, of_speed, unrecorded] =
+        [pressures("chamber"), Series::Point(speed), Series::Point(point("state", None, PointKind::Code))];
+    let series = vec![of_chamber.clone(), of_speed.clone(), unrecorded];
+    let mut backlog = Backlog::new(Reader::open(&path).unwrap(), series, at(45), now);
+    assert_eq!(backlog.series().unwrap(), HashSet::from([of_chamber.clone(), of_speed.clone()]));
+    let expected = vec![
+        (of_speed.clone(), Recorded::Point(value(40, 990.0))),
+        (of_chamber, Recorded::Pressure(pressure(35, 10.0))),
+        (of_speed, Recorded::Point(value(30, 980.0))),
+    ];
+    assert_eq!(backlog.next(now).unwrap(), Batch::Samples(expected));
+}
+
 /// A host does not show a historical value as the present one.
 #[test]
 fn a_value_that_changed_during_the_backlog_is_published_as_present_also_if_it_was_a_sample() {
     let mut plant = Plant::new();
     let mut node = EdgeNode::new(names(None), 0, None);
     node.subscribed();
-    let births = node.births(&plant.snapshot(), &BTreeSet::new(), NOW);
+    let births = node.births(&plant.snapshot(), &HashSet::new(), NOW);
     let pressure = named(&payload(&births[1]), "Pressure").alias;
     let at = |second: i64| Micros(NOW.0 + second * SECOND);
     for second in 1..=6_i32 {
@@ -381,7 +490,7 @@ fn a_value_that_changed_during_the_backlog_is_published_as_present_also_if_it_wa
         assert_eq!(node.snapshot(&plant.snapshot(), time).0, []);
     }
     let sample = Sample::new(at(3), Some(4.0), Quality::Valid);
-    node.samples(&[(Arc::from("chamber"), sample)], at(6));
+    node.samples(&[(pressures("chamber"), Recorded::Pressure(sample))], at(6));
     let present = node.caught_up(at(4), at(6));
     let metrics: Vec<Metric> = present.iter().flat_map(|message| payload(message).metrics).collect();
     let values: Vec<_> = metrics.iter().filter(|metric| metric.alias == pressure).collect();
@@ -413,6 +522,29 @@ fn a_changed_file_gives_all_births_again() {
     let (messages, _) = node.snapshot(&plant.snapshot(), NOW);
     assert_eq!(topics(&messages), topics(&births));
     assert_eq!(payload(&messages[0]).seq, Some(0));
+}
+
+/// A host that does not look at `Quality` would take the end of the range for a pressure.
+#[test]
+fn a_pressure_beyond_the_range_is_null_and_bad_and_its_state_is_good() {
+    let mut plant = Plant::new();
+    let (mut node, births) = born(&mut plant);
+    let birth = payload(&births[1]);
+    for quality in [Quality::Underrange, Quality::Overrange] {
+        let reading = &mut plant.inputs.gauges[0].readings[0];
+        (reading.quality, reading.pa, reading.limit_pa) = (quality, None, Some(5e-8));
+        let (messages, _) = node.snapshot(&plant.snapshot(), NOW);
+        let data = payload(messages.iter().find(|message| message.topic.contains("/DDATA/")).unwrap());
+        let metric = |name: &str| data.metrics.iter().find(|metric| metric.alias == named(&birth, name).alias).unwrap();
+        for name in ["Pressure", "PressureLog10"] {
+            assert_eq!((&metric(name).value, metric(name).is_null), (&None, Some(true)), "{name}");
+            assert_eq!(property(metric(name), "Quality"), Some(&Property::Int(0)), "{name}");
+        }
+        for name in ["State", "StateText", "Usable"] {
+            assert_eq!(property(metric(name), "Quality"), Some(&Property::Int(192)), "{name}");
+        }
+    }
+    assert_eq!(metric::quality(Signal::LastReading, State::UnderRange, true), 192);
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Reading of raw history (OPC 10000-11) from the record.
 
-use crate::value::{micros, of_sample, time};
+use crate::plan::History;
+use crate::value::{micros, of_point_sample, of_sample, time};
 use opcua_types::{DataValue, ReadRawModifiedDetails, StatusCode};
-use profivac_recorder::{DatabaseError, Micros, Reader, Sample};
+use profivac_recorder::{DatabaseError, Micros, Reader};
 
 /// The most samples of an answer; the rest follows with a continuation point.
 pub const MAX_SAMPLES: u32 = 5_000;
@@ -63,42 +64,55 @@ pub fn query(details: &ReadRawModifiedDetails) -> Result<(Query, u32), StatusCod
 ///
 /// # Errors
 /// When the database cannot be read.
-pub fn read(reader: &Reader, series: &str, query: Query, limit: u32) -> Result<Answer, DatabaseError> {
-    let known = reader.time_range(series)?;
-    let Some((first, last)) = known else { return Ok(Answer::default()) };
-    let (mut samples, is_complete) = match query {
-        Query::Forward(from, to) => page(reader, series, (from, to), limit)?,
-        Query::Backward(from, to) => backward(reader, series, (from.min(last), to.max(first)), limit)?,
+pub fn read(reader: &Reader, history: &History, query: Query, limit: u32) -> Result<Answer, DatabaseError> {
+    let known = match history {
+        History::Series(series) => reader.time_range(series)?,
+        History::Point { point, .. } => reader.point_time_range(point)?,
     };
-    let rest = samples.last().filter(|_| !is_complete).map(|last| query.after(last.at));
-    Ok(Answer { values: samples.drain(..).map(|sample| of_sample(&sample)).collect(), rest })
+    let Some((first, last)) = known else { return Ok(Answer::default()) };
+    let (samples, is_complete) = match query {
+        Query::Forward(from, to) => page(reader, history, (from, to), limit)?,
+        Query::Backward(from, to) => backward(reader, history, (from.min(last), to.max(first)), limit)?,
+    };
+    let rest = samples.last().filter(|_| !is_complete).map(|(at, _)| query.after(*at));
+    Ok(Answer { values: samples.into_iter().map(|(_, value)| value).collect(), rest })
 }
 
-/// The first samples of a time, and whether these are all.
+/// The first values of a time, each with its time, and whether these are all.
 fn page(
     reader: &Reader,
-    series: &str,
+    history: &History,
     (from, to): (Micros, Micros),
     limit: u32,
-) -> Result<(Vec<Sample>, bool), DatabaseError> {
-    let mut samples = reader.page(series, from, to, limit.saturating_add(1))?;
-    let is_complete = samples.len() <= limit as usize;
-    samples.truncate(limit as usize);
-    Ok((samples, is_complete))
+) -> Result<(Vec<(Micros, DataValue)>, bool), DatabaseError> {
+    let one_more = limit.saturating_add(1);
+    let mut values: Vec<(Micros, DataValue)> = match history {
+        History::Series(series) => {
+            let samples = reader.page(series, from, to, one_more)?;
+            samples.iter().map(|sample| (sample.at, of_sample(sample))).collect()
+        }
+        History::Point { point, data_type } => {
+            let samples = reader.point_page(point, from, to, one_more)?;
+            samples.iter().map(|sample| (sample.at, of_point_sample(sample, *data_type))).collect()
+        }
+    };
+    let is_complete = values.len() <= limit as usize;
+    values.truncate(limit as usize);
+    Ok((values, is_complete))
 }
 
-/// The last samples of a time, the newest first, and whether these are all. The record is read in steps into the past, shorter ones
+/// The last values of a time, the newest first, and whether these are all. The record is read in steps into the past, shorter ones
 /// where it has more samples.
 fn backward(
     reader: &Reader,
-    series: &str,
+    history: &History,
     (from, to): (Micros, Micros),
     limit: u32,
-) -> Result<(Vec<Sample>, bool), DatabaseError> {
-    let (mut samples, mut end, mut step) = (Vec::new(), from, FIRST_STEP);
-    while end >= to && samples.len() <= limit as usize {
+) -> Result<(Vec<(Micros, DataValue)>, bool), DatabaseError> {
+    let (mut values, mut end, mut step) = (Vec::new(), from, FIRST_STEP);
+    while end >= to && values.len() <= limit as usize {
         let start = Micros(end.0.saturating_sub(step)).max(to);
-        let (mut found, is_complete) = page(reader, series, (start, end), MAX_SAMPLES)?;
+        let (mut found, is_complete) = page(reader, history, (start, end), MAX_SAMPLES)?;
         if !is_complete && step > 1 {
             step /= 2;
             continue;
@@ -106,11 +120,11 @@ fn backward(
         step = step.saturating_mul(2);
         end = Micros(start.0.saturating_sub(1));
         found.reverse();
-        samples.append(&mut found);
+        values.append(&mut found);
     }
-    let is_complete = samples.len() <= limit as usize;
-    samples.truncate(limit as usize);
-    Ok((samples, is_complete))
+    let is_complete = values.len() <= limit as usize;
+    values.truncate(limit as usize);
+    Ok((values, is_complete))
 }
 
 /// The answer with the bounds that a client may ask for: the record has no value between its samples, and says so. Bounds count as values:
@@ -147,8 +161,9 @@ pub fn with_bounds(answer: Answer, query: Query, is_first: bool, limit: u32) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use opcua_types::DateTime;
-    use profivac_recorder::{Deadband, Quality, Recorder, Settings};
+    use crate::plan::DataType;
+    use opcua_types::{DateTime, Variant};
+    use profivac_recorder::{Deadband, Point, PointKind, PointSample, Quality, Recorder, Sample, Settings};
     use std::sync::Arc;
     use std::time::Duration;
 
@@ -177,10 +192,14 @@ mod tests {
 
     /// All answers to a query, one after the other, as times in seconds.
     fn pages(reader: &Reader, query: Query, limit: u32) -> Vec<Vec<i64>> {
+        pages_of(reader, &History::Series("chamber".to_owned()), query, limit)
+    }
+
+    fn pages_of(reader: &Reader, history: &History, query: Query, limit: u32) -> Vec<Vec<i64>> {
         let second = |value: &DataValue| micros(&value.source_timestamp.unwrap()).unwrap().0 / Micros::SECOND;
         let (mut pages, mut rest) = (Vec::new(), Some(query));
         while let Some(query) = rest {
-            let answer = read(reader, "chamber", query, limit).unwrap();
+            let answer = read(reader, history, query, limit).unwrap();
             pages.push(answer.values.iter().map(second).collect());
             rest = answer.rest;
         }
@@ -217,6 +236,53 @@ mod tests {
         drop(Recorder::start(&path, Settings::default()).unwrap());
         let query = Query::Backward(Micros::now(), Micros(0));
         assert_eq!(pages(&Reader::open(&path).unwrap(), query, 4), [Vec::<i64>::new()]);
+    }
+
+    /// The history of the speed of a pump in this unit.
+    fn speed(unit: &str) -> (Arc<Point>, History) {
+        let (slave, name, unit) = ("turbo".to_owned(), "speed".to_owned(), Some(unit.to_owned()));
+        let point = Arc::new(Point { slave, name, unit, kind: PointKind::Number });
+        (Arc::clone(&point), History::Point { point, data_type: DataType::Double })
+    }
+
+    #[test]
+    fn the_history_of_a_point_has_the_values_of_its_present_unit_in_pages_in_both_directions() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plant.db");
+        let recorder = Recorder::start(&path, Settings::default()).unwrap();
+        let begin = Micros::now().0 / Micros::SECOND - 100;
+        let (rpm, in_rpm) = speed("rpm");
+        let (hertz, in_hertz) = speed("Hz");
+        let value =
+            |second: i64, number| PointSample::new(Micros((begin + second) * Micros::SECOND), number, Quality::Valid);
+        recorder.push_point(&rpm, 0.0, value(0, Some(60_000.0)));
+        for (at, number) in [(1, Some(-0.5)), (2, Some(0.0)), (3, Some(1000.0)), (4, None), (5, Some(990.0))] {
+            recorder.push_point(&hertz, 0.0, value(at, number));
+        }
+        recorder.push_point(&hertz, 0.0, PointSample::gap(Micros((begin + 6) * Micros::SECOND)));
+        assert!(recorder.flush());
+        let reader = Reader::open(&path).unwrap();
+        let (from, to) = (Micros(begin * Micros::SECOND), Micros((begin + 90) * Micros::SECOND));
+        let shown = read(&reader, &in_hertz, Query::Forward(from, to), 10).unwrap().values;
+        let shown: Vec<_> = shown.into_iter().map(|value| (value.value.unwrap(), value.status.unwrap())).collect();
+        let good = |number| (Variant::Double(number), StatusCode::Good);
+        let expected = [
+            good(-0.5),
+            good(0.0),
+            good(1000.0),
+            (Variant::Empty, StatusCode::BadSensorFailure),
+            good(990.0),
+            (Variant::Empty, StatusCode::BadNoCommunication),
+        ];
+        assert_eq!(shown, expected);
+        let times: Vec<i64> = (1..=6).map(|second| begin + second).collect();
+        let forward = pages_of(&reader, &in_hertz, Query::Forward(from, to), 4);
+        assert_eq!((forward.len(), forward.concat()), (2, times.clone()));
+        let backward = pages_of(&reader, &in_hertz, Query::Backward(to, from), 4);
+        assert_eq!((backward.len(), backward.concat()), (2, times.into_iter().rev().collect()));
+        assert_eq!(pages_of(&reader, &in_rpm, Query::Forward(from, to), 4).concat(), [begin]);
+        let (_, in_percent) = speed("%");
+        assert_eq!(pages_of(&reader, &in_percent, Query::Backward(to, from), 4).concat(), [0; 0]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::abandoned::{Abandoned, Rest};
 use crate::alarms::{self, ANONYMOUS, Conditions};
 use crate::history::{self, Answer, Query};
-use crate::plan::NAMESPACE;
+use crate::plan::{History, NAMESPACE};
 use crate::space::Parameter;
 use crate::types::{self, Namespaces};
 use crate::value;
@@ -93,8 +93,8 @@ pub struct StationNodesImpl {
     commander: Option<Arc<Commander>>,
     /// The parameters that users write, by node.
     parameters: Mutex<HashMap<NodeId, Parameter>>,
-    /// The series of the record that is the history of a node.
-    histories: Mutex<HashMap<NodeId, String>>,
+    /// What the recorder keeps of the nodes that have a history.
+    histories: Mutex<HashMap<NodeId, History>>,
     slots: Arc<Semaphore>,
 }
 
@@ -112,7 +112,7 @@ impl StationNodesImpl {
     }
 
     /// Sets which nodes have a history.
-    pub fn set_histories(&self, histories: HashMap<NodeId, String>) {
+    pub fn set_histories(&self, histories: HashMap<NodeId, History>) {
         *self.histories.lock().unwrap_or_else(PoisonError::into_inner) = histories;
     }
 
@@ -145,14 +145,14 @@ impl StationNodesImpl {
         commander.execute(user, request, None).await.map_err(|error| (write_status(&error), error.to_string()))
     }
 
-    fn series(&self, node: &NodeId) -> Option<String> {
+    fn history(&self, node: &NodeId) -> Option<History> {
         self.histories.lock().unwrap_or_else(PoisonError::into_inner).get(node).cloned()
     }
 
     /// Reads the record on a blocking thread, as soon as a slot is free.
     async fn read_record(
         &self,
-        series: String,
+        history: History,
         query: Query,
         limit: u32,
         deadline: Instant,
@@ -162,7 +162,7 @@ impl StationNodesImpl {
         let task = tokio::task::spawn_blocking(move || {
             let _slot = slot;
             let reader = services.recorder().open_reader()?;
-            history::read(&reader, &series, query, limit)
+            history::read(&reader, &history, query, limit)
         });
         match task.await {
             Ok(Ok(answer)) => Ok(answer),
@@ -180,14 +180,14 @@ impl StationNodesImpl {
         node: &mut HistoryNode,
         deadline: Instant,
     ) -> Result<(), StatusCode> {
-        let series = self.series(node.node_id()).ok_or(StatusCode::BadHistoryOperationUnsupported)?;
+        let history = self.history(node.node_id()).ok_or(StatusCode::BadHistoryOperationUnsupported)?;
         let (asked, limit) = history::query(details)?;
         let query = match node.continuation_point() {
             None => asked,
             Some(point) => point.get::<Rest>().ok_or(StatusCode::BadContinuationPointInvalid)?.query,
         };
         let is_first = node.continuation_point().is_none();
-        let answer = self.read_record(series, query, limit, deadline).await?;
+        let answer = self.read_record(history, query, limit, deadline).await?;
         let Answer { values, rest } = match details.return_bounds {
             true => history::with_bounds(answer, query, is_first, limit),
             false => answer,

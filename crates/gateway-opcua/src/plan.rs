@@ -4,6 +4,7 @@ use crate::types::{HEALTH, NAMEPLATE, ObjectKind, Specification};
 use profivac_gateway::names::capitalized;
 use profivac_gateway::{Kind, Limits, Point, Signal, Subject};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The namespace of all nodes of the station.
 pub const NAMESPACE: &str = "urn:profivac:station";
@@ -78,7 +79,7 @@ pub enum Property {
     Range(&'static str, (f64, f64)),
     /// The words of an enumeration.
     EnumStrings(Vec<&'static str>),
-    /// A limit of an alarm in Pa, under its name.
+    /// A limit of an alarm in the unit of the variable, under its name.
     Limit(&'static str, f64),
 }
 
@@ -152,6 +153,20 @@ pub enum Source {
     Fixed(String),
 }
 
+/// What the recorder keeps of a variable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum History {
+    /// The pressures of this series.
+    Series(String),
+    /// The values of a point of a slave, in its present unit.
+    Point {
+        /// The point as the recorder knows it.
+        point: Arc<profivac_recorder::Point>,
+        /// The type of the values.
+        data_type: DataType,
+    },
+}
+
 /// What a node is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeKind {
@@ -167,8 +182,8 @@ pub enum NodeKind {
         data_type: DataType,
         /// Its properties.
         properties: Vec<Property>,
-        /// The series of the record that is its history.
-        history: Option<String>,
+        /// What the recorder keeps of it.
+        history: Option<History>,
     },
 }
 
@@ -435,15 +450,20 @@ fn properties(point: &Point) -> Vec<Property> {
     unit.into_iter().chain(ranges).chain(words).chain(limits).collect()
 }
 
-/// The series of the record that holds the history of a point: indicated pressures are recorded.
-fn history(point: &Point) -> Option<String> {
-    (point.signal == Signal::Pressure).then(|| point.subject.name().to_owned())
+/// What the recorder keeps of a point: indicated pressures, and the numbers of points of slaves.
+fn history(point: &Point) -> Option<History> {
+    if point.signal == Signal::Pressure {
+        return Some(History::Series(point.subject.name().to_owned()));
+    }
+    let recorded = Arc::clone(point.recorded.as_ref()?);
+    Some(History::Point { point: recorded, data_type: DataType::of(point.signal) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use profivac_gateway::{Inputs, points};
+    use profivac_recorder::PointKind;
     use std::path::Path;
 
     const PLANT: &str = r#"
@@ -502,11 +522,62 @@ mod tests {
         let nodes = plan(PLANT);
         let pressure = node(&nodes, "gauge/chamber/pressure");
         let NodeKind::Variable { data_type, properties, history, .. } = &pressure.kind else { panic!("{pressure:?}") };
-        assert_eq!((*data_type, history.as_deref()), (DataType::Float, Some("chamber")));
+        assert_eq!((*data_type, history), (DataType::Float, &Some(History::Series("chamber".to_owned()))));
         let names: Vec<_> = properties.iter().map(Property::name).collect();
         assert_eq!(names, ["EngineeringUnits", "EURange", "InstrumentRange", "HighHighLimit"]);
         assert_eq!(pressure.parent, Parent::Node("gauge/chamber/signal".to_owned()));
         assert_eq!(node(&nodes, "gauge/chamber/signal").parent, Parent::Node("gauge/chamber/signals".to_owned()));
+    }
+
+    const GSD: &str = "#Profibus_DP\nIdent_Number = 0x0FA7\nModule = \"m\" 0x15\n1\nEndModule\n";
+
+    const SLAVE: &str = r#"
+        [[segment]]
+        name = "hall"
+        port = "sim:hall.toml"
+        [[segment.slave]]
+        name = "turbo"
+        address = 9
+        gsd = "turbo.gsd"
+        [[segment.slave.point]]
+        name = "speed"
+        octet = 0
+        type = "u16"
+        unit = "Hz"
+        [[segment.slave.point]]
+        name = "fore pressure"
+        octet = 2
+        type = "u16"
+        unit = "Pa"
+        [[segment.slave.point]]
+        name = "running"
+        octet = 4
+        bit = 0
+        type = "bool"
+    "#;
+
+    #[test]
+    fn the_number_of_a_point_of_a_slave_has_a_history_in_its_present_unit_and_its_text_has_none() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("turbo.gsd"), GSD).unwrap();
+        let config = profivac_config::parse(SLAVE, &folder.path().join("plant.toml")).unwrap();
+        let nodes = nodes(&points(&Inputs::planned(&config)));
+        let with_history = nodes.iter().filter_map(|node| match &node.kind {
+            NodeKind::Variable { data_type, history: Some(History::Point { point, data_type: of_values }), .. } => {
+                assert_eq!(data_type, of_values);
+                Some((node.id.as_str(), point.to_string(), point.unit.as_deref(), point.kind, *data_type))
+            }
+            _ => None,
+        });
+        let parameter = |name: &str, key: &str| format!("gauge/turbo/parameter/{name}/parameter-{key}");
+        let ids =
+            [parameter("speed", "number"), parameter("fore pressure", "pressure"), parameter("running", "number")];
+        let expected = [
+            (&*ids[0], "turbo.speed".to_owned(), Some("Hz"), PointKind::Number, DataType::Double),
+            (&*ids[1], "turbo.fore pressure".to_owned(), Some("Pa"), PointKind::Number, DataType::Float),
+            (&*ids[2], "turbo.running".to_owned(), None, PointKind::Code, DataType::Double),
+        ];
+        assert_eq!(with_history.collect::<Vec<_>>(), expected);
     }
 
     /// A percent deadband is a part of EURange (OPC 10000-8, 6.2): of the pressure it is useless over decades, of the logarithm it is not.

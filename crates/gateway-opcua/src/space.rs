@@ -1,7 +1,7 @@
 //! The nodes of the plan in the address space of the server, and their values.
 
 use crate::alarms;
-use crate::plan::{self, DataType, Node, NodeKind, Parent, Property, Source};
+use crate::plan::{self, DataType, History, Node, NodeKind, Parent, Property, Source};
 use crate::types::{Namespaces, ObjectKind, Specification, texts};
 use crate::value;
 use opcua_server::address_space::{AddressSpace, ObjectBuilder, VariableBuilder};
@@ -9,9 +9,9 @@ use opcua_types::{
     DataTypeId, DataValue, EUInformation, ExtensionObject, LocalizedText, NodeId, ObjectId, ObjectTypeId,
     QualifiedName, Range, UAString, VariableTypeId, Variant,
 };
-use profivac_gateway::command::{controlled_devices, is_writable};
+use profivac_gateway::command::controlled_gauges;
 use profivac_gateway::{Signal, Snapshot, Subject};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 /// The namespace of units (OPC 10000-8).
@@ -61,14 +61,13 @@ impl Space {
     }
 
     fn writable(&self, nodes: &[Node], snapshot: &Snapshot) -> HashMap<NodeId, Parameter> {
-        let devices = if self.may_write { controlled_devices(snapshot) } else { HashMap::new() };
+        let gauges = if self.may_write { controlled_gauges(snapshot) } else { HashSet::new() };
         let parameter = |node: &Node| {
             let NodeKind::Variable { source: Source::Point(index), .. } = &node.kind else { return None };
             let point = snapshot.points.get(*index)?;
             let Subject::Parameter { gauge, target, .. } = &point.subject else { return None };
-            let device = devices.get(&**gauge)?;
             let parameter = Parameter { gauge: Arc::clone(gauge), target: Arc::clone(target), signal: point.signal };
-            is_writable(point, device).then(|| (self.id(&node.id), parameter))
+            (point.is_writable && gauges.contains(&**gauge)).then(|| (self.id(&node.id), parameter))
         };
         nodes.iter().filter_map(parameter).collect()
     }
@@ -89,11 +88,11 @@ impl Space {
         self.nodes = new;
     }
 
-    /// The series whose record is the history of a node, by the node.
+    /// What the recorder keeps of the nodes that have a history, by the node.
     #[must_use]
-    pub fn histories(&self) -> HashMap<NodeId, String> {
+    pub fn histories(&self) -> HashMap<NodeId, History> {
         let history = |node: &Node| match &node.kind {
-            NodeKind::Variable { history: Some(series), .. } => Some((self.id(&node.id), series.clone())),
+            NodeKind::Variable { history: Some(history), .. } => Some((self.id(&node.id), history.clone())),
             NodeKind::Variable { .. } | NodeKind::Folder | NodeKind::Object(_) => None,
         };
         self.nodes.iter().filter_map(history).collect()

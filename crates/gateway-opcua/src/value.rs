@@ -2,9 +2,9 @@
 
 use crate::plan::{DataType, Source};
 use opcua_types::{DataValue, DateTime, LocalizedText, StatusCode, UAString, Variant};
-use profivac_devices::catalog::model_named;
+use profivac_devices::reading::Quality;
 use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
-use profivac_recorder::{Micros, Sample};
+use profivac_recorder::{Micros, PointSample, Sample};
 
 /// The microseconds from 1601, where OPC UA counts from, to 1970.
 const MICROS_TO_1970: i64 = 11_644_473_600_000_000;
@@ -18,7 +18,10 @@ pub fn data_value(source: &Source, data_type: DataType, snapshot: &Snapshot) -> 
             Some(of_point(point.signal, data_type, value))
         }
         Source::Health(readings) => Some(health(readings, snapshot)),
-        Source::Manufacturer(index) => Some(manufacturer(data_type, snapshot.values.get(*index)?)),
+        Source::Manufacturer(index) => {
+            let (point, value) = (snapshot.points.get(*index)?, snapshot.values.get(*index)?);
+            Some(manufacturer(data_type, point.vendor, value))
+        }
         Source::Blank => Some(stamped(Some(blank(data_type)), StatusCode::Good, Micros::now())),
         Source::Fixed(text) => Some(stamped(Some(given_text(data_type, text)), StatusCode::Good, Micros::now())),
         Source::Unknown => Some(stamped(None, StatusCode::BadNoData, Micros::now())),
@@ -41,12 +44,9 @@ fn blank(data_type: DataType) -> Variant {
     }
 }
 
-/// The vendor of the device that a value names.
-fn manufacturer(data_type: DataType, device: &PointValue) -> DataValue {
-    let vendor = match &device.value {
-        Value::Text(name) => model_named(name).map(|model| given_text(data_type, model.vendor)),
-        _ => None,
-    };
+/// The vendor of a device; its time is that of the point that names the device.
+fn manufacturer(data_type: DataType, vendor: Option<&str>, device: &PointValue) -> DataValue {
+    let vendor = vendor.map(|vendor| given_text(data_type, vendor));
     let status = if vendor.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
     stamped(vendor, status, device.at.unwrap_or_else(Micros::now))
 }
@@ -155,12 +155,24 @@ pub fn given(variant: &Variant) -> Option<Value> {
     })
 }
 
-/// A recorded sample.
+/// A recorded pressure.
 #[must_use]
 pub fn of_sample(sample: &Sample) -> DataValue {
-    let state = State::recorded(sample.quality);
-    let status = StatusCode::from(state.codes().opcua);
-    stamped(sample.pa.filter(|_| state.codes().has_value).map(float), status, sample.at)
+    recorded(sample.pa, sample.quality, sample.at, DataType::Float)
+}
+
+/// A recorded value of a point of a slave. Its time is that of the data exchange, or of the answer to its record.
+#[must_use]
+pub fn of_point_sample(sample: &PointSample, data_type: DataType) -> DataValue {
+    recorded(sample.number, sample.quality, sample.at, data_type)
+}
+
+/// A recorded number with the status of its quality.
+fn recorded(number: Option<f64>, quality: Quality, at: Micros, data_type: DataType) -> DataValue {
+    let state = State::recorded(quality);
+    let number = number.filter(|_| state.codes().has_value);
+    let value = number.and_then(|number| variant(&Value::Float(number), data_type));
+    stamped(value, StatusCode::from(state.codes().opcua), at)
 }
 
 #[cfg(test)]
@@ -168,7 +180,6 @@ mod tests {
     use super::*;
     use opcua_server::address_space::Variable;
     use opcua_types::{DataEncoding, NumericRange, TimestampsToReturn};
-    use profivac_devices::reading::Quality;
 
     const EMPTY: Option<Variant> = Some(Variant::Empty);
 
@@ -224,5 +235,21 @@ mod tests {
     fn a_gap_of_the_record_has_no_value() {
         let value = of_sample(&Sample::new(Micros(5), None, Quality::Stale));
         assert_eq!((value.value, value.status.unwrap().bits()), (EMPTY, 0x8031_0000));
+    }
+
+    #[test]
+    fn a_recorded_value_of_a_point_has_the_type_of_its_node_the_status_of_its_quality_and_the_time_of_the_exchange() {
+        let shown = |number, quality, data_type| {
+            let value = of_point_sample(&PointSample::new(Micros(1_000_000), number, quality), data_type);
+            assert_eq!(value.source_timestamp.unwrap().to_rfc3339(), "1970-01-01T00:00:01.000Z");
+            (value.value, value.status.unwrap().bits())
+        };
+        // Zero and negative numbers are values of a point, and no pressures.
+        for number in [0.0, -40.0, 429_496_729.4] {
+            assert_eq!(shown(Some(number), Quality::Valid, DataType::Double), (Some(Variant::Double(number)), 0));
+        }
+        assert_eq!(shown(Some(1.5), Quality::Valid, DataType::Float), (Some(Variant::Float(1.5)), 0));
+        assert_eq!(shown(None, Quality::Fault, DataType::Double), (EMPTY, 0x808C_0000));
+        assert_eq!(shown(None, Quality::Stale, DataType::Double), (EMPTY, 0x8031_0000));
     }
 }

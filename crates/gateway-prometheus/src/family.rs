@@ -1,9 +1,9 @@
 //! The metric families: one for each signal, named after the conventions of Prometheus.
 
-use crate::exposition::{MetricKind, put_label};
 use profivac_gateway::names::NameTable;
 use profivac_gateway::signal::SubjectKind;
 use profivac_gateway::{Kind, Point, Signal, Subject};
+use profivac_web_server::exposition::{MetricKind, put_label};
 
 /// How a signal becomes series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +16,9 @@ pub enum Form {
     States(&'static str, &'static [&'static str]),
     /// A series with the value 1 and the text in the label of this name, absent while the text is empty.
     Text(&'static str),
+    /// The same, for texts that are words: a text that is a number has no series, as each value would begin a new one, and the number is a
+    /// metric of its own.
+    Word(&'static str),
     /// A label of the series `profivac_…_info` of its subject.
     Label(&'static str),
     /// Nothing is published.
@@ -65,7 +68,7 @@ impl Family {
     pub const fn kind(&self) -> MetricKind {
         match self.form {
             Form::Counter => MetricKind::Counter,
-            Form::Label(_) | Form::Text(_) => MetricKind::Info,
+            Form::Label(_) | Form::Text(_) | Form::Word(_) => MetricKind::Info,
             Form::Gauge | Form::States(..) | Form::Absent => MetricKind::Gauge,
         }
     }
@@ -100,13 +103,15 @@ fn form(signal: Signal) -> Form {
         Signal::Priority => Form::Label("priority"),
         // Its pressure would make a new series with every reading; pressure, state, problem and faults say the same.
         Signal::StateText => Form::Absent,
+        // Its value would make a new series with every occurrence; the metrics of the alarm have limit and values.
+        Signal::AlarmText => Form::Absent,
+        Signal::ParameterText => Form::Word("text"),
         // The same text as in the state of the reading, with a pressure where the quality is assumed.
         Signal::Cause => Form::Absent,
         Signal::Problem | Signal::SegmentProblem | Signal::RecorderProblem => Form::Text("problem"),
         Signal::Faults => Form::Text("faults"),
         Signal::Warnings => Form::Text("warnings"),
         Signal::Assumptions => Form::Text("assumptions"),
-        Signal::AlarmText => Form::Text("text"),
         Signal::AlarmUnit => Form::Text("unit"),
         Signal::AcknowledgedBy | Signal::SuppressedBy => Form::Text("user"),
         Signal::OutOfService => Form::Text("reason"),
@@ -127,6 +132,7 @@ fn form(signal: Signal) -> Form {
 const fn help(signal: Signal) -> &'static str {
     match signal {
         Signal::Pressure => "Indicated pressure; absent while it is not measured",
+        Signal::ParameterText => "Value of a parameter in words; absent where it is a number",
         other => other.description(),
     }
 }
@@ -205,6 +211,10 @@ pub fn labels(point: &Point) -> String {
         }
         Subject::Alarm(alarm) => put_label(&mut text, "alarm", alarm),
     }
+    // A unit that is not the same for all numbers of the family cannot be a part of its name.
+    if let Some(unit) = point.unit.filter(|_| point.signal.unit().is_none()) {
+        put_label(&mut text, "unit", unit);
+    }
     text
 }
 
@@ -219,7 +229,7 @@ pub fn names(points: &[Point]) -> NameTable {
             Form::States(label, words) => {
                 (Some(label), words.iter().map(|word| word_label(word)).collect::<Vec<_>>().join(" "))
             }
-            Form::Text(label) | Form::Label(label) => (Some(label), "1".to_owned()),
+            Form::Text(label) | Form::Word(label) | Form::Label(label) => (Some(label), "1".to_owned()),
             Form::Gauge | Form::Counter => (None, String::new()),
         };
         let mut labels = labels(point);

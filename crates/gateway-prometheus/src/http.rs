@@ -1,26 +1,18 @@
 //! The server: `/metrics` over HTTP, with TLS and a bearer token beyond loopback.
 
-use crate::exposition::Format;
 use crate::metrics::{Layout, Others};
 use axum::Router;
 use axum::body::Bytes;
-use axum::extract::{Request, State};
-use axum::http::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, WWW_AUTHENTICATE};
-use axum::http::{HeaderMap, StatusCode};
-use axum::middleware::{Next, from_fn_with_state};
-use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;
 use profivac_station::config::gateways::prometheus::Settings;
 use profivac_station::gateway_status::GatewayStatus;
-use profivac_web_server::headers::{Hosts, requested_host};
+use profivac_web_server::exposition::Format;
+use profivac_web_server::scrape::{self, Source};
 use profivac_web_server::server::{Connections, Keys, Limits, TlsError};
-use profivac_web_server::tables::Secret;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use subtle::ConstantTimeEq;
 use tokio::net::TcpListener;
 use tokio::time::{MissedTickBehavior, interval};
 
@@ -93,29 +85,13 @@ async fn renew(keys: Option<Arc<Keys>>, status: &GatewayStatus) {
 
 /// What answers the requests of the connections.
 pub fn router(settings: &Settings, context: Context) -> Router {
-    let scrapes = Arc::new(Scrapes {
-        hosts: Hosts { loopback: settings.listen.ip().is_loopback(), configured: Vec::new() },
-        token: settings.token.clone(),
-        latest: Mutex::default(),
-        context,
-    });
-    Router::new()
-        .route("/metrics", get(metrics))
-        .fallback(async |State(scrapes): State<Arc<Scrapes>>| {
-            scrapes.refuse(StatusCode::NOT_FOUND, "the metrics are at /metrics")
-        })
-        .method_not_allowed_fallback(async |State(scrapes): State<Arc<Scrapes>>| {
-            scrapes.refuse(StatusCode::METHOD_NOT_ALLOWED, "expected GET; the gateway only reads")
-        })
-        .layer(from_fn_with_state(Arc::clone(&scrapes), authorise))
-        .with_state(scrapes)
+    let scrapes = Scrapes { latest: Mutex::default(), context };
+    scrape::router(settings.listen, settings.token.clone(), Arc::new(scrapes))
 }
 
 /// What all scrapes share.
 struct Scrapes {
     context: Context,
-    hosts: Hosts,
-    token: Option<Secret>,
     latest: Mutex<Latest>,
 }
 
@@ -127,7 +103,7 @@ struct Latest {
     texts: [Option<Bytes>; 2],
 }
 
-impl Scrapes {
+impl Source for Scrapes {
     /// The text of the present snapshot.
     fn text(&self, format: Format) -> Bytes {
         let snapshot = self.context.model.snapshot();
@@ -146,9 +122,18 @@ impl Scrapes {
             let layout = layout.insert(fitting.unwrap_or_else(|| Layout::of(&snapshot.points)));
             Bytes::from(layout.text(snapshot, &self.others(), format))
         };
-        text.get_or_insert_with(make).clone()
+        let text = text.get_or_insert_with(make).clone();
+        drop(latest);
+        self.context.status.sent(1);
+        text
     }
 
+    fn refused(&self, reason: &'static str) {
+        self.context.status.refused(reason);
+    }
+}
+
+impl Scrapes {
     fn others(&self) -> Others {
         let services = &self.context.services;
         Others {
@@ -158,38 +143,4 @@ impl Scrapes {
             gateways: services.gateways().views(),
         }
     }
-
-    /// Refuses a request, and counts it.
-    fn refuse(&self, status: StatusCode, reason: &'static str) -> Response {
-        self.context.status.refused(reason);
-        (status, format!("{reason}\n")).into_response()
-    }
-}
-
-async fn metrics(State(scrapes): State<Arc<Scrapes>>, headers: HeaderMap) -> Response {
-    let accept = headers.get(ACCEPT).and_then(|accept| accept.to_str().ok()).unwrap_or_default();
-    let format = Format::accepted(accept);
-    let text = scrapes.text(format);
-    scrapes.context.status.sent(1);
-    ([(CONTENT_TYPE, format.content_type())], text).into_response()
-}
-
-/// Lets requests pass that are meant for this computer and have the token.
-async fn authorise(State(scrapes): State<Arc<Scrapes>>, request: Request, next: Next) -> Response {
-    if !scrapes.hosts.accept(&requested_host(request.headers(), request.uri())) {
-        return scrapes.refuse(StatusCode::MISDIRECTED_REQUEST, "the request is meant for another computer");
-    }
-    let given = request.headers().get(AUTHORIZATION).and_then(|given| given.to_str().ok());
-    if !is_authorised(scrapes.token.as_ref(), given) {
-        let refusal = scrapes.refuse(StatusCode::UNAUTHORIZED, "expected the bearer token of token-file");
-        return ([(WWW_AUTHENTICATE, "Bearer")], refusal).into_response();
-    }
-    next.run(request).await
-}
-
-/// Whether the header has the token. The comparison takes the same time wherever they differ.
-fn is_authorised(token: Option<&Secret>, given: Option<&str>) -> bool {
-    let Some(token) = token else { return true };
-    let Some((scheme, given)) = given.and_then(|given| given.split_once(' ')) else { return false };
-    scheme.eq_ignore_ascii_case("bearer") && bool::from(given.trim().as_bytes().ct_eq(token.reveal().as_bytes()))
 }

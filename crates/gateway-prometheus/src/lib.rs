@@ -1,6 +1,5 @@
 //! The points of a station as metrics for Prometheus: OpenMetrics text at `/metrics`.
 
-pub mod exposition;
 pub mod family;
 mod http;
 pub mod metrics;

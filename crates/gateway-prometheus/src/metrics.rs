@@ -1,11 +1,11 @@
 //! The metrics of a snapshot, and those of the lines, the recorder and the gateways.
 
-use crate::exposition::{Exposition, Format, MetricKind, Number, put_label};
 use crate::family::{Family, Form, labels, word_label};
 use profivac_gateway::{Kind, Point, PointValue, Signal, Snapshot, Value};
 use profivac_listen::report::{BusReport, Distribution};
-use profivac_station::gateway_status::GatewayView;
+use profivac_station::gateway_status::{ArchiveView, GatewayView};
 use profivac_station::view::RecorderView;
+use profivac_web_server::exposition::{Exposition, Format, MetricKind, Number, put_label};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -164,10 +164,33 @@ impl Block {
                     text.sample(name, &labels, u8::from(position == *number));
                 }
             }
-            (Value::Text(words), Form::Text(label)) if !words.is_empty() => {
+            (Value::Text(words), Form::Word(_)) if is_number(words) => {}
+            (Value::Text(words), Form::Text(label) | Form::Word(label)) if !words.is_empty() => {
                 text.sample(name, &with_label(labels, label, words), 1);
             }
             (Value::Float(_) | Value::None | Value::Choice(_) | Value::Text(_), _) => {}
+        }
+    }
+}
+
+/// Whether a text is a number, with or without a unit. A word such as `inf` or a sentence that begins with a number is none.
+fn is_number(text: &str) -> bool {
+    let mut words = text.split(' ').filter(|word| *word != "(uncertain)");
+    let is_digits = |word: &str| word.trim_start_matches('-').starts_with(|first: char| first.is_ascii_digit());
+    words.next().is_some_and(|first| is_digits(first) && first.parse::<f64>().is_ok()) && words.count() <= 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_number;
+
+    #[test]
+    fn a_number_has_digits_and_at_most_a_unit() {
+        for number in ["12", "-1.5e-3 mbar", "12.5 Hz (uncertain)", "3 (uncertain)"] {
+            assert!(is_number(number), "{number}");
+        }
+        for words in ["", "on", "inf", "nan", "2 of 3 open", "at speed"] {
+            assert!(!is_number(words), "{words}");
         }
     }
 }
@@ -277,6 +300,17 @@ fn put_recorder(text: &mut Exposition, recorder: &RecorderView) {
     }
     text.family("profivac_record_lost_events", MetricKind::Counter, None, "Events that the recorder has dropped");
     text.sample("profivac_record_lost_events_total", "", recorder.lost_events);
+    let name = "profivac_record_last_check_timestamp_seconds";
+    text.family(name, MetricKind::Gauge, Some("timestamp_seconds"), "Time of the last check of the database");
+    if let Some(ms) = recorder.last_check_ms {
+        text.sample(name, "", Seconds(ms.saturating_mul(1000)));
+    }
+    let name = "profivac_record_damaged";
+    text.family(name, MetricKind::Gauge, None, "The last check has found damage in the database");
+    // Without a check nothing is known about damage.
+    if recorder.last_check_ms.is_some() {
+        text.sample(name, "", u64::from(recorder.damage.is_some()));
+    }
 }
 
 /// A histogram of each segment. The observer counts durations in buckets of a quarter of an octave; each bucket counts as its end.
@@ -310,6 +344,35 @@ fn bound_text(us: u64) -> String {
     if text.ends_with('.') { format!("{text}0") } else { text.to_owned() }
 }
 
+/// The batches of a station that sends to an archive.
+fn put_archive(text: &mut Exposition, archive: Option<&ArchiveView>) {
+    type Count = fn(&ArchiveView) -> u64;
+    type Time = fn(&ArchiveView) -> Option<i64>;
+    let counts: [(&str, &str, Count); 3] = [
+        ("profivac_archive_waiting_batches", "Batches that wait in the database of the station", |it| it.waiting),
+        ("profivac_archive_put_aside_batches", "Batches that the archive has put aside", |it| it.put_aside),
+        ("profivac_archive_lost_batches", "Batches deleted since the last one was taken, as too many wait", |it| {
+            it.lost
+        }),
+    ];
+    for (name, help, of) in counts {
+        text.family(name, MetricKind::Gauge, None, help);
+        if let Some(archive) = archive {
+            text.sample(name, "", of(archive));
+        }
+    }
+    let times: [(&str, &str, Time); 2] = [
+        ("profivac_archive_oldest_batch_timestamp_seconds", "When the first waiting batch was made", |it| it.oldest_ms),
+        ("profivac_archive_last_answer_timestamp_seconds", "When the archive answered last", |it| it.last_answer_ms),
+    ];
+    for (name, help, of) in times {
+        text.family(name, MetricKind::Gauge, Some("timestamp_seconds"), help);
+        if let Some(ms) = archive.and_then(of) {
+            text.sample(name, "", Seconds(ms.saturating_mul(1000)));
+        }
+    }
+}
+
 fn put_gateways(text: &mut Exposition, gateways: &[GatewayView]) {
     type Of = fn(&GatewayView) -> u64;
     let families: [(&str, MetricKind, &str, Of); 5] = [
@@ -328,6 +391,7 @@ fn put_gateways(text: &mut Exposition, gateways: &[GatewayView]) {
             text.sample(&sample, &with_label("", "gateway", &gateway.name), of(gateway));
         }
     }
+    put_archive(text, gateways.iter().find_map(|gateway| gateway.archive.as_ref()));
     let name = "profivac_gateway_last_error_timestamp_seconds";
     text.family(name, MetricKind::Gauge, Some("timestamp_seconds"), "Time of the last error of the gateway");
     for gateway in gateways {

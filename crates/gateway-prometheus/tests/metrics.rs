@@ -4,7 +4,6 @@
 
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal};
-use profivac_gateway_prometheus::exposition::Format;
 use profivac_gateway_prometheus::family::{Family, Form};
 use profivac_gateway_prometheus::metrics::{Layout, Others};
 use profivac_listen::report::{Bucket, BusReport, Distribution};
@@ -12,6 +11,7 @@ use profivac_recorder::{Micros, Quality};
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::gateway_status::GatewayStatuses;
 use profivac_station::view::BusStationState;
+use profivac_web_server::exposition::Format;
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -104,7 +104,8 @@ fn every_signal_is_published_or_left_out_on_purpose() {
         let Family { name, form, .. } = Family::of(*signal);
         let is_described = text.contains(&format!("# TYPE {name} "));
         assert_eq!(is_described, form != Form::Absent, "{signal:?}: {name}");
-        assert!(form != Form::Absent || matches!(signal, Signal::StateText | Signal::Cause), "{signal:?}");
+        let has_numbers = matches!(signal, Signal::StateText | Signal::Cause | Signal::AlarmText);
+        assert!(form != Form::Absent || has_numbers, "{signal:?}");
     }
     assert_eq!(
         samples(&text, "profivac_device_info")[0],
@@ -199,6 +200,30 @@ fn a_gateway_has_its_clients_and_its_errors() {
 }
 
 #[test]
+fn a_station_with_an_archive_has_what_waits_and_when_the_archive_answered() {
+    let statuses = GatewayStatuses::default();
+    let archive = statuses.add("archive");
+    let of = |statuses: &GatewayStatuses| {
+        let others = Others { gateways: statuses.views(), ..Others::default() };
+        text(inputs(Quality::Valid, Some(1.0), None), &others, Format::Prometheus)
+    };
+    // The types are there, for rules that name the metrics; nothing is known yet.
+    let before = of(&statuses);
+    assert!(before.contains("# TYPE profivac_archive_lost_batches gauge"), "{before}");
+    assert!(!before.lines().any(|line| line.starts_with("profivac_archive_")), "{before}");
+    archive.batches(3, Some(Micros(1_700_000_000 * Micros::SECOND)), 7);
+    archive.put_aside(2, Some("a time before 2000"));
+    archive.archive_answered();
+    let text = of(&statuses);
+    let value = |name: &str| samples(&text, name)[0].rsplit(' ').next().unwrap().parse::<f64>().unwrap();
+    assert_eq!(value("profivac_archive_waiting_batches"), 3.0);
+    assert_eq!(value("profivac_archive_lost_batches"), 7.0);
+    assert_eq!(value("profivac_archive_put_aside_batches"), 2.0);
+    assert_eq!(value("profivac_archive_oldest_batch_timestamp_seconds"), 1_700_000_000.0);
+    assert!(value("profivac_archive_last_answer_timestamp_seconds") > 1.7e9);
+}
+
+#[test]
 fn a_layout_serves_the_snapshots_of_the_same_points() {
     let mut modeller = Modeller::default();
     let first = modeller.next(inputs(Quality::Valid, Some(1.0), None), Micros(1));
@@ -246,6 +271,42 @@ fn other_computers_need_tls_and_a_token() {
         (settings.listen.to_string().as_str(), &settings.token, &settings.tls),
         ("127.0.0.1:9464", &None, &None)
     );
+}
+
+/// The chamber has these parameters, with numbers and texts.
+fn with_parameters(parameters: &[(&str, f64, &str)]) -> String {
+    let mut inputs = inputs(Quality::Valid, Some(1.0), None);
+    for parameter in Arc::make_mut(&mut inputs.gauges[0].parameters) {
+        let Some((_, number, text)) = parameters.iter().find(|(target, ..)| *target == parameter.target) else {
+            continue;
+        };
+        (parameter.number, parameter.text) = (Some(*number), (*text).to_owned());
+        (parameter.quality, parameter.read_at) = (Quality::Valid, Some(Micros(1)));
+    }
+    text(inputs, &Others::default(), Format::OpenMetrics)
+}
+
+/// Each value would begin a new series, and the old ones would stay in the database of Prometheus.
+#[test]
+fn a_parameter_in_words_is_one_series_whose_label_changes_and_a_number_has_no_text() {
+    for word in ["off", "on"] {
+        let text = with_parameters(&[("ba.degas-status", 1.0, word), ("setpoint-a.process-value", 5.0, "0.05 mbar")]);
+        let expected =
+            format!(r#"profivac_parameter_text_info{{{LABELS},parameter="ba.degas-status",text="{word}"}} 1"#);
+        assert_eq!(samples(&text, "profivac_parameter_text_info"), [expected]);
+        let number =
+            format!(r#"profivac_parameter_pressure_pascals{{{LABELS},parameter="setpoint-a.process-value"}} 5"#);
+        assert_eq!(samples(&text, "profivac_parameter_pressure_pascals"), [number]);
+    }
+}
+
+/// The limit of an alarm has the unit of its condition, the number of a point that of the file.
+#[test]
+fn a_number_without_a_unit_in_its_name_has_its_unit_as_a_label() {
+    let text = text(inputs(Quality::Valid, Some(1.0), None), &Others::default(), Format::OpenMetrics);
+    let limits = samples(&text, "profivac_alarm_limit");
+    assert!(limits.contains(&r#"profivac_alarm_limit{alarm="Chamber high",unit="Pa"} 0.1"#), "{limits:?}");
+    assert!(samples(&text, "profivac_segment_cycle_time_seconds").iter().all(|line| !line.contains("unit=")));
 }
 
 #[test]

@@ -7,19 +7,15 @@
 //! The steps are those of the HTTP API. A gateway that may write has a [`Commander`]; a refusal comes back as a sentence.
 
 use crate::model::Snapshot;
-use crate::point::{Point, Subject, Value};
+use crate::point::{Point, PointValue, Value};
 use crate::signal::Signal;
-use profivac_client::names::{ParameterNames, Target};
-use profivac_devices::catalog::model_named;
-use profivac_devices::model::{AccessPath, Direction};
 use profivac_station::alarm::{AlarmResult, AlarmServiceError, ReasonError, SHELVED, checked_reason};
 use profivac_station::control::ControlError;
 use profivac_station::control::operation::{GivenValue, OperationRequest};
-use profivac_station::control::permissions;
 use profivac_station::services::Services;
 use profivac_web_server::auth::users::{Users, UsersError};
 use profivac_web_server::auth::{Actor, Forbidden, Role};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -185,39 +181,13 @@ fn first(results: Vec<AlarmResult>) -> Result<(), WriteError> {
     results.into_iter().try_for_each(|(_, done)| Ok(done?))
 }
 
-/// The device of each gauge that this station controls, by the gauge; gauges of other masters are left out.
+/// The gauges that this station controls; those of other masters are left out.
 #[must_use]
-pub fn controlled_devices(snapshot: &Snapshot) -> HashMap<&str, &str> {
-    let with = |signal| snapshot.iter().filter(move |(point, _)| point.signal == signal);
-    let others: HashSet<_> = with(Signal::ListenOnly)
-        .filter(|(_, value)| value.value == Value::Boolean(true))
-        .filter_map(|(point, _)| point.subject.gauge())
-        .collect();
-    let mut devices = HashMap::new();
-    for (point, value) in with(Signal::Device) {
-        if let (Some(gauge), Value::Text(name)) = (point.subject.gauge(), &value.value)
-            && !others.contains(gauge)
-        {
-            devices.insert(gauge, &**name);
-        }
-    }
-    devices
-}
-
-/// Whether a point is a parameter that the station writes on this device.
-#[must_use]
-pub fn is_writable(point: &Point, device: &str) -> bool {
-    let Subject::Parameter { target, .. } = &point.subject else { return false };
-    let Some(model) = model_named(device) else { return false };
-    let Some(names) = ParameterNames::of_catalog(model) else { return false };
-    let path = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
-    match names.find(model.name, target) {
-        Ok(Target::Parameter(named)) => {
-            let row = named.parameter.row;
-            row.access.allows(path, Direction::Write) && permissions::blocked_reason(row).is_none()
-        }
-        _ => false,
-    }
+pub fn controlled_gauges(snapshot: &Snapshot) -> HashSet<&str> {
+    let is_own = |(point, value): &(&Point, &PointValue)| {
+        point.signal == Signal::ListenOnly && value.value == Value::Boolean(false)
+    };
+    snapshot.iter().filter(is_own).filter_map(|(point, _)| point.subject.gauge()).collect()
 }
 
 /// The value of a parameter as the station reads it: a pressure and a percentage have their unit, a code its word.

@@ -127,7 +127,7 @@ impl Modeller {
         self.last.clone()
     }
 
-    /// Gives a gauge without readings those that it had, or those of its default configuration, without their values.
+    /// Gives a gauge without readings those that it had, or those of the file, without their values.
     fn keep_readings(&mut self, inputs: &mut Inputs) {
         self.readings.retain(|name, _| inputs.gauges.iter().any(|gauge| gauge.name == *name));
         for gauge in inputs.gauges.iter_mut().filter(|gauge| gauge.kind == GaugeKind::Gauge) {
@@ -135,9 +135,8 @@ impl Modeller {
                 gauge.parameters = plant::default_parameters(gauge).into();
             }
             if gauge.readings.is_empty() {
-                let known = self.readings.entry(gauge.name.clone());
-                let known = known.or_insert_with(|| plant::default_readings(gauge));
-                gauge.readings.clone_from(known);
+                let known = self.readings.get(&gauge.name).cloned();
+                gauge.readings = known.unwrap_or_else(|| plant::default_readings(gauge, &inputs.plan));
             } else {
                 let absent = gauge.readings.iter().map(plant::without_value).collect();
                 self.readings.insert(gauge.name.clone(), absent);

@@ -3,18 +3,21 @@
 use crate::point::{Limits, Point, Subject};
 use crate::signal::{Kind, Signal, alarm_state, gauge_state, line_state, priority, quality, segment_state};
 use crate::state::State;
+use profivac_client::names::{ParameterNames, Target};
 use profivac_devices::Principle;
-use profivac_devices::catalog::model_named;
+use profivac_devices::model::{AccessPath, Direction, Model};
 use profivac_devices::reading::Quality;
 use profivac_listen::gauge::Origin;
 use profivac_listen::report::{BusReport, Distribution, StationReport};
 use profivac_recorder::Micros;
-use profivac_station::alarm::view::AlarmView;
+use profivac_station::alarm::view::{AlarmView, LimitKind};
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
 use profivac_station::config::{self, Config, is_virtual};
+use profivac_station::control::permissions;
 use profivac_station::directory::{Directory, GaugeLabels};
-use profivac_station::segment::{planned_gauge, planned_parameters, planned_readings, planned_slave};
+use profivac_station::segment::{planned_parameters, planned_readings, planned_segments};
 use profivac_station::services::Services;
+use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{
     self, BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState, WatchedParameter,
 };
@@ -28,10 +31,12 @@ use std::time::Duration;
 pub struct Inputs {
     /// The station.
     pub station: view::Station,
-    /// The segments.
+    /// The segments, in the order of the file.
     pub segments: Vec<Segment>,
     /// The gauges, in the order of the file.
     pub gauges: Vec<Gauge>,
+    /// The segments of the file before they start: a gauge that was not found yet has the readings that its gauge has there.
+    pub plan: Arc<[SegmentSnapshot]>,
     /// All alarms.
     pub alarms: Vec<AlarmView>,
     /// The lines, by the name of the segment.
@@ -44,10 +49,12 @@ impl Inputs {
     /// The present state of a running station.
     #[must_use]
     pub fn of(services: &Services) -> Self {
+        let (segments, gauges) = parts(services.snapshots().in_order_of_file());
         Self {
             station: services.station(),
-            segments: services.snapshots().segments(),
-            gauges: services.snapshots().gauges(),
+            segments,
+            gauges,
+            plan: services.snapshots().plan(),
             alarms: services.alarms().all(),
             buses: services.snapshots().buses().reports(),
             directory: services.directory().view(),
@@ -62,10 +69,7 @@ impl Inputs {
     /// The state of a station of this file before it starts: without data, with the points that it will have.
     #[must_use]
     pub fn planned(config: &Config) -> Self {
-        let gauges = config.segments.iter().flat_map(|segment| {
-            let gauges = segment.gauges.iter().map(|gauge| planned_gauge(gauge, &segment.name, segment.listen_only));
-            gauges.chain(segment.slaves.iter().map(|slave| planned_slave(slave, &segment.name)))
-        });
+        let (segments, gauges) = parts(planned_segments(&config.segments));
         Self {
             station: view::Station {
                 name: config.name.clone(),
@@ -74,9 +78,11 @@ impl Inputs {
                 now_ms: 0,
                 recorder: view::RecorderView::default(),
                 stopped_parts: Vec::new(),
+                archive_problem: None,
             },
-            segments: config.segments.iter().map(planned_segment).collect(),
-            gauges: gauges.collect(),
+            segments,
+            gauges,
+            plan: Arc::default(),
             alarms: config.alarms.iter().map(AlarmView::planned).collect(),
             buses: BTreeMap::new(),
             directory: Arc::new(config.directory.clone()),
@@ -92,6 +98,8 @@ impl Inputs {
         }
         for gauge in &self.gauges {
             (&gauge.name, &gauge.segment, &gauge.device, gauge.stale_after_ms).hash(&mut hasher);
+            gauge.integers.map(|it| [it.lowest_pa, it.highest_pa].map(f64::to_bits)).hash(&mut hasher);
+            gauge.model.map(std::ptr::from_ref).hash(&mut hasher);
             (gauge.readings.len(), gauge.parameters.len()).hash(&mut hasher);
             gauge.parameters.iter().for_each(|it| (&it.target, &it.name, it.unit).hash(&mut hasher));
             for reading in &gauge.readings {
@@ -100,39 +108,41 @@ impl Inputs {
             }
         }
         self.directory.gauges.hash(&mut hasher);
+        self.directory.points.iter().for_each(|it| it.point.hash(&mut hasher));
         for alarm in &self.alarms {
             let limit = alarm.limit.map(f64::to_bits);
             (&alarm.name, &alarm.segment, alarm.condition as u8, &alarm.series, alarm.priority, limit)
                 .hash(&mut hasher);
+            (&alarm.gauge, &alarm.point).hash(&mut hasher);
         }
         hasher.finish()
     }
 }
 
-/// A segment that has not been started.
-fn planned_segment(config: &config::Segment) -> Segment {
-    Segment {
-        name: config.name.clone(),
-        port: config.port.clone(),
-        baud: config.baud.bits_per_second(),
-        master: (!config.listen_only).then_some(config.master),
-        listen_only: config.listen_only,
-        state: SegmentState::Waiting,
-        problem: None,
-        cycle_ms: None,
-        damaged_telegrams: 0,
-        stations: Vec::new(),
-    }
+/// The segments, and the gauges of all of them in the same order.
+fn parts(snapshots: Vec<SegmentSnapshot>) -> (Vec<Segment>, Vec<Gauge>) {
+    let parts = snapshots.into_iter().map(|SegmentSnapshot { segment, gauges }| (segment, gauges));
+    let (segments, gauges): (Vec<_>, Vec<_>) = parts.unzip();
+    (segments, gauges.into_iter().flatten().collect())
 }
 
 /// The readings of a gauge of which nothing was heard yet.
-pub(crate) fn default_readings(gauge: &Gauge) -> Vec<Reading> {
-    planned_readings(&config::Gauge::plain(gauge.name.clone(), gauge.address, gauge.device.clone()))
+pub(crate) fn default_readings(gauge: &Gauge, plan: &[SegmentSnapshot]) -> Vec<Reading> {
+    let segment = plan.iter().find(|it| it.segment.name == gauge.segment);
+    let planned = segment.and_then(|it| it.gauges.iter().find(|planned| planned.name == gauge.name));
+    if let Some(planned) = planned {
+        return planned.readings.clone();
+    }
+    let Some(model) = gauge.model else { return Vec::new() };
+    planned_readings(&config::Gauge::plain(gauge.name.clone(), gauge.address, model))
 }
 
 /// The parameters of a gauge that were not read yet. Those of a gauge that belongs to another master are never read.
 pub(crate) fn default_parameters(gauge: &Gauge) -> Vec<WatchedParameter> {
-    if gauge.listen_only { Vec::new() } else { planned_parameters(&gauge.device) }
+    match gauge.model {
+        Some(model) if !gauge.listen_only => planned_parameters(model),
+        _ => Vec::new(),
+    }
 }
 
 /// The same reading without a value.
@@ -200,7 +210,7 @@ pub struct PointOf {
     pub segment: Option<Arc<str>>,
     /// The measuring range of its pressure.
     pub range_pa: Option<(f64, f64)>,
-    /// The limits of the alarms on its pressure.
+    /// The limits of the alarms on its pressure, or on its number.
     pub limits: Limits,
     /// The unit of the values that have the unit of an alarm's limit, or of the number of a parameter.
     pub own_unit: Option<&'static str>,
@@ -208,12 +218,28 @@ pub struct PointOf {
     pub stale_after_ms: Option<u64>,
     /// It is virtual.
     pub is_simulated: bool,
+    /// It is a parameter that the station writes, if it controls the gauge.
+    pub is_writable: bool,
+    /// The manufacturer of its gauge.
+    pub vendor: Option<&'static str>,
+    /// The point of a slave as the recorder knows it.
+    pub recorded: Option<Arc<profivac_recorder::Point>>,
 }
 
 impl PointOf {
     fn plain(subject: Subject, segment: Option<Arc<str>>, is_simulated: bool) -> Self {
-        let (range_pa, limits, own_unit, stale_after_ms) = (None, Limits::default(), None, None);
-        Self { subject, segment, range_pa, limits, own_unit, stale_after_ms, is_simulated }
+        Self {
+            subject,
+            segment,
+            range_pa: None,
+            limits: Limits::default(),
+            own_unit: None,
+            stale_after_ms: None,
+            is_simulated,
+            is_writable: false,
+            vendor: None,
+            recorded: None,
+        }
     }
 }
 
@@ -231,7 +257,8 @@ impl Sink for Collector {
 
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
         let Some(of) = self.present.clone() else { return };
-        let PointOf { subject, segment, range_pa, limits, own_unit, stale_after_ms, is_simulated } = of;
+        let PointOf { subject, segment, range_pa, limits, own_unit, stale_after_ms, .. } = of;
+        let PointOf { is_simulated, is_writable, vendor, recorded, .. } = of;
         let has_own_unit =
             matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue | Signal::ParameterNumber);
         self.points.push(Point {
@@ -240,11 +267,22 @@ impl Sink for Collector {
             segment,
             unit: signal.unit().or(own_unit.filter(|_| has_own_unit)),
             range: range_pa.and_then(|range| range_of(signal, range)),
-            limits: if signal == Signal::Pressure { limits } else { Limits::default() },
+            limits: if has_limits(signal) { limits } else { Limits::default() },
             stale_after_ms,
             is_simulated,
+            is_writable,
+            vendor,
+            recorded: recorded.filter(|_| signal.kind() == Kind::Float),
         });
     }
+}
+
+/// Whether the limits of a subject are limits of this signal.
+const fn has_limits(signal: Signal) -> bool {
+    matches!(
+        signal,
+        Signal::Pressure | Signal::ParameterPressure | Signal::ParameterPercentage | Signal::ParameterNumber
+    )
 }
 
 /// The range of a signal of a reading with this measuring range in Pa.
@@ -385,7 +423,8 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
         inputs.buses.get(&gauge.segment).and_then(|bus| bus.stations.iter().find(|it| it.address == gauge.address));
     sink.subject(|| {
         let subject = Subject::Gauge(Arc::from(gauge.name.as_str()));
-        PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated)
+        let plain = PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated);
+        PointOf { vendor: gauge.model.map(|model| model.vendor), ..plain }
     });
     let counts = bus.map(|bus| bus.total);
     plain(sink, Signal::GaugeState, Raw::Choice(gauge_state::of(gauge.state)));
@@ -451,9 +490,12 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
         segment: Some(Arc::from(gauge.segment.as_str())),
         own_unit: None,
         range_pa: range_pa(gauge, reading),
-        limits: limits(&inputs.alarms, &reading.series),
+        limits: limits(&inputs.alarms, |alarm| side_of_series(alarm, &reading.series)),
         stale_after_ms: Some(gauge.stale_after_ms),
         is_simulated: inputs.is_simulated(&gauge.segment),
+        is_writable: false,
+        vendor: None,
+        recorded: None,
     });
     let state = State::of(gauge, reading);
     let pressure = reading.bound_pa().filter(|_| state.codes().has_value);
@@ -488,6 +530,18 @@ fn quality(reading: &Reading, state: State) -> u16 {
     quality::of(if matches!(state, State::Stale | State::Starting) { Quality::Stale } else { reading.quality })
 }
 
+/// Whether the station writes this parameter of a device.
+fn is_writable(model: &'static Model, target: &str) -> bool {
+    let path = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
+    match ParameterNames::shared(model).find(model.name, target) {
+        Ok(Target::Parameter(named)) => {
+            let row = named.parameter.row;
+            row.access.allows(path, Direction::Write) && permissions::blocked_reason(row).is_none()
+        }
+        _ => false,
+    }
+}
+
 fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink: &mut impl Sink) {
     sink.subject(|| {
         let subject = Subject::Parameter {
@@ -496,17 +550,24 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
             name: Arc::from(parameter.name.as_str()),
         };
         let segment = Some(Arc::from(gauge.segment.as_str()));
-        PointOf { own_unit: parameter.unit, ..PointOf::plain(subject, segment, inputs.is_simulated(&gauge.segment)) }
+        let recorded = inputs.directory.point(&gauge.name, &parameter.target).map(|it| Arc::new(it.point.clone()));
+        let plain = PointOf::plain(subject, segment, inputs.is_simulated(&gauge.segment));
+        let limits = limits(&inputs.alarms, |alarm| side_of_point(alarm, &gauge.name, &parameter.target));
+        let is_writable = gauge.model.is_some_and(|model| is_writable(model, &parameter.target));
+        PointOf { own_unit: parameter.unit, limits, is_writable, recorded, ..plain }
     });
-    // A gauge that is not in data exchange may have lost what was read.
-    let answers = matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault);
-    let read_at = parameter.read_at.filter(|_| answers);
-    let is_fresh = gauge.kind == GaugeKind::Gauge || gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms);
-    let is_read = read_at.is_some() && is_fresh;
+    let counts = match gauge.kind {
+        // A gauge that is not in data exchange may have lost what was read.
+        GaugeKind::Gauge => matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault),
+        // The records of a slave are read without data exchange, and the points of a slave that is lost have no time.
+        GaugeKind::Slave => gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms),
+    };
+    let read_at = parameter.read_at.filter(|_| counts);
+    let is_read = read_at.is_some();
     let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
     let at = match gauge.kind {
-        GaugeKind::Gauge => read_at.or(gauge.lost_at),
-        GaugeKind::Slave => decided_at(gauge, state),
+        GaugeKind::Slave if state == State::Stale => decided_at(gauge, state),
+        GaugeKind::Gauge | GaugeKind::Slave => read_at.or(gauge.lost_at),
     };
     let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
@@ -515,7 +576,9 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
         _ => Signal::ParameterNumber,
     };
     sink.point(signal, number, state, at);
-    let text = if is_read { Raw::Text(&parameter.text) } else { Raw::None };
+    // A stale point of a slave says why; a stale parameter has no text.
+    let has_text = is_read && !(state == State::Stale && parameter.text.is_empty());
+    let text = if has_text { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
 }
 
@@ -531,9 +594,18 @@ fn state_text(reading: &Reading, state: State) -> String {
     }
 }
 
-/// The range of the part that gives a reading: that of its principle, or of the whole gauge where one reading stands for all parts.
+/// The pressures that a reading can show: the measuring range, as far as the integers of the telegram hold it. Beyond them the reading is
+/// over or under range, and its limit is their end.
 fn range_pa(gauge: &Gauge, reading: &Reading) -> Option<(f64, f64)> {
-    let model = model_named(&gauge.device)?;
+    let (low, high) = measuring_range_pa(gauge, reading)?;
+    let Some(integers) = gauge.integers else { return Some((low, high)) };
+    let (low, high) = (low.max(integers.lowest_pa), high.min(integers.highest_pa));
+    (low < high).then_some((low, high))
+}
+
+/// The range of the part that gives a reading: that of its principle, or of the whole gauge where one reading stands for all parts.
+fn measuring_range_pa(gauge: &Gauge, reading: &Reading) -> Option<(f64, f64)> {
+    let model = gauge.model?;
     let of_instance = model.parts.iter().filter(|spec| spec.part.instance == reading.instance);
     let own: Vec<_> = of_instance.filter(|spec| reading.principle.is_none_or(|it| it == spec.part.principle)).collect();
     let chamber = model.parts.iter().filter(|spec| spec.part.principle != Principle::Atmosphere);
@@ -543,19 +615,34 @@ fn range_pa(gauge: &Gauge, reading: &Reading) -> Option<(f64, f64)> {
     ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// The limits of the alarms on a series.
-fn limits(alarms: &[AlarmView], series: &str) -> Limits {
-    let of_series = alarms.iter().filter(|alarm| alarm.series.as_deref() == Some(series));
+/// On which side of its limit an alarm on this series is raised.
+fn side_of_series(alarm: &AlarmView, series: &str) -> Option<LimitKind> {
+    match alarm.condition {
+        _ if alarm.series.as_deref() != Some(series) => None,
+        ConditionKind::Above => Some(LimitKind::Above),
+        ConditionKind::Below => Some(LimitKind::Below),
+        _ => None,
+    }
+}
+
+/// On which side of its limit an alarm on this point of a slave is raised.
+fn side_of_point(alarm: &AlarmView, gauge: &str, point: &str) -> Option<LimitKind> {
+    let limited = alarm.point.as_ref()?;
+    (alarm.gauge.as_deref() == Some(gauge) && limited.name == point).then_some(limited.side)
+}
+
+/// The limits of the alarms of a subject, by the side on which each is raised.
+fn limits(alarms: &[AlarmView], side: impl Fn(&AlarmView) -> Option<LimitKind>) -> Limits {
     let mut limits = Limits::default();
-    for alarm in of_series {
-        let Some(limit) = alarm.limit else { continue };
+    for alarm in alarms {
+        let (Some(side), Some(limit)) = (side(alarm), alarm.limit) else { continue };
         let is_high = alarm.priority == Priority::High;
-        let (target, is_tighter): (_, fn(f64, f64) -> bool) = match (alarm.condition, is_high) {
-            (ConditionKind::Above, true) => (&mut limits.high_high, |new, old| new < old),
-            (ConditionKind::Above, false) => (&mut limits.high, |new, old| new < old),
-            (ConditionKind::Below, false) => (&mut limits.low, |new, old| new > old),
-            (ConditionKind::Below, true) => (&mut limits.low_low, |new, old| new > old),
-            _ => continue,
+        let (target, is_tighter): (_, fn(f64, f64) -> bool) = match (side, is_high) {
+            (LimitKind::Above, true) => (&mut limits.high_high, |new, old| new < old),
+            (LimitKind::Above, false) => (&mut limits.high, |new, old| new < old),
+            (LimitKind::Below, false) => (&mut limits.low, |new, old| new > old),
+            (LimitKind::Below, true) => (&mut limits.low_low, |new, old| new > old),
+            (LimitKind::Rise, _) => continue,
         };
         if target.is_none_or(|old| is_tighter(limit, old)) {
             *target = Some(limit);

@@ -72,7 +72,8 @@ impl Subject {
     }
 }
 
-/// The pressures in Pa at which the alarms of a reading are raised: high priority outside, the others inside.
+/// The values at which the alarms of a reading or of a point of a slave are raised, in the unit of its point: high priority outside, the
+/// others inside.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// The lowest limit of an alarm of high priority that is raised above it.
@@ -98,12 +99,18 @@ pub struct Point {
     pub unit: Option<&'static str>,
     /// The measuring range of a pressure in Pa, of its logarithm in decades; `None` if the manual has none.
     pub range: Option<(f64, f64)>,
-    /// The limits of its alarms, of a pressure.
+    /// The limits of its alarms, of a pressure or of the number of a point of a slave.
     pub limits: Limits,
     /// The age in milliseconds from which it is stale; `None` unless it belongs to a reading.
     pub stale_after_ms: Option<u64>,
     /// Its gauge is virtual.
     pub is_simulated: bool,
+    /// It is a parameter that the station writes, if it controls the gauge.
+    pub is_writable: bool,
+    /// The manufacturer of its gauge.
+    pub vendor: Option<&'static str>,
+    /// The point of a slave as the recorder knows it, of its number; `None` for all others.
+    pub recorded: Option<Arc<profivac_recorder::Point>>,
 }
 
 /// The lowest pressure in Pa that a gauge without a known range may show. chosen: the low end of a cold cathode gauge at a controller.
@@ -188,4 +195,19 @@ pub struct PointValue {
     pub at: Option<Micros>,
     /// How often value or state have changed. A gateway that has served version 3 and sees version 6 has missed two updates.
     pub version: u64,
+}
+
+impl PointValue {
+    /// Whether the value is the end of a range in place of a measured number. A protocol without a quality beside the number leaves it
+    /// out, as clients would take it for a pressure.
+    #[must_use]
+    pub const fn is_bound(&self) -> bool {
+        matches!(self.value, Value::Float(_)) && !self.state.codes().is_measured
+    }
+
+    /// The number, if it is measured.
+    #[must_use]
+    pub const fn measured(&self) -> Option<f64> {
+        if self.is_bound() { None } else { self.value.float() }
+    }
 }

@@ -99,7 +99,7 @@ pub struct Codes {
     pub epics_status: EpicsStatus,
     /// The status code in OPC UA (OPC 10000-4, table of status codes).
     pub opcua: u32,
-    /// The property `Quality` in Sparkplug 3.0: 0 bad, 192 good, 500 stale.
+    /// The property `Quality` in Sparkplug 3.0: 0 bad, 192 good, 500 stale. It has no uncertain values: what is not measured is bad.
     pub sparkplug: i32,
     /// The state in the Modbus map.
     pub modbus: u16,
@@ -140,8 +140,8 @@ macro_rules! states {
 states! {
     // state    words         measured value EPICS             OPC UA      Sparkplug Modbus health
     Ok         "OK"           true  true  None    None     0x0000_0000 192 0 Normal;
-    UnderRange "Under range"  false true  None    HwLimit  0x4094_0000 192 2 Normal;
-    OverRange  "Over range"   false true  Minor   HwLimit  0x4094_0000 192 1 Normal;
+    UnderRange "Under range"  false true  Minor   HwLimit  0x4094_0000 0   2 Normal;
+    OverRange  "Over range"   false true  Minor   HwLimit  0x4094_0000 0   1 Normal;
     Off        "Off"          false false Minor   Disable  0x808D_0000 0   3 CheckFunction;
     Starting   "Starting"     false false Invalid State    0x8031_0000 500 4 CheckFunction;
     Invalid    "Invalid"      false false Invalid Read     0x808C_0000 0   3 OffSpec;
@@ -214,6 +214,17 @@ mod tests {
     #[test]
     fn sparkplug_has_three_qualities() {
         assert!(State::ALL.iter().all(|state| [0, 192, 500].contains(&state.codes().sparkplug)));
+    }
+
+    /// The end of the range must not look like a pressure.
+    #[test]
+    fn a_value_that_is_not_measured_is_not_good_in_epics_and_sparkplug() {
+        for state in State::ALL {
+            let Codes { is_measured, epics_severity, epics_status, sparkplug, .. } = state.codes();
+            assert_eq!(epics_severity == EpicsSeverity::None, is_measured, "{state:?}");
+            assert_eq!(epics_status == EpicsStatus::None, is_measured, "{state:?}");
+            assert_eq!(sparkplug == 192, is_measured, "{state:?}");
+        }
     }
 
     /// The two highest bits of a status code in OPC UA: 0 good, 1 uncertain, 2 bad.

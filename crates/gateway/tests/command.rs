@@ -3,12 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use crate::until::until;
-use profivac_gateway::command::is_writable;
-use profivac_gateway::{Commander, ReadModel, Signal, Value, WriteError, WriteRequest};
+use profivac_gateway::command::controlled_gauges;
+use profivac_gateway::model::Modeller;
+use profivac_gateway::{Commander, Inputs, ReadModel, Signal, Value, WriteError, WriteRequest};
 use profivac_recorder::Micros;
 use profivac_recorder::audit::AuditQuery;
 use profivac_station::alarm::{AlarmError, AlarmServiceError};
 use profivac_station::control::AuthorityAction;
+use profivac_station::control::operation::{Operation, OperationRequest};
 use profivac_station::station::Station;
 use profivac_station::view::BusStationState;
 use profivac_web_server::auth::password::Hash;
@@ -105,7 +107,7 @@ impl Plant {
         rows.sort_by_key(|row| row.id);
         let text = |text: &Option<String>| text.clone().unwrap_or_default();
         let line = |entry: &profivac_recorder::AuditEntry| {
-            format!("{} {} {}: {}", entry.action.word(), entry.user, text(&entry.peer), text(&entry.outcome))
+            format!("{} {} {}: {}", entry.action.as_str(), entry.user, text(&entry.peer), text(&entry.outcome))
         };
         rows.iter().map(line).collect()
     }
@@ -133,13 +135,88 @@ fn a_write_reaches_the_gauge_and_the_audit_trail_and_leaves_control_free() {
         let snapshot = model.snapshot();
         let is_it = |signal| signal == Signal::ParameterPressure;
         let found = snapshot.iter().find(|(point, _)| point.subject.name() == TRIP_POINT && is_it(point.signal))?;
-        assert!(is_writable(found.0, "psg550"));
+        assert!(found.0.is_writable);
         matches!(found.1.value, Value::Float(pa) if (pa / 0.5 - 1.0).abs() < 1e-3).then_some(())
     });
     let snapshot = model.snapshot();
     let status = snapshot.points.iter().find(|point| point.subject.name() == "ba.degas-status").unwrap();
-    assert!(!is_writable(status, "bcg450"), "a status is not written");
+    assert!(!status.is_writable, "a status is not written");
     plant.station.stop().unwrap();
+}
+
+/// What a gauge of a device file accepts is in its own tables, not in those of a built-in device with another name.
+#[test]
+fn parameters_of_a_gauge_that_a_file_describes_are_written_as_its_tables_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let device = r#"format = 1
+name = "mine"
+title = "Mine"
+vendor = "A maker"
+like = "psg550"
+ident = 0x1234
+[[block]]
+name = "Trip Point Function Block"
+parameters = [{ index = 17, name = "High Trip Point", type = "BY_TYPE", access = "1/2_R", store = "N", section = "9" }]
+"#;
+    std::fs::write(folder.path().join("mine.toml"), device).unwrap();
+    let gauge = |name: &str, address: u8, device: &str| {
+        format!("[[segment.gauge]]\nname = {name:?}\naddress = {address}\ndevice = {device:?}\n")
+    };
+    let text = format!(
+        "[[segment]]\nname = \"hall\"\nport = \"/dev/ttyUSB0\"\n{}{}",
+        gauge("described", 5, "mine.toml"),
+        gauge("built in", 6, "psg550")
+    );
+    let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let is_writable = |gauge: &str, target: &str| {
+        let is_it =
+            |point: &&profivac_gateway::Point| point.subject.gauge() == Some(gauge) && point.subject.name() == target;
+        snapshot.points.iter().find(is_it).map(|point| point.is_writable)
+    };
+    assert_eq!(is_writable("built in", TRIP_POINT), Some(true));
+    assert_eq!(is_writable("described", TRIP_POINT), Some(false), "its file says read only");
+    assert_eq!(is_writable("described", "trip-point.1/low-trip-point"), Some(true));
+    let vendor =
+        snapshot.points.iter().find(|it| it.signal == Signal::Device && it.subject.gauge() == Some("described"));
+    assert_eq!(vendor.and_then(|point| point.vendor), Some("A maker"));
+    assert_eq!(controlled_gauges(&snapshot).len(), 2);
+}
+
+/// The Ident_Number alone does not say which one is on the line: the file of the station does.
+#[test]
+fn two_gauges_of_two_files_with_one_ident_number_are_on_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, index) in [("one", 210), ("two", 211)] {
+        let device = format!(
+            "format = 1\nname = {name:?}\ntitle = {name:?}\nlike = \"bcg450\"\nident = 0x1234\n[[block]]\nname = \"Device Block\"\n\
+             parameters = [{{ index = {index}, name = \"Own\", type = \"UINT8\", access = \"1/2_R/W\" }}]\n"
+        );
+        std::fs::write(folder.path().join(format!("{name}.toml")), device).unwrap();
+    }
+    let segment = folder.path().join("hall.toml");
+    std::fs::write(&segment, "baud = 1500000\ndevices = [\"one.toml@5\", \"two.toml@6\"]\n").unwrap();
+    let gauge = |name: &str, address: u8| {
+        format!("[[segment.gauge]]\nname = {name:?}\naddress = {address}\ndevice = \"{name}.toml\"\n")
+    };
+    let port = format!("sim:{}", segment.display());
+    let head = format!("[[segment]]\nname = \"hall\"\nport = {port:?}\nbaud = 1500000\n");
+    let text = head + &gauge("one", 5) + &gauge("two", 6);
+    let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+    let station = Station::start(config).unwrap();
+    until("both gauges with their own tables", || {
+        let gauges = station.services().snapshots().gauges();
+        let is_own = |gauge: &profivac_station::view::Gauge| {
+            gauge.state == BusStationState::DataExchange && gauge.device == gauge.name
+        };
+        (gauges.len() == 2 && gauges.iter().all(is_own)).then_some(())
+    });
+    let execute = OperationRequest { command: Some("execute".to_owned()), ..OperationRequest::default() };
+    for gauge in station.services().snapshots().gauges() {
+        let operation = Operation::resolve(gauge.model.unwrap(), &execute).unwrap();
+        assert!(operation.from_device_file, "the station says where its conditions come from");
+    }
+    station.stop().unwrap();
 }
 
 #[test]

@@ -102,6 +102,8 @@ fn inputs() -> Inputs {
         error: Some("disk full".to_owned()),
         lost_samples: 8,
         lost_events: 9,
+        last_check_ms: Some(6000),
+        damage: None,
     };
     for segment in &mut inputs.segments {
         segment.state = SegmentState::Running;
@@ -177,8 +179,10 @@ fn shown() -> (Inputs, Snapshot) {
 fn every_value_of_the_station_and_its_recorder_is_a_point() {
     let (inputs, snapshot) = shown();
     // The name is part of the names of the points. A gateway that does not run has no points to say it with.
-    let view::Station { name: _, version, started_ms, now_ms, recorder, stopped_parts: _ } = inputs.station;
-    let RecorderView { last_write_ms, error, lost_samples, lost_events } = recorder;
+    // The archive is a gateway too, and damage is an alarm, which has points of its own.
+    let view::Station { name: _, version, started_ms, now_ms, recorder, stopped_parts: _, archive_problem: _ } =
+        inputs.station;
+    let RecorderView { last_write_ms, error, lost_samples, lost_events, last_check_ms: _, damage: _ } = recorder;
     let expected = vec![
         (Signal::Version, text(version)),
         (Signal::Started, Value::Time(Micros(started_ms * 1000))),
@@ -256,7 +260,7 @@ fn every_value_of_a_segment_and_its_line_is_a_point() {
 fn every_value_of_a_gauge_is_a_point() {
     let (inputs, snapshot) = shown();
     for gauge in inputs.gauges {
-        // The segment is part of a point. Levels, intervals and DP-V1 are settings; ages follow from the time of the reading.
+        // The segment is part of a point. Levels, intervals, tables and DP-V1 are settings; ages follow from the time of the reading.
         let Gauge {
             name,
             // A slave has the same points, with parameters instead of readings.
@@ -264,6 +268,9 @@ fn every_value_of_a_gauge_is_a_point() {
             segment,
             address,
             device,
+            model: _,
+            // The range of the pressure.
+            integers: _,
             has_dpv1: _,
             state,
             problem,
@@ -278,6 +285,7 @@ fn every_value_of_a_gauge_is_a_point() {
             age_ms: _,
             read_at,
             lost_at: _,
+            is_awaited: _,
             poll_ms: _,
             stale_after_ms: _,
         } = gauge;
@@ -370,6 +378,7 @@ fn every_value_of_an_alarm_is_a_point() {
             condition: _,
             gauge: _,
             series: _,
+            point: _,
             several: _,
             segment: _,
             priority,

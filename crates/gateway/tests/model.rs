@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
+use profivac_client::cyclic::IntegerRange;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
@@ -85,6 +86,29 @@ fn the_pressure_has_the_range_of_the_manual_and_the_limits_of_its_alarms() {
     assert_eq!((point.limits.low, point.limits.low_low), (None, None));
     let controller = &snapshot.points[position(&snapshot, "fore line.1", Signal::Pressure)];
     assert_eq!(controller.range, None, "the controller accepts several gauges");
+}
+
+/// A telegram with integers in Pa holds 0.01 to 327.67 mbar, whatever the gauge measures.
+#[test]
+fn the_range_of_a_pressure_ends_where_the_integers_of_its_telegram_end() {
+    let (mut modeller, mut inputs) = (Modeller::default(), planned());
+    let model = inputs.gauges[0].model.unwrap();
+    let mut range = |unit: &str| {
+        // `5 T3/T6 PKW int`
+        let (configuration, unit) = (&model.configurations[4], model.unit_named(unit).unwrap());
+        inputs.gauges[0].integers = IntegerRange::of(model, configuration, unit);
+        let snapshot = modeller.next(inputs.clone(), Micros(1));
+        let range = |signal| snapshot.points[position(&snapshot, "chamber", signal)].range.unwrap();
+        (range(Signal::Pressure), range(Signal::PressureLog10))
+    };
+    let close = |range: (f64, f64), low: f64, high: f64| {
+        assert!((range.0 / low - 1.0).abs() < 1e-5 && (range.1 / high - 1.0).abs() < 1e-5, "{range:?} {low} {high}");
+    };
+    let (pascals, decades) = range("Pascal");
+    close(pascals, 1.0, 32_767.0);
+    assert!(decades.0.abs() < 1e-9 && (decades.1 - 32_767_f64.log10()).abs() < 1e-9, "{decades:?}");
+    close(range("Torr").0, 133.322_37, 1.5e5);
+    close(range("COUNTS").0, 5e-8, 1.5e5);
 }
 
 #[test]
@@ -183,6 +207,15 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let snapshot = Modeller::default().next(inputs.clone(), Micros(100));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
     assert_eq!((&value.value, value.state, value.at), (&Value::Float(3.0), State::Ok, Some(Micros(77))));
+    let mut old = inputs.clone();
+    let degas = &mut Arc::make_mut(&mut old.gauges[0].parameters)[index];
+    (degas.quality, degas.number, degas.text) = (Quality::Stale, None, String::new());
+    let snapshot = Modeller::default().next(old, Micros(150));
+    for signal in [Signal::ParameterNumber, Signal::ParameterText] {
+        let value = &snapshot.values[position(&snapshot, "ba.degas-status", signal)];
+        let expected = (&Value::None, State::Stale, Some(Micros(77)));
+        assert_eq!((&value.value, value.state, value.at), expected, "it was read long ago");
+    }
     (inputs.gauges[0].state, inputs.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(150)));
     let snapshot = Modeller::default().next(inputs, Micros(200));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];

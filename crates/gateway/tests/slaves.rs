@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
+use profivac_gateway::{Inputs, Limits, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::view::{BusStationState, GaugeKind};
 use std::fs;
@@ -41,6 +41,16 @@ name = "position"
 octet = 1
 type = "u8"
 unit = "mm"
+
+[[segment.slave.point.alarm]]
+above = 95
+priority = "high"
+
+[[segment.slave.point.alarm]]
+above = 90
+
+[[segment.slave.point.alarm]]
+below = 5
 
 [[segment.slave.point]]
 name = "limit switch"
@@ -120,6 +130,32 @@ fn a_bad_number_is_a_fault_and_old_values_are_stale() {
         |point: &profivac_gateway::Point| point.subject.name() == "position" && point.signal == Signal::ParameterNumber;
     let (_, position) = snapshot.iter().find(|(point, _)| is_position(point)).unwrap();
     assert_eq!(position.at, Some(Micros(7 + 3 * Micros::SECOND)), "when it became stale");
+}
+
+#[test]
+fn the_limits_of_a_point_are_in_its_own_unit_and_no_other_point_has_them() {
+    let snapshot = Modeller::default().next(measuring(GOOD, 10), Micros(8));
+    let limits = |subject: &str, signal: Signal| {
+        let is_it = |point: &&profivac_gateway::Point| point.subject.name() == subject && point.signal == signal;
+        snapshot.points.iter().find(is_it).unwrap_or_else(|| panic!("{subject} {signal:?}")).limits
+    };
+    let expected = Limits { high_high: Some(95.0), high: Some(90.0), low: Some(5.0), low_low: None };
+    assert_eq!(limits("position", Signal::ParameterNumber), expected);
+    assert_eq!(limits("position", Signal::ParameterText), Limits::default());
+    assert_eq!(limits("opening", Signal::ParameterPercentage), Limits::default());
+}
+
+/// A slave that exchanges data with no master is asked each second, and its record was read before.
+#[test]
+fn a_point_in_a_record_has_the_time_of_the_record_and_needs_no_data_exchange() {
+    let mut inputs = measuring(GOOD, 10);
+    let gate = inputs.gauges.iter_mut().find(|gauge| gauge.name == "gate").unwrap();
+    (gate.state, gate.read_at) = (BusStationState::Missing, Some(Micros(9)));
+    let snapshot = Modeller::default().next(inputs, Micros(10));
+    let is_position =
+        |point: &profivac_gateway::Point| point.subject.name() == "position" && point.signal == Signal::ParameterNumber;
+    let (_, position) = snapshot.iter().find(|(point, _)| is_position(point)).unwrap();
+    assert_eq!((&position.value, position.state, position.at), (&Value::Float(40.0), State::Ok, Some(Micros(7))));
 }
 
 /// A file without a vendor may have the name of a gauge as its model.

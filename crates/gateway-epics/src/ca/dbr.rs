@@ -276,7 +276,7 @@ mod tests {
         let at = Micros(EPICS_EPOCH_S * Micros::SECOND + 2_000_003);
         let meta = Meta { unit: "mbar".to_owned(), ..META };
         Answer {
-            sample: Sample { data, severity: EpicsSeverity::Minor, status: EpicsStatus::HwLimit, at },
+            sample: Sample { data, severity: EpicsSeverity::Minor, status: EpicsStatus::HwLimit, message: "", at },
             meta: Cow::Owned(meta),
         }
     }

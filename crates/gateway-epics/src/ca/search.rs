@@ -84,7 +84,7 @@ pub async fn serve(socket: UdpSocket, port: u16, shared: Shared) {
         let world = shared.world.borrow().clone();
         let octets = answer(buffer.get(..size).unwrap_or_default(), &world, port);
         if !octets.is_empty() {
-            // A full send buffer loses the answer; the client searches again.
+            // A full send buffer loses the answer; the client searches again. Who waited here for one client would answer no other one.
             socket.try_send_to(&octets, client).ok();
         }
     }
@@ -103,7 +103,11 @@ pub async fn beacons(socket: UdpSocket, to: (Ipv4Addr, u16), port: u16, shared: 
     let mut stop = shared.stop.clone();
     let (mut number, mut pause) = (0_u32, FIRST_BEACON);
     loop {
-        socket.try_send_to(&beacon(port, number), SocketAddr::from(to)).ok();
+        // The first beacon has to wait until the runtime has seen that the new socket is writable.
+        tokio::select! {
+            sent = socket.send_to(&beacon(port, number), SocketAddr::from(to)) => drop(sent),
+            () = stop.stopped() => return,
+        }
         number = number.wrapping_add(1);
         tokio::select! {
             () = sleep(pause) => pause = pause.saturating_mul(2).min(LAST_BEACON),

@@ -250,10 +250,12 @@ const fn status_group(status: EpicsStatus) -> i32 {
     }
 }
 
-fn put_alarm(out: &mut Writer, severity: EpicsSeverity, status: EpicsStatus) {
+/// An alarm has one text: as in EPICS base the words of the reason, or the word of the status where there are none.
+fn put_alarm(out: &mut Writer, severity: EpicsSeverity, status: EpicsStatus, message: &str) {
     out.int(severity as i32);
     out.int(status_group(status));
     out.text(match status {
+        _ if !message.is_empty() => message,
         EpicsStatus::None => "",
         other => STATUS_WORDS.get(other as usize).copied().unwrap_or_default(),
     });
@@ -266,7 +268,7 @@ fn put_time(out: &mut Writer, Micros(micros): Micros) {
 }
 
 fn put_alarm_and_time(out: &mut Writer, sample: &Sample) {
-    put_alarm(out, sample.severity, sample.status);
+    put_alarm(out, sample.severity, sample.status, sample.message);
     put_time(out, sample.at);
 }
 
@@ -328,6 +330,6 @@ pub fn put_table(out: &mut Writer, world: &World, is_whole: bool) {
     column(out, &|out, row| out.octet(u8::from(row.is_simulated)));
     column(out, &|out, row| out.text(&row.at.to_iso(3)));
     let worst = rows.iter().map(|row| row.severity).max().unwrap_or(EpicsSeverity::None);
-    put_alarm(out, worst, if worst == EpicsSeverity::None { EpicsStatus::None } else { EpicsStatus::State });
+    put_alarm(out, worst, if worst == EpicsSeverity::None { EpicsStatus::None } else { EpicsStatus::State }, "");
     put_time(out, rows.iter().map(|row| row.at).max().unwrap_or(Micros(0)));
 }

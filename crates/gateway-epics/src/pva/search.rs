@@ -131,7 +131,7 @@ pub async fn serve(socket: UdpSocket, guid: Guid, port: u16, shared: Shared) {
         let Ok((size, client)) = received else { continue };
         let world = shared.world.borrow().clone();
         if let Some((octets, client_port)) = answer(buffer.get(..size).unwrap_or_default(), &world, guid, port) {
-            // A full send buffer loses the answer; the client searches again.
+            // A full send buffer loses the answer; the client searches again. Who waited here for one client would answer no other one.
             socket.try_send_to(&octets, SocketAddr::new(client.ip(), client_port)).ok();
         }
     }
@@ -161,7 +161,11 @@ pub async fn beacons(socket: UdpSocket, to: (Ipv4Addr, u16), guid: Guid, port: u
     let mut sequence = 0_u8;
     let mut early = FIRST_BEACONS;
     loop {
-        socket.try_send_to(&beacon(guid, sequence, port), SocketAddr::from(to)).ok();
+        // The first beacon has to wait until the runtime has seen that the new socket is writable.
+        tokio::select! {
+            sent = socket.send_to(&beacon(guid, sequence, port), SocketAddr::from(to)) => drop(sent),
+            () = stop.stopped() => return,
+        }
         sequence = sequence.wrapping_add(1);
         early = early.saturating_sub(1);
         tokio::select! {

@@ -137,6 +137,11 @@ impl Plant {
         self.inputs.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap().limit = Some(pa);
     }
 
+    /// Gives the alarm "Chamber high" an occurrence.
+    pub fn occurs(&mut self, occurrence: i64) {
+        self.inputs.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap().occurrence = occurrence;
+    }
+
     /// Removes a gauge, as after a change of the file.
     pub fn removes(&mut self, gauge: &str) {
         self.inputs.gauges.retain(|it| it.name != gauge);

@@ -6,6 +6,7 @@ use crate::topic::{identifier, slug};
 use profivac_gateway::{Kind, Point, Signal, Subject};
 use profivac_station::config::gateways::mqtt::Discovery;
 use serde_json::{Value as Json, json};
+use std::collections::BTreeSet;
 
 /// The shortest time after which a reading that is not published again is unavailable, in seconds: six times the period in which the time
 /// of the reading is published.
@@ -76,6 +77,14 @@ pub fn sensors(discovery: &Discovery, prefix: &str, station: &str, layout: &Layo
     let of_reading =
         |topic| SENSORS.iter().map(move |sensor| describe(sensor, topic, discovery, prefix, station, points));
     readings.flat_map(of_reading).collect()
+}
+
+/// Empty messages for the descriptions in `old` that are not in `new`.
+#[must_use]
+pub fn obsolete(old: &[Message], new: &[Message]) -> Vec<Message> {
+    let topics: BTreeSet<&str> = new.iter().map(|message| message.topic.as_str()).collect();
+    let gone = old.iter().filter(|message| !topics.contains(message.topic.as_str()));
+    gone.map(|message| Message { payload: Vec::new(), ..message.clone() }).collect()
 }
 
 fn describe(

@@ -7,9 +7,9 @@
 //! | `segment/NAME` | those of a segment |
 //! | `alarm/NAME` | those of an alarm |
 //! | `GAUGE/gauge` | those of a gauge |
-//! | `GAUGE/parameter/BLOCK/PARAMETER` | those of a parameter: trip point, relay, emission |
+//! | `GAUGE/parameter/BLOCK/PARAMETER` | those of a parameter: trip point, relay, emission, with name, unit, limits, state and time |
 //! | `GAUGE/state`, `GAUGE/CHANNEL/state` | those of a reading, with unit, range, limits, quality and time |
-//! | `GAUGE/pressure`, `GAUGE/CHANNEL/pressure` | the pressure in Pa, empty while there is none |
+//! | `GAUGE/pressure`, `GAUGE/CHANNEL/pressure` | the measured pressure in Pa, empty while none is measured |
 
 use crate::message::{Delivery, Message};
 use crate::topic::{gauge_level, level, levels};
@@ -92,7 +92,8 @@ impl Layout {
         let object = retained(topic.object.clone(), object(&values).to_string(), Delivery::AtLeastOnce);
         let pressure = topic.pressure.clone().map(|name| {
             let found = values.iter().find(|(point, _)| point.signal == Signal::Pressure);
-            let text = found.and_then(|(_, value)| value.value.float()).map(|pa| format!("{:e}", seven_digits(pa)));
+            // No quality is beside this number, so it is never the end of the range.
+            let text = found.and_then(|(_, value)| value.measured()).map(|pa| format!("{:e}", seven_digits(pa)));
             retained(name, text.unwrap_or_default(), Delivery::AtMostOnce)
         });
         std::iter::once(object).chain(pressure).collect()
@@ -157,8 +158,10 @@ fn object(values: &[(&Point, &PointValue)]) -> Json {
     for (point, value) in values {
         if let Subject::Parameter { name, .. } = &point.subject {
             object.insert("name".to_owned(), json!(**name));
+            object.insert("state".to_owned(), json!(value.state.label()));
             if point.signal != Signal::ParameterText {
                 object.insert("unit".to_owned(), json!(point.unit));
+                object.insert("limits".to_owned(), limits(point.limits));
             }
             object.insert("time".to_owned(), value.at.map_or(Json::Null, time));
         }

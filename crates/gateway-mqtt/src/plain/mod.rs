@@ -4,9 +4,11 @@
 //! |---|---|
 //! | [`layout`] | topics and their contents |
 //! | [`discovery`] | sensors for Home Assistant |
+//! | [`times`] | when the time of a parameter is published again |
 
 pub mod discovery;
 pub mod layout;
+pub mod times;
 
 use crate::connection::{Connection, Connector, Event, MqttError};
 use crate::message::Message;
@@ -20,6 +22,7 @@ use profivac_recorder::Micros;
 use profivac_station::config::gateways::mqtt::{Broker, Discovery, Plain};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use times::ReadTimes;
 
 /// What all topics begin with, unless the file has another prefix.
 #[must_use]
@@ -54,6 +57,15 @@ struct Publisher {
     discovery: Option<Discovery>,
 }
 
+/// What the broker has.
+struct Published {
+    layout: Layout,
+    tracker: Tracker,
+    times: ReadTimes,
+    /// The descriptions for Home Assistant.
+    sensors: Vec<Message>,
+}
+
 impl Publisher {
     /// One connection, from CONNECT to its end.
     async fn session(&self, context: &mut Context) -> Ended {
@@ -86,14 +98,14 @@ impl Publisher {
     async fn publish_until_stopped(&self, connection: &mut Connection, context: &mut Context) -> Result<(), MqttError> {
         connection.publish_all(vec![layout::status(&self.prefix, true)], &context.status).await?;
         let mut snapshots = context.model.subscribe();
-        let mut published: Option<(Layout, Tracker)> = None;
+        let mut published: Option<Published> = None;
         loop {
             tokio::select! {
                 () = context.stop.stopped() => return Ok(()),
                 event = connection.event() => {
                     if let Event::Message { payload, .. } = event?
                         && payload == b"online"
-                        && let Some((layout, _)) = &published
+                        && let Some(Published { layout, .. }) = &published
                     {
                         let snapshot = Arc::clone(&snapshots.borrow());
                         connection.publish_all(self.sensors(layout, &snapshot), &context.status).await?;
@@ -112,27 +124,30 @@ impl Publisher {
     }
 
     /// The messages for a new snapshot: everything after a change of the points, otherwise the topics that have changed.
-    fn messages(
-        &self,
-        published: &mut Option<(Layout, Tracker)>,
-        snapshot: &Arc<Snapshot>,
-        context: &Context,
-    ) -> Vec<Message> {
+    fn messages(&self, published: &mut Option<Published>, snapshot: &Arc<Snapshot>, context: &Context) -> Vec<Message> {
         let now = Micros::now();
         match published {
-            Some((layout, tracker)) if tracker.has_points_of(snapshot) => {
+            Some(Published { layout, tracker, times, .. }) if tracker.has_points_of(snapshot) => {
                 let changes = tracker.next(snapshot, now);
                 context.status.dropped_updates(changes.missed);
-                let topics: BTreeSet<usize> = changes.positions.iter().filter_map(|it| layout.topic_of(*it)).collect();
+                let changed = changes.positions.iter().filter_map(|it| layout.topic_of(*it));
+                let topics: BTreeSet<usize> = changed.chain(times.due(layout, snapshot)).collect();
+                times.publish(topics.iter().copied(), layout, snapshot);
                 topics.into_iter().flat_map(|topic| layout.messages(topic, snapshot)).collect()
             }
             _ => {
                 let layout = Layout::new(&self.prefix, &snapshot.points);
                 // A gauge that is no longer in the file leaves nothing behind at the broker.
-                let old = published.as_ref().map(|(old, _)| old.obsolete(&layout)).unwrap_or_default();
+                let sensors = self.sensors(&layout, snapshot);
+                let old = published.as_ref().map(|old| old.layout.obsolete(&layout)).unwrap_or_default();
+                let unknown = published.as_ref().map(|old| discovery::obsolete(&old.sensors, &sensors));
                 let all = (0..layout.len()).flat_map(|topic| layout.messages(topic, snapshot));
-                let messages = old.into_iter().chain(self.sensors(&layout, snapshot)).chain(all).collect();
-                *published = Some((layout, Tracker::new(Arc::clone(snapshot), now)));
+                let described = sensors.iter().cloned();
+                let messages = old.into_iter().chain(unknown.unwrap_or_default()).chain(described).chain(all).collect();
+                let mut times = ReadTimes::default();
+                times.publish(0..layout.len(), &layout, snapshot);
+                *published =
+                    Some(Published { layout, tracker: Tracker::new(Arc::clone(snapshot), now), times, sensors });
                 messages
             }
         }

@@ -1,7 +1,8 @@
-//! The samples of an outage: those of all series in the record, in the order of their times.
+//! The samples of an outage: pressures and values of points of all series in the record, in the order of their times.
 
-use profivac_recorder::{DatabaseError, Micros, Reader, Sample};
-use std::collections::{BTreeSet, VecDeque};
+use profivac_gateway::Subject;
+use profivac_recorder::{DatabaseError, Micros, Point, PointSample, Reader, Sample};
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,11 +18,59 @@ const LATE: Duration = Duration::from_secs(2);
 /// The end of the backlog that is close enough to the present.
 const CLOSE: Duration = Duration::from_secs(1);
 
+/// A series of the record.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Series {
+    /// The pressures of a gauge, or of a channel of a controller.
+    Pressures(Arc<str>),
+    /// The values of a point of a slave, in its present unit.
+    Point(Arc<Point>),
+}
+
+impl Series {
+    /// The series that has the history of a point; `None` for a point that is not recorded.
+    #[must_use]
+    pub fn of(point: &profivac_gateway::Point) -> Option<Self> {
+        match &point.subject {
+            Subject::Reading { series, .. } => Some(Self::Pressures(Arc::clone(series))),
+            _ => point.recorded.as_ref().map(|recorded| Self::Point(Arc::clone(recorded))),
+        }
+    }
+
+    /// The first `limit` samples of the series from `from` to `to`.
+    fn page(&self, reader: &Reader, from: Micros, to: Micros, limit: u32) -> Result<Vec<Recorded>, DatabaseError> {
+        Ok(match self {
+            Self::Pressures(name) => reader.page(name, from, to, limit)?.into_iter().map(Recorded::Pressure).collect(),
+            Self::Point(point) => reader.point_page(point, from, to, limit)?.into_iter().map(Recorded::Point).collect(),
+        })
+    }
+}
+
+/// A sample of a series.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Recorded {
+    /// A pressure.
+    Pressure(Sample),
+    /// A value of a point.
+    Point(PointSample),
+}
+
+impl Recorded {
+    /// When it was measured.
+    #[must_use]
+    pub const fn at(&self) -> Micros {
+        match self {
+            Self::Pressure(sample) => sample.at,
+            Self::Point(sample) => sample.at,
+        }
+    }
+}
+
 /// A part of the backlog.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Batch {
     /// Samples of several series, in the order of their times.
-    Samples(Vec<(Arc<str>, Sample)>),
+    Samples(Vec<(Series, Recorded)>),
     /// The record will have the next samples soon.
     Wait,
     /// The record has no more samples up to this time, which is the present.
@@ -30,8 +79,8 @@ pub enum Batch {
 
 /// The samples of one series that were read and not taken.
 struct Queue {
-    series: Arc<str>,
-    samples: VecDeque<Sample>,
+    series: Series,
+    samples: VecDeque<Recorded>,
     /// The series has no more samples up to the end.
     is_complete: bool,
     /// Where the next page begins.
@@ -50,7 +99,7 @@ pub struct Backlog {
 impl Backlog {
     /// The backlog of these series after `delivered`, for births at `now`.
     #[must_use]
-    pub fn new(reader: Reader, series: BTreeSet<Arc<str>>, delivered: Micros, now: Micros) -> Self {
+    pub fn new(reader: Reader, series: Vec<Series>, delivered: Micros, now: Micros) -> Self {
         let next = Micros(delivered.0.saturating_add(1));
         let queue = |series| Queue { series, samples: VecDeque::new(), is_complete: false, next };
         let until = now.before(LATE).max(delivered);
@@ -61,10 +110,10 @@ impl Backlog {
     ///
     /// # Errors
     /// [`DatabaseError`] when the database cannot be read.
-    pub fn series(&mut self) -> Result<BTreeSet<Arc<str>>, DatabaseError> {
+    pub fn series(&mut self) -> Result<HashSet<Series>, DatabaseError> {
         self.fill()?;
         let queues = self.queues.iter().filter(|queue| !queue.samples.is_empty());
-        Ok(queues.map(|queue| Arc::clone(&queue.series)).collect())
+        Ok(queues.map(|queue| queue.series.clone()).collect())
     }
 
     /// The next batch.
@@ -103,20 +152,20 @@ impl Backlog {
     /// Reads a page for each series that has none.
     fn fill(&mut self) -> Result<(), DatabaseError> {
         for queue in self.queues.iter_mut().filter(|queue| queue.samples.is_empty() && !queue.is_complete) {
-            let page = self.reader.page(&queue.series, queue.next, self.until, PAGE)?;
+            let page = queue.series.page(&self.reader, queue.next, self.until, PAGE)?;
             queue.is_complete = page.len() < PAGE as usize;
             if let Some(last) = page.last() {
-                queue.next = Micros(last.at.0.saturating_add(1));
+                queue.next = Micros(last.at().0.saturating_add(1));
             }
             queue.samples = page.into();
         }
         Ok(())
     }
 
-    fn take_first(&mut self) -> Option<(Arc<str>, Sample)> {
+    fn take_first(&mut self) -> Option<(Series, Recorded)> {
         let filled = self.queues.iter_mut().filter(|queue| !queue.samples.is_empty());
-        let first = filled.min_by_key(|queue| queue.samples.front().map(|sample| sample.at))?;
+        let first = filled.min_by_key(|queue| queue.samples.front().map(Recorded::at))?;
         let sample = first.samples.pop_front()?;
-        Some((Arc::clone(&first.series), sample))
+        Some((first.series.clone(), sample))
     }
 }

@@ -13,18 +13,19 @@
 //!
 //! Assertions of Sparkplug 3.0 are cited by their identifiers, which begin with `tck-id-`.
 
+use super::backlog::{Recorded, Series};
 use super::metric::{self, Identity};
 use super::payload::{Metric, MetricValue, Payload, datatype};
 use crate::message::{Delivery, Message};
 use crate::topic::level;
 use crate::tracker::Tracker;
 use profivac_gateway::signal::gauge_state;
-use profivac_gateway::{Point, PointValue, Signal, Snapshot, Subject, Value};
-use profivac_recorder::{Micros, Sample};
+use profivac_gateway::{Point, PointValue, Signal, Snapshot, Value};
+use profivac_recorder::Micros;
 use profivac_station::config::gateways::mqtt::DataStyle;
 use prost::Message as _;
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -126,9 +127,9 @@ struct Device {
     state: Option<usize>,
 }
 
-/// The recorded signals of a series.
+/// The signals of a series that the record has.
 #[derive(Clone, Debug)]
-struct Series {
+struct RecordedSignals {
     device: usize,
     signals: Vec<(Signal, Identity)>,
 }
@@ -138,7 +139,7 @@ struct Series {
 struct Layout {
     node: Vec<usize>,
     devices: Vec<Device>,
-    series: BTreeMap<Arc<str>, Series>,
+    series: HashMap<Series, RecordedSignals>,
     /// The device of each point.
     of_point: Vec<Option<usize>>,
 }
@@ -164,9 +165,9 @@ impl Layout {
                     device.state = Some(position);
                 }
             }
-            if let Subject::Reading { series, .. } = &point.subject {
-                let empty = || Series { device: number, signals: Vec::new() };
-                let entry = layout.series.entry(Arc::clone(series)).or_insert_with(empty);
+            if let Some(series) = Series::of(point) {
+                let empty = || RecordedSignals { device: number, signals: Vec::new() };
+                let entry = layout.series.entry(series).or_insert_with(empty);
                 entry.signals.push((point.signal, Identity::of(style, position, point)));
             }
         }
@@ -315,7 +316,7 @@ impl EdgeNode {
     /// The births: NBIRTH with sequence number 0, and DBIRTH for each device that is there or is in `with_samples`, the gauges of which the
     /// record has samples of the outage (tck-id-operational-behavior-data-commands-rebirth-action-2,
     /// tck-id-message-flow-device-birth-publish-nbirth-wait).
-    pub fn births(&mut self, snapshot: &Arc<Snapshot>, with_samples: &BTreeSet<Arc<str>>, now: Micros) -> Vec<Message> {
+    pub fn births(&mut self, snapshot: &Arc<Snapshot>, with_samples: &HashSet<Series>, now: Micros) -> Vec<Message> {
         let layout = Layout::new(&snapshot.points, self.names.data);
         self.seq = 0;
         self.wants_rebirth = false;
@@ -343,19 +344,19 @@ impl EdgeNode {
     }
 
     /// The samples of the outage, in their order: one DDATA for each device, with original times and `is_historical`.
-    pub fn samples(&mut self, samples: &[(Arc<str>, Sample)], now: Micros) -> Vec<Message> {
+    pub fn samples(&mut self, samples: &[(Series, Recorded)], now: Micros) -> Vec<Message> {
         let Some(born) = self.born.as_ref().filter(|_| self.phase == Phase::Backlog) else { return Vec::new() };
         let mut of_devices: BTreeMap<usize, Vec<Metric>> = BTreeMap::new();
-        for (name, sample) in samples {
-            let Some(series) = born.layout.series.get(name) else { continue };
+        for (series, sample) in samples {
+            let Some(series) = born.layout.series.get(series) else { continue };
             // Data only for metrics that were born.
             if !born.alive.contains(&series.device) {
                 continue;
             }
             let metrics = of_devices.entry(series.device).or_default();
             for (signal, identity) in &series.signals {
-                if let Some((value, quality)) = metric::of_sample(*signal, sample) {
-                    metrics.push(metric::historical(identity.clone(), sample.at, value, quality));
+                if let Some((value, quality)) = metric::of_recorded(*signal, sample) {
+                    metrics.push(metric::historical(identity.clone(), sample.at(), value, quality));
                 }
             }
         }
@@ -400,7 +401,7 @@ impl EdgeNode {
         if !born.tracker.has_points_of(snapshot) {
             // A metric that no birth has announced must not be published: all births again.
             self.born = Some(born);
-            return (self.births(snapshot, &BTreeSet::new(), now), 0);
+            return (self.births(snapshot, &HashSet::new(), now), 0);
         }
         let changes = born.tracker.next(snapshot, now);
         let mut of_devices: BTreeMap<Option<usize>, Vec<Metric>> = BTreeMap::new();

@@ -1,10 +1,11 @@
 //! Points as metrics.
 
+use super::backlog::Recorded;
 use super::payload::{Metric, MetricValue, Property, PropertySet, datatype};
 use crate::topic::{level, levels};
 use profivac_gateway::names::capitalized;
 use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
-use profivac_recorder::{Micros, Sample};
+use profivac_recorder::{Micros, PointSample, Sample};
 use profivac_station::config::gateways::mqtt::DataStyle;
 
 /// The property that says whether a value can be used.
@@ -55,6 +56,15 @@ const fn prefix(subject: &Subject) -> &'static str {
     }
 }
 
+/// What a metric says. A pressure that is not measured is null, so the end of the range is never its value.
+#[must_use]
+pub const fn description(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Pressure => "Indicated pressure; null while it is not measured",
+        other => other.description(),
+    }
+}
+
 /// The data type of a signal.
 #[must_use]
 pub const fn datatype_of(signal: Signal) -> u32 {
@@ -99,7 +109,7 @@ pub fn birth(identity: Identity, point: &Point, value: &PointValue, now: Micros)
     let mut text = |key, text: &str| properties.push(key, Property::String(text.to_owned()));
     match &point.subject {
         Subject::Parameter { name, .. } => text("documentation", name),
-        _ => text("documentation", point.signal.description()),
+        _ => text("documentation", description(point.signal)),
     }
     if let Some(unit) = point.unit {
         text("engUnit", unit);
@@ -124,10 +134,11 @@ pub fn birth(identity: Identity, point: &Point, value: &PointValue, now: Micros)
     metric
 }
 
-/// The metric of data: identity, value, time and quality.
+/// The metric of data: identity, value, time and quality. The end of the range is no value: hosts that do not look at `Quality` would take
+/// it for a pressure.
 #[must_use]
 pub fn data(identity: Identity, point: &Point, value: &PointValue, now: Micros) -> Metric {
-    let number = metric_value(&value.value);
+    let number = if value.is_bound() { None } else { metric_value(&value.value) };
     let quality = quality(point.signal, value.state, number.is_some());
     metric(identity, value.at.unwrap_or(now), number, quality)
 }
@@ -158,12 +169,15 @@ fn metric(identity: Identity, at: Micros, value: Option<MetricValue>, quality: i
     }
 }
 
-/// The property `Quality`: 0, 192 or 500 (tck-id-payloads-propertyset-quality-value-value). State, text, quality and
-/// cause of a reading are good also when they say that there is no pressure.
+/// The property `Quality`: 0, 192 or 500 (tck-id-payloads-propertyset-quality-value-value). State, text, quality, cause and time of a
+/// reading are good also when they say that there is no pressure.
 #[must_use]
 pub const fn quality(signal: Signal, state: State, has_value: bool) -> i32 {
     match (signal, state.codes().sparkplug) {
-        (Signal::State | Signal::StateText | Signal::Usable | Signal::Quality | Signal::Cause, _) if has_value => GOOD,
+        (
+            Signal::State | Signal::StateText | Signal::Usable | Signal::Quality | Signal::Cause | Signal::LastReading,
+            _,
+        ) if has_value => GOOD,
         (_, GOOD) if !has_value => BAD,
         (_, of_state) => of_state,
     }
@@ -186,13 +200,28 @@ fn metric_value(value: &Value) -> Option<MetricValue> {
     })
 }
 
-/// The value and the quality of a signal in a sample; `None` for signals that are not recorded.
+/// The value and the quality of a signal in a recorded sample; `None` for signals that are not recorded.
 #[must_use]
-pub fn of_sample(signal: Signal, sample: &Sample) -> Option<(Option<MetricValue>, i32)> {
+pub fn of_recorded(signal: Signal, sample: &Recorded) -> Option<(Option<MetricValue>, i32)> {
+    match sample {
+        Recorded::Pressure(sample) => of_sample(signal, sample),
+        Recorded::Point(sample) => Some(of_point_sample(signal, sample)),
+    }
+}
+
+/// The number of a point of a slave. Its text is not recorded.
+fn of_point_sample(signal: Signal, sample: &PointSample) -> (Option<MetricValue>, i32) {
+    let value = metric_value(&sample.number.map_or(Value::None, Value::Float));
+    let quality = quality(signal, State::recorded(sample.quality), value.is_some());
+    (value, quality)
+}
+
+fn of_sample(signal: Signal, sample: &Sample) -> Option<(Option<MetricValue>, i32)> {
     let state = State::recorded(sample.quality);
+    let measured = |number: Option<f64>| number.filter(|_| state.codes().is_measured).map_or(Value::None, Value::Float);
     let value = match signal {
-        Signal::Pressure => metric_value(&sample.pa.map_or(Value::None, Value::Float)),
-        Signal::PressureLog10 => metric_value(&sample.decades().map_or(Value::None, Value::Float)),
+        Signal::Pressure => metric_value(&measured(sample.pa)),
+        Signal::PressureLog10 => metric_value(&measured(sample.decades())),
         Signal::State => metric_value(&Value::Choice(state.number())),
         _ => return None,
     };

@@ -18,14 +18,14 @@ use crate::connection::{Connection, Connector, Event, MqttError};
 use crate::message::Message;
 use crate::retry::{Ended, Retry};
 use crate::topic::{level, slug};
-use backlog::{Backlog, Batch};
+use backlog::{Backlog, Batch, Series};
 use edge_node::{EdgeNode, Names, Phase, Reaction};
 use memory::Memory;
+use profivac_gateway::Snapshot;
 use profivac_gateway::thread::Context;
-use profivac_gateway::{Snapshot, Subject};
 use profivac_recorder::{DatabaseError, Micros};
 use profivac_station::config::gateways::mqtt::{Broker, Sparkplug};
-use std::collections::BTreeSet;
+use std::collections::HashSet;
 use std::fmt::Display;
 use std::future::pending;
 use std::sync::Arc;
@@ -212,7 +212,7 @@ impl Publisher {
                     let now = Micros::now();
                     if node.is_rebirth_due(now) {
                         let snapshot = context.model.snapshot();
-                        let messages = node.births(&snapshot, &BTreeSet::new(), now);
+                        let messages = node.births(&snapshot, &HashSet::new(), now);
                         connection.publish_all(messages, &context.status).await?;
                     }
                 }
@@ -275,9 +275,9 @@ impl Publisher {
             Some(Ok(Ok((backlog, with_samples)))) => (Some(backlog), with_samples),
             Some(Ok(Err(error))) => {
                 context.status.error(&unread(&error));
-                (None, BTreeSet::new())
+                (None, HashSet::new())
             }
-            None | Some(Err(_)) => (None, BTreeSet::new()),
+            None | Some(Err(_)) => (None, HashSet::new()),
         };
         if delivered.is_none() {
             self.keep(now, context);
@@ -307,7 +307,7 @@ impl Publisher {
         };
         let (messages, goes_on) = match batch {
             Ok(Batch::Samples(samples)) => {
-                progress.sent = samples.last().map_or(progress.sent, |(_, last)| last.at);
+                progress.sent = samples.last().map_or(progress.sent, |(_, last)| last.at());
                 (node.samples(&samples, now), true)
             }
             Ok(Batch::Wait) => (Vec::new(), true),
@@ -360,10 +360,9 @@ fn unread(error: &dyn Display) -> String {
     format!("the samples of the outage cannot be read and are not sent: {error}")
 }
 
-fn series_of(snapshot: &Snapshot) -> BTreeSet<Arc<str>> {
-    let readings = snapshot.points.iter().filter_map(|point| match &point.subject {
-        Subject::Reading { series, .. } => Some(Arc::clone(series)),
-        _ => None,
-    });
-    readings.collect()
+/// The series of these points, each once.
+fn series_of(snapshot: &Snapshot) -> Vec<Series> {
+    let mut seen = HashSet::new();
+    let all = snapshot.points.iter().filter_map(Series::of);
+    all.filter(|series| seen.insert(series.clone())).collect()
 }

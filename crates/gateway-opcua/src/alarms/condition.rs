@@ -77,6 +77,14 @@ impl Condition {
         (name == self.alarm.as_bytes()).then(|| i64::from_be_bytes(*occurrence))
     }
 
+    const fn why_inactive(&self) -> &'static str {
+        match (self.is_out_of_service, self.is_suppressed) {
+            (true, _) => "out of service",
+            (_, true) => "suppressed",
+            _ => "the condition is not met",
+        }
+    }
+
     /// The value of a field: `["ActiveState"]`, `["ActiveState", "Id"]`.
     pub(super) fn field(&self, path: &[&str]) -> Option<Variant> {
         let text = |text: &str| Variant::from(LocalizedText::new("", text));
@@ -88,6 +96,8 @@ impl Condition {
             ["SourceNode"] => Variant::from(self.source.clone()),
             ["SourceName" | "ConditionName"] => Variant::from(UAString::from(&*self.alarm)),
             ["Time" | "ReceiveTime"] => at(),
+            // The text says why the alarm was raised.
+            ["Message"] if !self.is_active => text(&format!("{}: {}", self.alarm, self.why_inactive())),
             ["Message"] => text(if self.text.is_empty() { &self.alarm } else { &self.text }),
             ["Severity" | "LastSeverity"] => Variant::from(self.severity),
             ["ConditionClassId"] => Variant::from(NodeId::from(ObjectTypeId::ProcessConditionClassType)),

@@ -126,6 +126,23 @@ mod tests {
         }
     }
 
+    /// The text of the alarm says why it was raised, which is no longer so.
+    #[test]
+    fn the_message_of_an_alarm_that_is_not_active_does_not_say_why_it_was_raised() {
+        for (state, expected) in [
+            (AlarmState::Normal, "a/b: the condition is not met"),
+            (AlarmState::Returned, "a/b: the condition is not met"),
+            (AlarmState::OutOfService, "a/b: out of service"),
+            (AlarmState::Suppressed, "a/b: suppressed"),
+        ] {
+            let raised = Condition { text: "a/b shows 7 mbar".to_owned(), ..(*condition(state, 1)).clone() };
+            assert_eq!(raised.field(&["Message"]), Some(Variant::from(LocalizedText::new("", expected))), "{state:?}");
+        }
+        let raised =
+            Condition { text: "a/b shows 7 mbar".to_owned(), ..(*condition(AlarmState::Acknowledged, 1)).clone() };
+        assert_eq!(raised.field(&["Message"]), Some(Variant::from(LocalizedText::new("", "a/b shows 7 mbar"))));
+    }
+
     #[test]
     fn an_event_belongs_to_one_occurrence_of_one_alarm() {
         let (first, second) = (condition(AlarmState::Unacknowledged, 1), condition(AlarmState::Unacknowledged, 2));
