@@ -83,7 +83,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let _deliveries = emails.into_iter().map(deliver).collect::<Result<Vec<_>, _>>()?;
     services.recorder().event_now_and_wait(None, EventKind::Station, "the station starts");
     let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
-    let _alarm_thread = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
+    let _alarm_thread =
+        AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder, Arc::clone(services.gateways()))?;
     let users = folder.path().join("users.toml");
     let access = match (said("users"), said("viewer")) {
         (true, _) => with_users(&users)?,

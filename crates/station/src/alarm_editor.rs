@@ -11,6 +11,8 @@ use crate::alarm::view::AlarmView;
 use crate::alarm::{AlarmError, AlarmService, AlarmServiceError, SettingsChange};
 use crate::config::changes::{FileChange, changes};
 use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
+use crate::known_file;
+use crate::recording::RecorderHandle;
 use profivac_host::text_file;
 use profivac_web_server::auth::Actor;
 use std::fmt::Display;
@@ -70,6 +72,7 @@ pub struct AlarmEdit<T = AlarmSettings> {
 /// Changes settings of alarms in the file and in the running station.
 pub struct AlarmEditor {
     alarms: Arc<AlarmService>,
+    recorder: Arc<RecorderHandle>,
     source: Mutex<Option<ConfigSource>>,
     /// Held while the file is read or replaced together with the rules.
     busy: Mutex<()>,
@@ -78,8 +81,8 @@ pub struct AlarmEditor {
 impl AlarmEditor {
     /// An editor without a file.
     #[must_use]
-    pub const fn new(alarms: Arc<AlarmService>) -> Self {
-        Self { alarms, source: Mutex::new(None), busy: Mutex::new(()) }
+    pub const fn new(alarms: Arc<AlarmService>, recorder: Arc<RecorderHandle>) -> Self {
+        Self { alarms, recorder, source: Mutex::new(None), busy: Mutex::new(()) }
     }
 
     /// The file whose rules apply now.
@@ -122,7 +125,9 @@ impl AlarmEditor {
         let read = |text: &str| AlarmSettings::read(text, name);
         let (config, before) = self.edit(edit, read, |new, text| new.write(text, name))?;
         let change = SettingsChange { before, after: edit.new.to_string(), reason: &edit.reason };
-        Ok(self.alarms.change_rules(config.alarms, name, &change, actor)?)
+        let changed = self.alarms.change_rules(config.alarms, name, &change, actor)?;
+        known_file::remember(&self.recorder, &self.source()?);
+        Ok(changed)
     }
 
     /// The settings of all default alarms, by name, as the file has them.
@@ -150,7 +155,9 @@ impl AlarmEditor {
         let (config, before) = self.edit(edit, read, |new, text| new.write(text, name))?;
         let change = SettingsChange { before, after: edit.new.to_string(), reason: &edit.reason };
         self.alarms.change_default_rules(config.alarms, config.plant_states, name, &change, actor)?;
-        Ok(DefaultAlarmSettings::read(self.source()?.text(), name)?)
+        let source = self.source()?;
+        known_file::remember(&self.recorder, &source);
+        Ok(DefaultAlarmSettings::read(source.text(), name)?)
     }
 
     /// Changes the file. Returns its configuration, and the settings before.

@@ -3,6 +3,7 @@
 //! The directory changes only with the station's file, and `/api/directory` has it. The live stream has its revision, so that hundreds of
 //! labels do not travel with every connection.
 
+use profivac_recorder::{DescribedPoint, Point};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
@@ -76,12 +77,30 @@ pub struct SavedView {
 }
 
 /// The directory of the station.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Directory {
     /// The labels of the gauges, by name. A gauge without labels is not listed.
     pub gauges: BTreeMap<String, GaugeLabels>,
     /// The views of all users, in the order of the file.
     pub views: Vec<SavedView>,
+    /// The points of the slaves, in the order of the file. `/api/points` lists the recorded ones with these texts.
+    #[serde(skip)]
+    pub points: Vec<DescribedPoint>,
+}
+
+impl Directory {
+    /// The point `name` of a slave.
+    #[must_use]
+    pub fn point(&self, slave: &str, name: &str) -> Option<&DescribedPoint> {
+        self.points.iter().find(|it| it.point.slave == slave && it.point.name == name)
+    }
+
+    /// A recorded point with its texts. The codes of another unit or kind may have meant something else.
+    #[must_use]
+    pub fn described(&self, point: Point) -> DescribedPoint {
+        let texts = self.point(&point.slave, &point.name).filter(|known| known.point == point);
+        DescribedPoint { texts: texts.map(|known| known.texts.clone()).unwrap_or_default(), point }
+    }
 }
 
 /// The directory, shared by the threads of a station.
@@ -136,7 +155,7 @@ mod tests {
         let store = DirectoryStore::default();
         let labels = GaugeLabels { group: Some("target".to_owned()), ..GaugeLabels::default() };
         let directory =
-            Directory { gauges: BTreeMap::from([("chamber".to_owned(), labels.clone())]), views: Vec::new() };
+            Directory { gauges: BTreeMap::from([("chamber".to_owned(), labels.clone())]), ..Directory::default() };
         store.set(directory.clone());
         let revision = store.revision();
         store.set(directory.clone());

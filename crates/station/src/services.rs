@@ -44,7 +44,7 @@ impl Services {
         let snapshots = Arc::new(SnapshotStore::default());
         let control = Arc::new(ControlService::new(Arc::clone(&recorder), Arc::clone(&snapshots)));
         let alarms = Arc::new(AlarmService::new(name.clone(), Arc::clone(&recorder)));
-        let alarm_editor = AlarmEditor::new(Arc::clone(&alarms));
+        let alarm_editor = AlarmEditor::new(Arc::clone(&alarms), Arc::clone(&recorder));
         let webhooks = Arc::new(DeliveryStatus::default());
         let gateways = Arc::new(GatewayStatuses::default());
         let plant = PlantStore::default();
@@ -143,6 +143,8 @@ impl Services {
             error: health.error,
             lost_samples: health.lost_samples,
             lost_events: health.lost_events,
+            last_check_ms: self.recorder.last_check().map(|check| unix_ms(check.at)),
+            damage: self.recorder.damage(),
         };
         Station {
             name: self.name.clone(),
@@ -151,6 +153,7 @@ impl Services {
             now_ms: unix_ms(Micros::now()),
             recorder,
             stopped_parts: self.gateways.stopped(),
+            archive_problem: self.gateways.archive_problem(),
         }
     }
 }

@@ -2,14 +2,25 @@
 
 use crate::bus::BusStore;
 use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
+use profivac_client::suggestion::known;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
 /// A segment thread that has published nothing for this long is reported as stalled. It publishes every 100 ms, also while it waits
 /// for a slow gauge.
 const STALLED_AFTER: Duration = Duration::from_secs(15);
+
+/// A name that no gauge of the station has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no gauge {name:?}; {}", known("gauges", name, gauges))]
+pub struct UnknownGauge {
+    /// The name.
+    pub name: String,
+    /// The names of the gauges, sorted.
+    pub gauges: Vec<String>,
+}
 
 /// The state of a segment at one moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,10 +46,23 @@ struct Published {
     snapshot: SegmentSnapshot,
 }
 
+impl Published {
+    /// The snapshot as it is now.
+    fn aged(&self) -> SegmentSnapshot {
+        let (since, SegmentSnapshot { segment, gauges }) = (self.at.elapsed(), &self.snapshot);
+        SegmentSnapshot {
+            segment: segment_after(segment, since),
+            gauges: gauges.iter().map(|gauge| gauge_after(gauge, since)).collect(),
+        }
+    }
+}
+
 /// The latest snapshots of all segments, by name.
 #[derive(Default)]
 pub struct SnapshotStore {
     segments: RwLock<BTreeMap<String, Published>>,
+    /// The segments of the file, before they start.
+    plan: RwLock<Arc<[SegmentSnapshot]>>,
     read_progress: Mutex<Vec<ReadProgress>>,
     buses: BusStore,
     /// A gateway shows parameters: the segments read them.
@@ -50,6 +74,31 @@ impl SnapshotStore {
     pub fn publish(&self, snapshot: SegmentSnapshot) {
         let published = Published { at: Instant::now(), snapshot };
         self.write().insert(published.snapshot.segment.name.clone(), published);
+    }
+
+    /// Sets the segments of the file, before they start.
+    pub fn set_plan(&self, plan: Vec<SegmentSnapshot>) {
+        *self.plan.write().unwrap_or_else(PoisonError::into_inner) = plan.into();
+    }
+
+    /// The segments of the file, before they start.
+    #[must_use]
+    pub fn plan(&self) -> Arc<[SegmentSnapshot]> {
+        Arc::clone(&self.plan.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// All segments with their gauges in the order of the file, then those that are not in the file. A segment that does not run at this
+    /// moment has its place too, so that the places of the others do not depend on it.
+    #[must_use]
+    pub fn in_order_of_file(&self) -> Vec<SegmentSnapshot> {
+        let plan = self.plan();
+        let published = self.read();
+        let now = |planned: &SegmentSnapshot| {
+            published.get(&planned.segment.name).map_or_else(|| planned.clone(), Published::aged)
+        };
+        let is_other = |name: &String| plan.iter().all(|planned| planned.segment.name != *name);
+        let others = published.iter().filter(|(name, _)| is_other(name)).map(|(_, published)| published.aged());
+        plan.iter().map(now).chain(others).collect()
     }
 
     /// Replaces the gauges of a segment, and leaves the rest of its snapshot.
@@ -117,6 +166,24 @@ impl SnapshotStore {
         self.read().values().find_map(named)
     }
 
+    /// The gauge that a user names.
+    ///
+    /// # Errors
+    /// [`UnknownGauge`] has the names of all gauges.
+    pub fn gauge_named(&self, name: &str) -> Result<Gauge, UnknownGauge> {
+        self.gauge(name).ok_or_else(|| self.unknown_gauge(name))
+    }
+
+    /// The error for a name that no gauge has.
+    #[must_use]
+    pub fn unknown_gauge(&self, name: &str) -> UnknownGauge {
+        let all = self.read();
+        let gauges = all.values().flat_map(|published| &published.snapshot.gauges);
+        let mut gauges: Vec<String> = gauges.map(|gauge| gauge.name.clone()).collect();
+        gauges.sort_unstable();
+        UnknownGauge { name: name.to_owned(), gauges }
+    }
+
     /// Where the gauge of this name is connected.
     #[must_use]
     pub fn connection(&self, gauge: &str) -> Option<Connection> {
@@ -168,13 +235,48 @@ fn segment_after(segment: &Segment, since: Duration) -> Segment {
 /// A gauge `since` its snapshot was published: its readings are older by that time.
 fn gauge_after(gauge: &Gauge, since: Duration) -> Gauge {
     let age_ms = gauge.age_ms.map(|age| age.saturating_add(duration_ms(since)));
-    Gauge { age_ms, ..gauge.clone() }
+    // A thread that stands still finds out nothing.
+    let is_awaited = gauge.is_awaited && since <= STALLED_AFTER;
+    Gauge { age_ms, is_awaited, ..gauge.clone() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::view::BusStationState;
+
+    fn segment(name: &str, state: SegmentState) -> SegmentSnapshot {
+        let segment = Segment {
+            name: name.to_owned(),
+            port: "/dev/ttyUSB0".to_owned(),
+            baud: 19200,
+            master: Some(0),
+            listen_only: false,
+            state,
+            problem: None,
+            cycle_ms: None,
+            damaged_telegrams: 0,
+            stations: Vec::new(),
+        };
+        let gauge = Gauge { name: format!("gauge of {name}"), ..Gauge::default() };
+        SegmentSnapshot { segment, gauges: vec![gauge] }
+    }
+
+    #[test]
+    fn segments_have_the_order_of_the_file_also_while_one_does_not_run() {
+        let store = SnapshotStore::default();
+        let names = |store: &SnapshotStore| -> Vec<(String, SegmentState, String)> {
+            let shown = |it: SegmentSnapshot| (it.segment.name, it.segment.state, it.gauges[0].name.clone());
+            store.in_order_of_file().into_iter().map(shown).collect()
+        };
+        let row = |name: &str, state| (name.to_owned(), state, format!("gauge of {name}"));
+        let (waiting, running) = (SegmentState::Waiting, SegmentState::Running);
+        store.set_plan(["z", "m", "b"].map(|name| segment(name, waiting)).into());
+        ["a", "b", "m", "z"].into_iter().for_each(|name| store.publish(segment(name, running)));
+        assert_eq!(names(&store), ["z", "m", "b", "a"].map(|name| row(name, running)), "the last is not in the file");
+        store.remove("z");
+        assert_eq!(names(&store)[..2], [row("z", waiting), row("m", running)]);
+    }
 
     #[test]
     fn readings_age_after_publication_and_a_stalled_thread_is_reported() {
@@ -192,6 +294,9 @@ mod tests {
             ..Gauge::default()
         };
         assert_eq!(gauge_after(&gauge, Duration::from_secs(3)).age_ms, Some(3012));
+        let awaited = Gauge { is_awaited: true, ..gauge.clone() };
+        assert!(gauge_after(&awaited, STALLED_AFTER).is_awaited);
+        assert!(!gauge_after(&awaited, Duration::from_secs(20)).is_awaited);
         let segment = Segment {
             name: "hall".to_owned(),
             port: "/dev/ttyUSB0".to_owned(),

@@ -2,6 +2,8 @@
 //!
 //! Pressures are in Pa. Another unit, or the correction for a gas, is a matter of display.
 
+use profivac_client::cyclic::IntegerRange;
+use profivac_devices::model::Model;
 use profivac_identify::Interval;
 use profivac_identify::rise::{Cause, Flow};
 use profivac_model::{Micros, Principle, Quality, words};
@@ -26,6 +28,8 @@ pub struct Station {
     pub recorder: RecorderView,
     /// The parts that cannot run, for example a gateway whose address another program has; the station tries again.
     pub stopped_parts: Vec<StoppedPart>,
+    /// What the archive does not have of the station, in a sentence: it does not answer, or has put batches aside.
+    pub archive_problem: Option<String>,
 }
 
 /// A part of the station that cannot run.
@@ -48,6 +52,10 @@ pub struct RecorderView {
     pub lost_samples: u64,
     /// Events that were dropped.
     pub lost_events: u64,
+    /// When the last check of the whole database ended, in milliseconds since 1970; `null` before the first one.
+    pub last_check_ms: Option<i64>,
+    /// The damage that the last check has found, if it has found any.
+    pub damage: Option<String>,
 }
 
 words! {
@@ -150,6 +158,12 @@ pub struct Gauge {
     pub address: u8,
     /// The device: `bcg450`; of a slave vendor and model of its GSD file.
     pub device: String,
+    /// Its tables; a slave by its GSD file has none.
+    #[serde(skip)]
+    pub model: Option<&'static Model>,
+    /// The pressures that the integers of its telegram hold, if that is less than every pressure: its range ends there at the latest.
+    #[serde(skip)]
+    pub integers: Option<IntegerRange>,
     /// Whether the device has DP-V1: its parameters travel over MS2, those of other devices in the parameter channel.
     pub has_dpv1: bool,
     /// The state.
@@ -184,6 +198,9 @@ pub struct Gauge {
     /// it has readings. Gateways show it as the time of their loss.
     #[serde(skip)]
     pub lost_at: Option<Micros>,
+    /// The station has not found out yet whether the gauge answers: in the first round of its segment, at most 30 s. It is not missed yet.
+    #[serde(skip)]
+    pub is_awaited: bool,
     /// The poll interval in milliseconds.
     pub poll_ms: u64,
     /// The age in milliseconds from which the readings are stale.
@@ -200,9 +217,9 @@ pub struct WatchedParameter {
     /// The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit; of a point the
     /// unit in the station's file.
     pub unit: Option<&'static str>,
-    /// The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
+    /// The value in this unit; `null` if it was not read, the gauge did not answer the last time, or a state was read more than 60 s ago.
     pub number: Option<f64>,
-    /// The value in the words of the manual, or of the station's file for a point.
+    /// The value in the words of the manual, or of the station's file for a point; of a stale point why its record was not read.
     pub text: String,
     /// The quality: `valid`; `stale` without a value; `fault` for a point whose number is bad.
     #[schema(value_type = profivac_model::quality::schema::Quality)]

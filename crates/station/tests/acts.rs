@@ -502,7 +502,9 @@ fn a_note_that_is_refused_is_no_event() {
     };
     assert_eq!(refused(VIEWER, json!({ "text": "a" })).0, 403);
     let unknown = refused(OPERATOR, json!({ "text": "a", "gauge": "attic" }));
-    assert_eq!(unknown, (404, "there is no gauge \"attic\"".to_owned()));
+    assert_eq!(unknown, (404, "there is no gauge \"attic\"; the gauges are chamber".to_owned()));
+    let (status, problem) = station.post(OPERATOR, "/api/segments/attic/captures", None);
+    assert_eq!((status, &problem["detail"]), (404, &json!("there is no segment \"attic\"; the segments are hall")));
     for (note, detail) in [
         (json!({ "text": " " }), "expected a note in one line of 1 to 500 characters"),
         (json!({ "text": "a", "at_ms": 4_102_444_800_000_i64 }), "at_ms: expected a time since 1970 that has passed"),

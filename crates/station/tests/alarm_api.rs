@@ -357,13 +357,13 @@ fn an_invalid_request_is_refused_with_a_sentence() {
 }
 
 #[test]
-fn the_overview_lists_the_most_urgent_alarms_first() {
+fn the_most_urgent_alarms_stand_first() {
     let fixture = Fixture::new();
     fixture.evaluate(5.0);
-    let overview = serde_json::to_value(fixture.services.alarms().overview()).unwrap();
+    let now = fixture.services.alarms().overview();
+    let overview = serde_json::to_value(&now.overview).unwrap();
     assert_eq!(overview["high"], json!({ "active": 1, "unacknowledged": 1 }));
     assert_eq!(overview["medium"], json!({ "active": 1, "unacknowledged": 1 }));
-    let names: Vec<_> =
-        overview["alarms"].as_array().unwrap().iter().map(|alarm| alarm["name"].as_str().unwrap()).collect();
+    let names: Vec<_> = now.standing.iter().map(|alarm| alarm.name.as_str()).collect();
     assert_eq!((names, &overview["problem"]), (vec!["too high", "history"], &Value::Null));
 }

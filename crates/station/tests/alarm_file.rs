@@ -104,6 +104,7 @@ fn every_gauge_and_segment_has_default_alarms() {
             "chamber: limit not measurable",
             "tpg.2: limit not measurable",
             "station: not recording",
+            "station: database damaged",
         ]
     );
     let all = rules(FILE);
@@ -120,7 +121,7 @@ fn every_gauge_and_segment_has_default_alarms() {
 fn a_default_alarm_can_be_changed_and_switched_off() {
     let file = FILE.to_owned()
         + "[alarms]\nfault = { priority = 'high', delay = '7 s' }\nstale = { except = ['tpg'] }\nsegment = { priority = 'off' }\n\
-           damage = { limit = 100, off-delay = '9 s' }\nnot-measurable = { priority = 'off' }\ndatabase = { priority = 'off' }\n";
+           damage = { limit = 100, off-delay = '9 s' }\nnot-measurable = { priority = 'off' }\ndatabase = { priority = 'off' }\ndatabase-damage = { priority = 'off' }\n";
     let all = rules(&file);
     assert_eq!(names(&file)[3..], ["segment hall: damage", "chamber: fault", "chamber: no data", "tpg: fault"]);
     assert_eq!(

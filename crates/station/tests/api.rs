@@ -5,7 +5,10 @@
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
 use profivac_devices::Principle;
-use profivac_recorder::{Deadband, EventKind, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{
+    CodeText, Deadband, DescribedPoint, EventKind, Micros, Point, PointKind, PointSample, Quality, Recorder, Retention,
+    Sample, Settings,
+};
 use profivac_station::api::{description, router};
 use profivac_station::control::error::Unavailable;
 use profivac_station::control::requests::SegmentRequest;
@@ -137,7 +140,66 @@ fn the_api_serves_the_published_snapshot() {
     let gauge = station.json("/api/gauges/chamber");
     assert_eq!(gauge, station.json("/api/gauges")[0]);
     assert_eq!((&gauge["state"], &gauge["readings"][0]["pa"]), (&"data-exchange".into(), &1e-4.into()));
-    assert_eq!(station.problem("/api/gauges/unknown"), (404, "there is no gauge \"unknown\"".to_owned()));
+}
+
+#[test]
+fn a_wrong_name_is_answered_with_the_names_that_exist() {
+    let station = TestStation::new();
+    let times = "from=0&to=1";
+    let of_series = |path: &str| format!("/api/{path}?series=chambre&{times}");
+    let volume = |path: &str| format!("{}&volume_m3=0.1", of_series(path));
+    for (kind, name, paths) in [
+        (
+            "gauge",
+            "chambre",
+            [
+                "gauges/chambre",
+                "gauges/chambre/blocks",
+                "gauges/chambre/commands",
+                "audit?gauge=chambre",
+                "audit.csv?gauge=chambre",
+            ]
+            .map(|path| format!("/api/{path}"))
+            .to_vec(),
+        ),
+        (
+            "segment",
+            "hal",
+            ["bus", "captures", "captures/1-0.pcapng"].map(|path| format!("/api/segments/hal/{path}")).to_vec(),
+        ),
+        (
+            "series",
+            "chambre",
+            ["trend", "rise", "pump-downs", "export.csv", "export.parquet", "report.html"]
+                .map(of_series)
+                .into_iter()
+                .chain([volume("identify")])
+                .collect(),
+        ),
+    ] {
+        let meant = if kind == "segment" { "hall" } else { "chamber" };
+        let plural = if kind == "series" { kind.to_owned() } else { format!("{kind}s") };
+        let detail = format!("there is no {kind} {name:?}; the {plural} are {meant}; did you mean {meant:?}?");
+        for path in paths {
+            assert_eq!(station.problem(&path), (404, detail.clone()), "{path}");
+        }
+    }
+    for series in ["chamber", "chamber.2"] {
+        assert_eq!(station.json(&format!("/api/trend?series={series}&{times}"))["series"], series);
+    }
+}
+
+#[test]
+fn of_many_gauges_a_problem_names_twenty_and_counts_the_others() {
+    let station = TestStation::new();
+    let SegmentSnapshot { segment, gauges } = snapshot();
+    let named = |number: usize| Gauge { name: format!("g{number:03}"), ..gauges[0].clone() };
+    station.services.snapshots().publish(SegmentSnapshot { segment, gauges: (0..480).map(named).collect() });
+    let (status, detail) = station.problem("/api/gauges/gl00");
+    assert_eq!(status, 404);
+    let (begin, end) =
+        ("there is no gauge \"gl00\"; the gauges are g000, g001, ", ", g019 and 460 more; did you mean \"g");
+    assert!(detail.starts_with(begin) && detail.contains(end), "{detail}");
 }
 
 #[test]
@@ -153,7 +215,7 @@ fn a_gauge_has_its_labels_and_the_directory_lists_them() {
         calibrated: Some("2026-05-01".to_owned()),
         calibration_due: None,
     };
-    let directory = Directory { gauges: [("chamber".to_owned(), labels)].into(), views: Vec::new() };
+    let directory = Directory { gauges: [("chamber".to_owned(), labels)].into(), ..Directory::default() };
     station.services.directory().set(directory);
     let expected = json!({
         "group": "target", "tags": ["bake-out"], "location": "rack 4", "calibrated": "2026-05-01", "calibration_due": null
@@ -210,7 +272,7 @@ fn a_wrong_parameter_is_refused_with_a_sentence() {
         ("/api/events?from=1&to=2&limit=99999", "expected limit from 1 to 10000, found 99999"),
         ("/api/rise?series=a&from=1&to=2&volume_m3=-1", "expected volume_m3 above 0, found -1"),
         ("/api/rise?series=a&from=1&to=2&accuracy=15", "expected an accuracy from 0 to 1 (0.15 is 15 %), found 15"),
-        ("/api/rise?series=a&from=1&to=2", "expected at least 12 samples of a rise, got 0"),
+        ("/api/rise?series=chamber&from=1&to=2", "expected at least 12 samples of a rise, got 0"),
         ("/api/export.csv?from=2&to=1", "expected from to lie before to, found 2 and 1"),
         ("/api/export.csv?from=noon&to=1", "expected from in milliseconds since 1970, found \"noon\""),
         ("/api/export.csv?from=1", "expected to in milliseconds since 1970, found nothing"),
@@ -252,6 +314,26 @@ fn a_straight_rise_has_its_leak_with_an_interval_and_sccm_at_the_temperature_of_
     // 1 sccm is 0.01689 mbar l/s at 0 °C, and 0.01813 mbar l/s at 20 °C.
     assert!((number("mbar_l_per_s", "high") / number("sccm", "high") / 0.01813 - 1.0).abs() < 1e-3, "{leak}");
     assert!(rise["pumped_s"].is_null(), "{rise}");
+}
+
+#[test]
+fn a_rise_is_not_fitted_to_the_end_of_a_range() {
+    let station = TestStation::new();
+    (0..100).for_each(|second| {
+        let at = Micros((NEW_YEAR_MS + second * 1000) * 1000);
+        // The lower end of the range is above the pressure.
+        let below = Sample::new(at, Some(2e-4), Quality::Underrange);
+        station.services.recorder().push(&Arc::from("chamber"), below);
+    });
+    (100..300).for_each(|second| station.record(second, 1e-4 + 1e-6 * second as f64));
+    assert!(station.services.recorder().flush());
+    let to = NEW_YEAR_MS + 300_000;
+    let rise = station.json(&format!("/api/rise?series=chamber&from={NEW_YEAR_MS}&to={to}"));
+    let leak = rise["leak_pa_per_s"]["mean"].as_f64().unwrap();
+    assert!((leak / 1e-6 - 1.0).abs() < 0.01, "{leak}");
+    assert_eq!(rise["samples"], 200);
+    let trend = station.json(&format!("/api/trend?series=chamber&from={NEW_YEAR_MS}&to={to}&pixels=3"));
+    assert_eq!((&trend["mean"][0], &trend["low"][0]), (&Value::Null, &json!(2e-4)), "{trend}");
 }
 
 /// Outgassing that falls with the time after ten hours of pumping is nearly a straight line in half an hour.
@@ -324,7 +406,7 @@ fn pump_downs_are_compared_with_the_last_ten_or_with_a_chosen_one() {
     assert!(status == 400 && text.contains("expected reference as the beginning of one of 11 pump-downs"), "{text}");
     let (status, _, text) = station.get("/api/pump-downs?series=chamber&from=1&to=2&limit=51");
     assert!(status == 400 && text.contains("expected limit from 1 to 50, found 51"), "{text}");
-    assert_eq!(station.json("/api/pump-downs?series=none&from=1&to=2")["runs"], Value::Array(Vec::new()));
+    assert_eq!(station.json("/api/pump-downs?series=chamber.2&from=1&to=2")["runs"], Value::Array(Vec::new()));
 }
 
 /// Two hours of pumping of 50 l with 20 l/s, and twenty minutes with a closed valve: a leak of 2e-7 and an outgassing of 2e-6 Pa m³/s.
@@ -405,8 +487,8 @@ fn a_report_has_the_plant_and_says_that_there_are_no_usual_pump_downs() {
     ] {
         assert_eq!(station.problem(&format!("{path}{query}")), (400, sentence.to_owned()));
     }
-    let none = path.replace("series=chamber", "series=other");
-    assert_eq!(station.problem(&none), (400, "expected samples of \"other\" in this time, found none".to_owned()));
+    let none = path.replace("series=chamber", "series=chamber.2");
+    assert_eq!(station.problem(&none), (400, "expected samples of \"chamber.2\" in this time, found none".to_owned()));
     let long = path.replace(&format!("from={NEW_YEAR_MS}"), "from=0");
     assert_eq!(station.problem(&long), (400, "expected a time range of at most a year".to_owned()));
 }
@@ -499,6 +581,103 @@ fn an_export_is_a_csv_attachment() {
     assert_eq!(text, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
 }
 
+fn point(name: &str, unit: Option<&str>, kind: PointKind) -> Arc<Point> {
+    Arc::new(Point { slave: "turbo".to_owned(), name: name.to_owned(), unit: unit.map(str::to_owned), kind })
+}
+
+/// A station that has recorded the speed of a turbo, first in Hz, and its state.
+fn station_with_points() -> TestStation {
+    let station = TestStation::new();
+    station.record(0, 1e-3);
+    let at = |second: i64| Micros((NEW_YEAR_MS + second * 1000) * 1000);
+    let value = |second, number| PointSample::new(at(second), Some(number), Quality::Valid);
+    let [hertz, rpm] = ["Hz", "rpm"].map(|unit| point("speed", Some(unit), PointKind::Number));
+    let recorder = station.services.recorder();
+    recorder.push_point(&hertz, 0.0, value(0, 1000.0));
+    (1..=20).for_each(|second| recorder.push_point(&rpm, 0.0, value(second, if second <= 10 { -2.0 } else { 4.0 })));
+    let state = point("state", None, PointKind::Code);
+    recorder.push_point(&state, 0.0, value(1, 3.0));
+    assert!(recorder.flush());
+    // The texts of the present file: the point in Hz is no longer in it.
+    let texts = vec![CodeText { number: 3.0, text: "at speed".to_owned() }];
+    let point = (*state).clone();
+    let points = vec![DescribedPoint { point: (*rpm).clone(), texts: Vec::new() }, DescribedPoint { point, texts }];
+    station.services.directory().set(Directory { points, ..Directory::default() });
+    station
+}
+
+#[test]
+fn a_trend_of_a_point_has_its_unit_and_no_pressure() {
+    let station = station_with_points();
+    let listed = station.json("/api/points");
+    let units: Vec<_> = listed.as_array().unwrap().iter().map(|it| (&it["name"], &it["unit"], &it["kind"])).collect();
+    let word = |text: &str| Value::from(text);
+    let expected = [
+        (&word("speed"), &word("Hz"), &word("number")),
+        (&word("speed"), &word("rpm"), &word("number")),
+        (&word("state"), &Value::Null, &word("code")),
+    ];
+    assert_eq!(units, expected);
+    let texts: Vec<_> = listed.as_array().unwrap().iter().map(|it| &it["texts"]).collect();
+    let at_speed = serde_json::json!([{"number": 3.0, "text": "at speed"}]);
+    assert_eq!(texts, [&serde_json::json!([]), &serde_json::json!([]), &at_speed]);
+    let trend = |query: &str| {
+        let to = NEW_YEAR_MS + 20_500;
+        station.json(&format!("/api/point-trend?slave=turbo&{query}&from={}&to={to}&pixels=4", NEW_YEAR_MS + 500))
+    };
+    let speed = trend("point=speed");
+    assert_eq!(speed["point"], serde_json::json!({"slave": "turbo", "name": "speed", "unit": "rpm", "kind": "number"}));
+    // Five seconds each.
+    let values = serde_json::json!([-2.0, -2.0, 4.0, 4.0]);
+    assert_eq!((&speed["mean"], &speed["low"]), (&values, &values));
+    // Its only value is before the range, and its span of ten seconds is not.
+    let hertz = trend("point=speed&unit=Hz");
+    assert_eq!((&hertz["point"]["unit"], &hertz["mean"]), (&word("Hz"), &serde_json::json!([1000.0])));
+    let state = trend("point=state");
+    assert_eq!((&state["texts"], &speed["texts"]), (&at_speed, &serde_json::json!([])));
+    assert_eq!((&state["mean"], &state["last"]), (&serde_json::json!([null]), &serde_json::json!([3.0])));
+    // A series of pressures has no such name.
+    assert_eq!(station.problem("/api/trend?series=turbo.speed&from=0&to=9999999999999").0, 404);
+    for (query, part) in
+        [("slave=turbo&point=current", "no value of point \"current\""), ("slave=gate&point=speed", "gate")]
+    {
+        let (status, detail) = station.problem(&format!("/api/point-trend?{query}&from=1&to=2"));
+        assert!(status == 404 && detail.contains(part), "{status} {detail}");
+    }
+    assert_eq!(station.problem("/api/point-trend?slave=turbo&point=speed&from=2&to=1").0, 400);
+}
+
+#[test]
+fn an_export_of_points_has_their_units_and_an_export_of_pressures_has_no_point() {
+    let station = station_with_points();
+    let range = format!("from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1_000);
+    let (status, kind, text) = station.get(&format!("/api/points.csv?{range}"));
+    assert_eq!((status, kind.as_str()), (200, "text/csv; charset=utf-8"));
+    let expected = "\
+time,slave,point,unit,value,quality,text
+2026-01-01T00:00:00.000000Z,turbo,speed,Hz,1000,valid,
+2026-01-01T00:00:01.000000Z,turbo,speed,rpm,-2,valid,
+2026-01-01T00:00:01.000000Z,turbo,state,,3,valid,at speed
+";
+    assert_eq!(text, expected);
+    let rows = |query: &str| station.get(&format!("/api/points.csv?{range}{query}")).2.lines().count() - 1;
+    assert_eq!([rows("&slave=turbo&point=speed"), rows("&point=state"), rows("&slave=gate")], [2, 1, 0]);
+    let (_, _, pressures) = station.get(&format!("/api/export.csv?{range}"));
+    assert_eq!(pressures, "time,gauge,pressure_pa,quality\n2026-01-01T00:00:00.000000Z,chamber,1e-3,valid\n");
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn an_export_of_points_may_be_a_parquet_file() {
+    let station = station_with_points();
+    let path = format!("/api/points.parquet?from={NEW_YEAR_MS}&to={}", NEW_YEAR_MS + 1_000);
+    let (head, octets) = station.octets("GET", &path);
+    assert_eq!(head.status(), 200);
+    assert_eq!(head.headers()["content-disposition"], "attachment; filename=\"points.parquet\"");
+    assert!(octets.starts_with(b"PAR1") && octets.ends_with(b"PAR1"), "{} octets", octets.len());
+    assert!(octets.windows(3).any(|part| part == b"rpm"), "the unit is in the statistics");
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn an_export_may_be_a_parquet_file() {
@@ -533,7 +712,7 @@ fn an_export_has_the_requested_series() {
         ("&series=hall,annex", &["annex", "hall"]),
         ("&series=hall&series=hall,hall", &["hall"]),
         ("&series=north+%26+south&series=hall,annex", &["annex", "hall", "north & south"]),
-        ("&series=unknown", &[]),
+        ("&series=chamber", &[]),
     ] {
         let (status, _, text) =
             station.get(&format!("/api/export.csv?from={NEW_YEAR_MS}&to={}{asked}", NEW_YEAR_MS + 1));
@@ -622,7 +801,7 @@ fn the_description_names_every_path() {
     let description: Value = serde_json::from_str(&description()).unwrap();
     let described = description["paths"].as_object().unwrap();
     let station = TestStation::new();
-    assert_eq!(described.len(), 57);
+    assert_eq!(described.len(), 61);
     for (path, methods) in described.iter().filter(|(path, _)| *path != "/api/live" && !path.contains("blocks")) {
         let (status, _, text) = station.get(&path.replace("{name}", "chamber"));
         let operation = ["get", "post", "delete"].iter().map(|method| &methods[method]).find(|one| one.is_object());

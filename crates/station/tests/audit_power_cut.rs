@@ -6,6 +6,7 @@ use crate::support;
 use crate::support::database;
 use crate::support::inputs::{gauge, segment};
 use profivac_devices::bcg450::table::MODEL;
+use profivac_model::Word;
 use profivac_recorder::audit::AuditQuery;
 use profivac_recorder::{AuditAction, Micros, Reader, Recorder, Settings};
 use profivac_station::control::AuthorityAction;
@@ -69,7 +70,7 @@ fn preview() -> OperationPreview {
 }
 
 /// Action, user and outcome of all rows, the earliest first.
-fn trail(path: &Path) -> Vec<(AuditAction, String, Option<String>)> {
+fn trail(path: &Path) -> Vec<(Word<AuditAction>, String, Option<String>)> {
     let wanted = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 1000 };
     let rows = Reader::open(path).unwrap().audit(&wanted).unwrap();
     rows.into_iter().rev().map(|row| (row.action, row.user, row.outcome)).collect()
@@ -84,13 +85,13 @@ fn a_command_that_was_being_sent_when_the_process_was_killed_gets_an_outcome() {
         let fired = trail(&path);
         assert_eq!(
             fired.last(),
-            Some(&(AuditAction::Execute, "Otto".to_owned(), None)),
+            Some(&(AuditAction::Execute.into(), "Otto".to_owned(), None)),
             "the row is written before the command is sent"
         );
         drop(Recorder::start(&path, Settings::default()).unwrap());
         let closed = trail(&path);
         let unknown = "not known: the station ended meanwhile".to_owned();
-        assert_eq!(closed.last(), Some(&(AuditAction::Outcome, "Otto".to_owned(), Some(unknown))));
+        assert_eq!(closed.last(), Some(&(AuditAction::Outcome.into(), "Otto".to_owned(), Some(unknown))));
         drop(Recorder::start(&path, Settings::default()).unwrap());
         assert_eq!(trail(&path), closed, "the outcome is added once");
         assert_eq!(closed.len(), 3 * kills);

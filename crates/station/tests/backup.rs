@@ -99,12 +99,12 @@ async fn an_engineer_downloads_a_copy_with_the_samples_and_the_row_of_the_audit_
             limit: 10,
         };
         let rows = reader.audit(&query).unwrap();
-        rows.into_iter().rev().map(|row| (row.action.word(), row.user, row.outcome)).collect::<Vec<_>>()
+        rows.into_iter().rev().map(|row| (row.action.as_str().to_owned(), row.user, row.outcome)).collect::<Vec<_>>()
     };
-    let begun = ("backup", "Ada".to_owned(), None);
+    let begun = ("backup".to_owned(), "Ada".to_owned(), None);
     assert_eq!(rows(&reader), std::slice::from_ref(&begun));
     assert!(station.services.recorder().flush());
-    let outcome = ("outcome", "Ada".to_owned(), Some(format!("done: {length} octets")));
+    let outcome = ("outcome".to_owned(), "Ada".to_owned(), Some(format!("done: {length} octets")));
     assert_eq!(rows(&station.services.recorder().open_reader().unwrap()), [begun, outcome]);
 }
 

@@ -5,6 +5,7 @@
 use crate::support;
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
+use profivac_station::known_file::{changes_while_stopped, remember};
 use profivac_station::services::Services;
 use profivac_web_server::auth::Role;
 use serde_json::{Value, json};
@@ -135,6 +136,21 @@ fn a_default_alarm_without_settings_gets_them_and_one_that_is_off_is_gone() {
         assert!(fixture.alarms().iter().all(|(name, _)| name != "chamber: no data"));
         fixture.services.alarms().evaluate(&inputs(1.0, Quality::Valid));
     }
+}
+
+#[test]
+fn settings_that_the_dashboard_has_changed_are_no_change_of_the_file_at_the_next_start() {
+    let fixture = Fixture::new(FILE);
+    let changed = || {
+        assert!(fixture.services.recorder().flush());
+        let source = profivac_config::read(&fixture.file()).unwrap().source;
+        changes_while_stopped(fixture.services.recorder(), &source).len()
+    };
+    remember(fixture.services.recorder(), &profivac_config::read(&fixture.file()).unwrap().source);
+    assert_eq!(fixture.change("stale", &json!({ "delay": "30 s" }), Role::Engineer).0, 200);
+    assert_eq!(changed(), 0);
+    fs::write(fixture.file(), fixture.text().replace("30 s", "40 s")).unwrap();
+    assert_eq!(changed(), 1);
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn a_file_with_very_many_changes_has_a_row_that_counts_the_others() {
     let (hall, lab) = (gauges("h"), gauges("l"));
     let hall: Vec<&str> = hall.iter().map(String::as_str).collect();
     let lab: Vec<&str> = lab.iter().map(String::as_str).collect();
-    station.reconfigure(fixture.config(&[("hall", &hall), ("lab", &lab)])).unwrap();
+    station.reconfigure(fixture.config(&[("hall", &hall), ("lab", &lab)]));
     station.stop().unwrap();
     let all = AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: None, limit: 1000 };
     let mut rows = services.recorder().open_reader().unwrap().audit(&all).unwrap();
@@ -122,6 +122,47 @@ fn a_file_with_very_many_changes_has_a_row_that_counts_the_others() {
     // 140 gauges, one segment and the gauge that is gone have four keys each.
     assert_eq!(rows.len(), 501);
     assert_eq!(rows[0].outcome.as_deref(), Some("68 more keys have changed"));
+}
+
+/// Key, before, after and outcome of the rows about changes of the file, the earliest first.
+fn file_changes(services: &Services) -> Vec<[Option<String>; 4]> {
+    let all =
+        AuditQuery { from: Micros(0), to: Micros(i64::MAX), gauge: None, user: Some("file".to_owned()), limit: 1000 };
+    assert!(services.recorder().flush());
+    let rows = services.recorder().open_reader().unwrap().audit(&all).unwrap();
+    let rows = rows.into_iter().rev().filter(|row| row.action == AuditAction::FileChanged);
+    rows.map(|row| [row.target, row.before, row.after, row.outcome]).collect()
+}
+
+#[test]
+fn a_file_that_was_changed_while_the_station_was_stopped_leaves_the_same_rows_with_these_words() {
+    let fixture = Fixture::new();
+    fixture.memory_segment("hall", &["bcg450@5", "psg550@6"]);
+    let run = |gauges: &[&str], reload: Option<&[&str]>| {
+        let mut station = Station::start(fixture.config(&[("hall", gauges)])).unwrap();
+        let services = station.services();
+        if let Some(gauges) = reload {
+            station.reconfigure(fixture.config(&[("hall", gauges)]));
+        }
+        station.stop().unwrap();
+        let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 100).unwrap();
+        let texts: Vec<_> = events.into_iter().rev().map(|event| event.text).collect();
+        (file_changes(&services), texts)
+    };
+    assert_eq!(run(&["chamber bcg450 5"], None).0, Vec::<[Option<String>; 4]>::new(), "a new database knows no file");
+    assert_eq!(run(&["chamber bcg450 5"], None).0.len(), 0, "the same file");
+    let (rows, events) = run(&["chamber bcg450 6"], None);
+    let row = |key: &str, before: &str, after: &str, outcome: Option<&str>| {
+        [Some(key.to_owned()), Some(before.to_owned()), Some(after.to_owned()), outcome.map(str::to_owned)]
+    };
+    let address = "segment \"hall\" gauge \"chamber\" address";
+    let stopped = row(address, "5", "6", Some("changed while the station was stopped"));
+    assert_eq!(rows, std::slice::from_ref(&stopped));
+    let event = format!("the file was changed while the station was stopped: {address}: 5 -> 6");
+    assert!(events.contains(&event), "{events:?}");
+    let running = row(address, "6", "5", None);
+    assert_eq!(run(&["chamber bcg450 6"], Some(&["chamber bcg450 5"])).0, [stopped.clone(), running.clone()]);
+    assert_eq!(run(&["chamber bcg450 5"], None).0, [stopped, running], "what was read while it ran is known");
 }
 
 #[test]
@@ -134,8 +175,8 @@ fn the_first_request_after_the_start_finds_every_gauge() {
     let services = station.services();
     let names = || services.snapshots().gauges().into_iter().map(|gauge| gauge.name).collect::<Vec<_>>();
     assert_eq!(names(), ["chamber", "fore"]);
-    station.reconfigure(fixture.config(&segments[..1])).unwrap();
-    station.reconfigure(fixture.config(segments)).unwrap();
+    station.reconfigure(fixture.config(&segments[..1]));
+    station.reconfigure(fixture.config(segments));
     assert_eq!(names(), ["chamber", "fore"], "a segment that is new in the file");
     station.stop().unwrap();
 }
@@ -204,11 +245,9 @@ fn a_changed_file_does_not_disturb_unchanged_gauges() {
     let mut station = Station::start(before).unwrap();
     let services = station.services();
     exchanging(&services, "chamber");
-    station
-        .reconfigure(
-            fixture.config(&[("hall", &["vessel bcg450 5", "fore psg550 6"]), ("annex", &["second bcg450 5"])]),
-        )
-        .unwrap();
+    station.reconfigure(
+        fixture.config(&[("hall", &["vessel bcg450 5", "fore psg550 6"]), ("annex", &["second bcg450 5"])]),
+    );
     exchanging(&services, "fore");
     exchanging(&services, "second");
     assert_eq!(exchanging(&services, "vessel").address, 5);
@@ -217,7 +256,7 @@ fn a_changed_file_does_not_disturb_unchanged_gauges() {
     let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 100).unwrap();
     let opened = events.iter().filter(|event| event.text.contains("hall is open")).count();
     assert_eq!(opened, 1, "the port stays open: {events:#?}");
-    station.reconfigure(fixture.config(&[("annex", &["second bcg450 5"])])).unwrap();
+    station.reconfigure(fixture.config(&[("annex", &["second bcg450 5"])]));
     until("the removal of the hall", || (services.snapshots().segments().len() == 1).then_some(()));
     exchanging(&services, "second");
     station.stop().unwrap();
@@ -253,13 +292,13 @@ fn a_command_armed_for_one_gauge_is_not_sent_to_another_of_the_same_name() {
     services.control().change_authority(&actor, AuthorityAction::Request, Instant::now()).unwrap();
     let request = OperationRequest { command: Some("stop".to_owned()), ..OperationRequest::default() };
     let command = services.control().arm(&actor, "chamber", &request).unwrap();
-    station.reconfigure(fixture.config(&[("hall", &["chamber bcg450 6"])])).unwrap();
+    station.reconfigure(fixture.config(&[("hall", &["chamber bcg450 6"])]));
     gauge(&services, "chamber", |gauge| gauge.address == 6 && gauge.state == BusStationState::DataExchange);
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
     assert_eq!(refused, "chamber was bcg450 at address 5 when it was armed and is bcg450 at address 6 now");
     // The same device at the same address, on another segment.
     let command = services.control().arm(&actor, "chamber", &request).unwrap();
-    station.reconfigure(fixture.config(&[("annex", &["chamber bcg450 6"])])).unwrap();
+    station.reconfigure(fixture.config(&[("annex", &["chamber bcg450 6"])]));
     gauge(&services, "chamber", |gauge| gauge.segment == "annex" && gauge.state == BusStationState::DataExchange);
     let refused = services.control().execute(&actor, &command.id).unwrap_err().to_string();
     let [hall, annex] = ["hall", "annex"].map(|name| format!("segment {name} at sim:{}", fixture.path(name).display()));

@@ -79,9 +79,31 @@ fn an_unfinished_request_is_disconnected() {
 }
 
 #[test]
-fn a_head_that_is_too_long_is_refused() {
+fn a_head_of_32_kib_is_answered_and_a_longer_one_is_refused() {
     let station = TestStation::new("127.0.0.1:0", Limits::default());
-    assert_eq!(station.status(&"a".repeat(60_000)), "HTTP/1.1 431 Request Header Fields Too Large");
+    let (begin, end) = ("GET /api/station HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nX-Long: ", "\r\n\r\n");
+    for (length, status) in [(32_768, "200 OK"), (32_769, "431 Request Header Fields Too Large"), (1 << 20, "431 ")] {
+        let mut stream = station.connect();
+        write!(stream, "{begin}{}{end}", "a".repeat(length - begin.len() - end.len())).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{length}: {answer}");
+    }
+}
+
+#[test]
+fn a_line_of_a_head_that_ends_with_lf_alone_is_refused() {
+    let station = TestStation::new("127.0.0.1:0", Limits::default());
+    for head in
+        ["GET /api/station HTTP/1.1\nHost: localhost\r\n\r\n", "GET /api/station HTTP/1.1\r\nHost: localhost\n\r\n"]
+    {
+        let mut stream = station.connect();
+        stream.write_all(head.repeat(2).as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 400 Bad Request"), "{answer}");
+        assert_eq!(answer.matches("HTTP/1.1").count(), 1, "{answer}");
+    }
 }
 
 #[test]

@@ -81,7 +81,7 @@ pub fn start(services: &Services, fakes: &[Fake], folder: &Path) -> Result<Vec<E
     services.alarm_editor().set_source(config.source);
     services.alarms().start(config.alarms, config.emails.iter().map(Email::target).collect())?;
     services.alarms().start_plant_states(config.plant_states)?;
-    services.alarms().evaluate(&inputs(services.snapshots(), services.recorder()));
+    services.alarms().evaluate(&inputs(services.snapshots(), services.recorder(), services.gateways()));
     let known = services.alarms().all().into_iter().find(|alarm| alarm.name == "segment bench: down");
     let occurrence = known.map(|alarm| alarm.occurrence).unwrap_or_default();
     services.alarms().acknowledge("segment bench: down", occurrence, &actor("olga", Role::Operator))?;

@@ -300,6 +300,7 @@ impl Fake {
             segment: self.segment.to_owned(),
             address: self.address,
             device: self.device.to_owned(),
+            model: Some(self.model()),
             has_dpv1: self.model().features.dpv1,
             state: self.state,
             problem: self.problem.map(str::to_owned),
@@ -364,5 +365,6 @@ pub fn directory(fakes: &[Fake]) -> Directory {
     Directory {
         gauges: fakes.iter().map(|fake| (fake.name.to_owned(), labels(fake))).collect(),
         views: vec![view("Tunnel", Some("beam line"), &[]), view("Pump stand", None, &["vessel", "pump stand"])],
+        ..Directory::default()
     }
 }

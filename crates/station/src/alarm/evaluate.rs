@@ -5,6 +5,7 @@
 //! that it is unknown is an alarm of its own (not measurable, stale).
 
 use super::rule::{BusQuantity, Condition, PointTest, Rule, Series};
+use crate::gateway_status::ArchiveState;
 use crate::view::{BusStationState, Gauge, Reading, Segment, SegmentState, fault_text, mbar};
 use profivac_listen::report::BusReport;
 use profivac_recorder::validity::is_fresh;
@@ -24,6 +25,10 @@ pub struct Inputs {
     pub buses: BTreeMap<String, Arc<BusReport>>,
     /// The reason why the recorder does not write, if it does not.
     pub recorder_error: Option<String>,
+    /// The damage of the database and what to do, in a sentence, if the last check has found any.
+    pub damage: Option<String>,
+    /// The archive, if the station sends to one.
+    pub archive: Option<ArchiveState>,
 }
 
 impl Inputs {
@@ -33,6 +38,11 @@ impl Inputs {
 
     fn segment(&self, name: &str) -> Option<&Segment> {
         self.segments.iter().find(|segment| segment.name == name)
+    }
+
+    /// The gauges and slaves of a segment.
+    fn gauges_of(&self, segment: &str) -> impl Iterator<Item = &Gauge> {
+        self.gauges.iter().filter(move |gauge| gauge.segment == segment)
     }
 
     /// The gauge of this name, if its readings are fresh.
@@ -69,6 +79,11 @@ impl Evaluation {
         Self { holds, value: None, text: if holds == Some(true) { text } else { String::new() } }
     }
 
+    /// An evaluation without a number that holds if there is a sentence.
+    fn met_if_some(text: Option<String>) -> Self {
+        Self { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
+    }
+
     /// An evaluation of a number, which holds above `threshold`; unknown without the number.
     fn above(value: Option<f64>, threshold: f64, text: impl FnOnce(f64) -> String) -> Self {
         Self { holds: value.map(|value| value > threshold), value, text: value.map(text).unwrap_or_default() }
@@ -80,6 +95,9 @@ impl Evaluation {
 pub struct Evaluator {
     /// The past of a rate: times with logarithms of pressure, or with numbers of telegrams.
     past: VecDeque<(Micros, f64)>,
+    /// Since when a rate is unknown because readings are beyond the range of the gauge, with all readings since then bounding the
+    /// pressure.
+    beyond_since: Option<Micros>,
     /// Those of the conditions of [`Condition::Several`].
     conditions: Vec<Evaluator>,
 }
@@ -103,9 +121,20 @@ impl Evaluator {
             }
             Condition::Rise { series, limit, reset, window } => {
                 let point = inputs.fresh_gauge(&series.gauge).and_then(|gauge| point(gauge, &series.name, now));
-                Evaluation::above(self.rate(point, *window, now), threshold(*limit, *reset), |rate| {
-                    format!("{} changes by {rate:.2} decades per minute", series.name)
-                })
+                let rate = self.rate(point, *window, now);
+                match inputs.fresh_reading(series) {
+                    Some(reading) if self.stays_beyond_range(rate, reading, *window, now) => {
+                        let text = format!("{} shows {}, no rise at the end of its range", series.name, shown(reading));
+                        Evaluation { holds: Some(false), value: None, text }
+                    }
+                    Some(_) => Evaluation::above(rate, threshold(*limit, *reset), |rate| {
+                        format!("{} changes by {rate:.2} decades per minute", series.name)
+                    }),
+                    None => {
+                        self.beyond_since = None;
+                        Evaluation::default()
+                    }
+                }
             }
             Condition::Several { conditions, count } => {
                 self.conditions.resize_with(conditions.len(), Self::default);
@@ -115,7 +144,7 @@ impl Evaluator {
                     .collect();
                 several(&all, *count)
             }
-            Condition::Point { gauge, point, test, .. } => point_test(inputs, gauge, point, test),
+            Condition::Point { gauge, point, test, .. } => point_test(inputs, gauge, point, test, is_active),
             Condition::NotMeasurable { series, limits, has_fault_alarm } => {
                 not_measurable(inputs, series, limits, *has_fault_alarm)
             }
@@ -139,8 +168,10 @@ impl Evaluator {
             }
             Condition::NotRecording => {
                 let text = inputs.recorder_error.as_ref().map(|error| format!("the recorder does not write: {error}"));
-                Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
+                Evaluation::met_if_some(text)
             }
+            Condition::DatabaseDamaged => Evaluation::met_if_some(inputs.damage.clone()),
+            Condition::NotArchived { limit } => not_archived(inputs.archive.as_ref(), *limit),
         }
     }
 
@@ -158,6 +189,17 @@ impl Evaluator {
         let covered = i64::try_from(window.as_micros()).unwrap_or(i64::MAX) / 2;
         let enough = self.past.len() >= MIN_POINTS && last.0.saturating_sub(first.0) >= covered;
         enough.then(|| slope(&self.past))?
+    }
+
+    /// Whether the rate has been unknown for longer than the window only because readings are beyond the range of the gauge, or change
+    /// between both sides of its end. Such a pressure does not rise any more, as far as the gauge can tell.
+    fn stays_beyond_range(&mut self, rate: Option<f64>, reading: &Reading, window: Duration, now: Micros) -> bool {
+        if rate.is_some() || Bounds::of(reading).is_none() {
+            self.beyond_since = None;
+        } else if reading.quality != Quality::Valid {
+            self.beyond_since.get_or_insert(now);
+        }
+        self.beyond_since.is_some_and(|since| since.after(window) < now)
     }
 
     /// The number of telegrams damaged within the last minute.
@@ -181,6 +223,16 @@ impl Evaluator {
             self.past.pop_front();
         }
     }
+}
+
+/// The archive has not answered for more than `limit` hours, or there is a problem that does not wait for that.
+fn not_archived(archive: Option<&ArchiveState>, limit: f64) -> Evaluation {
+    let Some(ArchiveState { silence, problem }) = archive else { return Evaluation::default() };
+    let hours = silence.as_secs_f64() / 3_600.0;
+    let holds = problem.is_some() || hours > limit;
+    let text = problem.clone().unwrap_or_else(|| format!("the archive has not answered for {hours:.1} h"));
+    // In tenths: a value that changes all the time would be published all the time.
+    Evaluation { holds: Some(holds), value: Some((hours * 10.0).floor() / 10.0), text }
 }
 
 /// At least `count` of the conditions are met. Conditions that are not known decide neither.
@@ -329,7 +381,7 @@ fn not_measurable(inputs: &Inputs, series: &Series, limits: &[f64], has_fault_al
             Some(_) => None,
         },
     };
-    Evaluation { holds: Some(text.is_some()), value: None, text: text.unwrap_or_default() }
+    Evaluation::met_if_some(text)
 }
 
 /// The condition ends only when the gauge is in data exchange and reports no fault. A pressure out of range, and a gauge that is off,
@@ -345,15 +397,15 @@ fn fault(inputs: &Inputs, name: &str) -> Evaluation {
     Evaluation::without_value(holds, format!("{name} reports {faults}"))
 }
 
-/// Tests a point of a slave; unknown without a good value.
-fn point_test(inputs: &Inputs, gauge: &str, name: &str, test: &PointTest) -> Evaluation {
+/// Tests a point of a slave; unknown without a good value. While the alarm `is_active`, the reset value counts instead of the limit.
+fn point_test(inputs: &Inputs, gauge: &str, name: &str, test: &PointTest, is_active: bool) -> Evaluation {
     let points = inputs.fresh_gauge(gauge).map(|gauge| gauge.parameters.iter());
     let Some(point) = points.into_iter().flatten().find(|it| it.target == name && it.quality == Quality::Valid) else {
         return Evaluation::default();
     };
     let holds = match test {
-        PointTest::Above(limit) => point.number.map(|number| number > *limit),
-        PointTest::Below(limit) => point.number.map(|number| number < *limit),
+        PointTest::Above { limit, reset } => point.number.map(|number| number > *if is_active { reset } else { limit }),
+        PointTest::Below { limit, reset } => point.number.map(|number| number < *if is_active { reset } else { limit }),
         PointTest::Is(text) => Some(point.text == *text || point.text_without_remark() == text),
     };
     Evaluation { holds, value: point.number, text: format!("{gauge}: {name} is {}", point.text) }
@@ -366,6 +418,9 @@ fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluatio
     let Some(gauge) = inputs.gauge(name) else {
         return Evaluation::without_value(Some(true), format!("no segment has a gauge {name}"));
     };
+    if is_awaited(inputs, gauge) {
+        return Evaluation::default();
+    }
     let text = match (&gauge.problem, gauge.age_ms) {
         (Some(problem), _) => format!("{name} gives no data: {problem}"),
         (None, None) => format!("{name} never gave data"),
@@ -376,7 +431,136 @@ fn stale(inputs: &Inputs, name: &str, behind_segment: Option<&str>) -> Evaluatio
 
 fn segment_down(inputs: &Inputs, name: &str) -> Evaluation {
     let segment = inputs.segment(name);
-    let holds = segment.is_none_or(|segment| segment.state != SegmentState::Running);
+    if segment.is_some_and(|segment| segment.state == SegmentState::Running) {
+        let is_open = inputs.gauges_of(name).count() > 1 && is_silent_and_awaited(inputs, name);
+        return if is_open { Evaluation::default() } else { Evaluation::met_if_some(silent_from_start(inputs, name)) };
+    }
     let problem = segment.and_then(|segment| segment.problem.as_deref()).unwrap_or("it waits for its line");
-    Evaluation::without_value(Some(holds), format!("segment {name} does not run: {problem}"))
+    Evaluation::without_value(Some(true), format!("segment {name} does not run: {problem}"))
+}
+
+/// The sentence about a segment of which no gauge has given data since the station started: one alarm in place of one for each gauge. One
+/// gauge alone has its own alarm.
+fn silent_from_start(inputs: &Inputs, segment: &str) -> Option<String> {
+    let gauges: Vec<_> = inputs.gauges_of(segment).collect();
+    let is_silent = gauges.iter().all(|gauge| gauge.age_ms.is_none() && !gauge.is_awaited);
+    let problem = gauges.iter().find_map(|gauge| Some(format!("; {}: {}", gauge.name, gauge.problem.as_ref()?)));
+    (is_silent && gauges.len() > 1).then(|| {
+        let problem = problem.unwrap_or_default();
+        format!(
+            "segment {segment} gives no data: none of its {} gauges has answered since the start{problem}",
+            gauges.len()
+        )
+    })
+}
+
+/// Whether it is too early to miss a gauge: the station has not found out yet whether it answers or, while its segment has given no data
+/// at all, whether the others do.
+fn is_awaited(inputs: &Inputs, gauge: &Gauge) -> bool {
+    gauge.is_awaited || is_silent_and_awaited(inputs, &gauge.segment)
+}
+
+/// Whether a segment has given no data at all, and one of its gauges is awaited.
+fn is_silent_and_awaited(inputs: &Inputs, segment: &str) -> bool {
+    let of_segment = || inputs.gauges_of(segment);
+    of_segment().all(|gauge| gauge.age_ms.is_none()) && of_segment().any(|gauge| gauge.is_awaited)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hours_without_an_archive_count_in_tenths() {
+        let silent = |minutes: u64| ArchiveState { silence: Duration::from_secs(60 * minutes), problem: None };
+        let told = |minutes| not_archived(Some(&silent(minutes)), 1.0);
+        assert_eq!([told(59), told(60), told(61)].map(|it| it.value), [Some(0.9), Some(1.0), Some(1.0)]);
+        assert_eq!([told(60), told(61)].map(|it| it.holds), [Some(false), Some(true)], "the limit is not rounded");
+    }
+
+    const WINDOW: Duration = Duration::from_secs(30);
+
+    /// The evaluations of a rise in virtual time: `quality` and pressure in Pa of the reading at each step of a quarter of a second.
+    struct Rising {
+        evaluator: Evaluator,
+        condition: Condition,
+        steps: i64,
+    }
+
+    impl Rising {
+        fn new() -> Self {
+            let series = Series { gauge: "process".to_owned(), name: "process".to_owned() };
+            let condition = Condition::Rise { series, limit: 0.5, reset: 0.25, window: WINDOW };
+            Self { evaluator: Evaluator::default(), condition, steps: 0 }
+        }
+
+        fn see(&mut self, quality: Quality, pa: f64) -> Evaluation {
+            let mut reading = Reading {
+                series: "process".to_owned(),
+                instance: 1,
+                principle: None,
+                pa: None,
+                limit_pa: None,
+                corrected_pa: None,
+                quality,
+                cause: None,
+            };
+            match quality {
+                Quality::Valid => reading.pa = Some(pa),
+                Quality::Overrange | Quality::Underrange => reading.limit_pa = Some(pa),
+                _ => {}
+            }
+            let (name, readings) = ("process".to_owned(), vec![reading]);
+            let gauge = Gauge { name, readings, age_ms: Some(0), poll_ms: 250, ..Gauge::default() };
+            let inputs = Inputs { gauges: vec![gauge], ..Inputs::default() };
+            self.steps += 1;
+            self.evaluator.condition(&self.condition, true, &inputs, Micros(self.steps * Micros::SECOND / 4))
+        }
+
+        /// A minute with one decade.
+        fn rise(&mut self) {
+            let all: Vec<_> =
+                (0..240).map(|step| self.see(Quality::Valid, 10_f64.powf(f64::from(step) / 240.0))).collect();
+            assert_eq!(all.last().unwrap().holds, Some(true));
+        }
+
+        /// When the condition was known, in steps from here, with its first state.
+        fn first_known(&mut self, readings: impl Iterator<Item = (Quality, f64)>) -> Option<(usize, bool)> {
+            let mut all = readings.map(|(quality, pa)| self.see(quality, pa).holds).enumerate();
+            all.find_map(|(step, holds)| Some((step, holds?)))
+        }
+    }
+
+    /// A vented chamber: the gauge is at the end of its range for hours, and changes between its two sides.
+    #[test]
+    fn a_rise_ends_when_the_pressure_stays_at_the_end_of_the_range() {
+        let steps_of_window = 4 * 30;
+        let at_end = |step: i32| if step % 7 < 3 { (Quality::Valid, 9.9e4) } else { (Quality::Overrange, 1e5) };
+        let mut flickers = Rising::new();
+        flickers.rise();
+        let first = (0..1).map(|_| (Quality::Overrange, 1e5));
+        assert_eq!(flickers.first_known(first.chain((0..240).map(at_end))), Some((steps_of_window + 1, false)));
+        let text = flickers.see(Quality::Overrange, 1e5).text;
+        assert_eq!(text, "process shows over range (> 1000 mbar), no rise at the end of its range");
+
+        let mut stays = Rising::new();
+        stays.rise();
+        let beyond = |quality| (0..240).map(move |_| (quality, 1e5));
+        assert_eq!(stays.first_known(beyond(Quality::Overrange)), Some((steps_of_window + 1, false)));
+
+        // A new rise is one: the rate is known again after half of the window.
+        stays.rise();
+    }
+
+    #[test]
+    fn a_rise_of_which_nothing_is_known_neither_ends_nor_begins() {
+        for quality in [Quality::Off, Quality::Fault, Quality::Missing, Quality::Assumed] {
+            let mut rising = Rising::new();
+            rising.rise();
+            assert_eq!(rising.first_known((0..480).map(|_| (quality, 1e5))), None, "{quality:?}");
+            // Beyond the range for less than the window, between two readings without a pressure.
+            let mixed = (0..480).map(|step| (if step % 100 == 0 { quality } else { Quality::Overrange }, 1e5));
+            assert_eq!(rising.first_known(mixed), None, "{quality:?}");
+        }
+    }
 }

@@ -83,7 +83,7 @@ pub enum Condition {
         /// A segment with an alarm of its own: while it is down, its gauges raise no alarm.
         behind_segment: Option<String>,
     },
-    /// The segment does not run.
+    /// The segment does not run, or none of its gauges, two or more, has given data since the station started.
     SegmentDown {
         /// The segment.
         segment: String,
@@ -108,15 +108,32 @@ pub enum Condition {
     },
     /// The recorder does not write.
     NotRecording,
+    /// The last check of the database has found damage.
+    DatabaseDamaged,
+    /// The archive has not answered for some time, puts batches aside, or so many wait that some were deleted.
+    NotArchived {
+        /// The limit in hours since its last answer.
+        limit: f64,
+    },
 }
 
 /// What raises the alarm of a point.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PointTest {
-    /// The number is above this one.
-    Above(f64),
-    /// The number is below this one.
-    Below(f64),
+    /// The number is above a limit.
+    Above {
+        /// The limit, in the unit of the point.
+        limit: f64,
+        /// The condition ends at or below this number, which is not above the limit.
+        reset: f64,
+    },
+    /// The number is below a limit.
+    Below {
+        /// The limit, in the unit of the point.
+        limit: f64,
+        /// The condition ends at or above this number, which is not below the limit.
+        reset: f64,
+    },
     /// The text is this one.
     Is(String),
 }
@@ -161,6 +178,8 @@ impl Condition {
             Self::DamagedTelegrams { .. } => ConditionKind::DamagedTelegrams,
             Self::BusRate { .. } => ConditionKind::BusRate,
             Self::NotRecording => ConditionKind::NotRecording,
+            Self::DatabaseDamaged => ConditionKind::DatabaseDamaged,
+            Self::NotArchived { .. } => ConditionKind::NotArchived,
         }
     }
 
@@ -179,7 +198,9 @@ impl Condition {
             | Self::SegmentDown { .. }
             | Self::DamagedTelegrams { .. }
             | Self::BusRate { .. }
-            | Self::NotRecording => None,
+            | Self::NotRecording
+            | Self::DatabaseDamaged
+            | Self::NotArchived { .. } => None,
         }
     }
 
@@ -237,6 +258,7 @@ impl Condition {
             Self::Rise { .. } => Some("decades/min"),
             Self::DamagedTelegrams { .. } => Some("telegrams/min"),
             Self::BusRate { .. } => Some("%"),
+            Self::NotArchived { .. } => Some("h"),
             // The value is the number of gauges.
             Self::Several { .. } => Some("gauges"),
             Self::Point { unit, .. } => *unit,
@@ -244,7 +266,8 @@ impl Condition {
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
-            | Self::NotRecording => None,
+            | Self::NotRecording
+            | Self::DatabaseDamaged => None,
         }
     }
 
@@ -256,15 +279,17 @@ impl Condition {
             | Self::Below { limit, .. }
             | Self::Rise { limit, .. }
             | Self::DamagedTelegrams { limit, .. }
-            | Self::BusRate { limit, .. } => Some(*limit),
+            | Self::BusRate { limit, .. }
+            | Self::NotArchived { limit } => Some(*limit),
             Self::Several { count, .. } => Some(*count as f64),
-            Self::Point { test: PointTest::Above(limit) | PointTest::Below(limit), .. } => Some(*limit),
+            Self::Point { test: PointTest::Above { limit, .. } | PointTest::Below { limit, .. }, .. } => Some(*limit),
             Self::Point { .. }
             | Self::NotMeasurable { .. }
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
-            | Self::NotRecording => None,
+            | Self::NotRecording
+            | Self::DatabaseDamaged => None,
         }
     }
 
@@ -273,6 +298,7 @@ impl Condition {
     pub const fn reset(&self) -> Option<f64> {
         match self {
             Self::Above { reset, .. } | Self::Below { reset, .. } | Self::Rise { reset, .. } => Some(*reset),
+            Self::Point { test: PointTest::Above { reset, .. } | PointTest::Below { reset, .. }, .. } => Some(*reset),
             Self::DamagedTelegrams { limit, .. } | Self::BusRate { limit, .. } => Some(*limit / 2.0),
             Self::Several { .. }
             | Self::Point { .. }
@@ -280,7 +306,9 @@ impl Condition {
             | Self::Fault { .. }
             | Self::Stale { .. }
             | Self::SegmentDown { .. }
-            | Self::NotRecording => None,
+            | Self::NotRecording
+            | Self::DatabaseDamaged
+            | Self::NotArchived { .. } => None,
         }
     }
 }

@@ -12,7 +12,7 @@ use super::plant_state::{PlantStateChange, PlantStateError, PlantStateRule, Plan
 use super::registry::{AlarmChange, AlarmError, AlarmRegistry, RegisteredAlarm, removed_text};
 use super::rule::Rule;
 use super::suppression::AlarmTime;
-use super::view::{AlarmOverview, AlarmView, PlantStateView};
+use super::view::{AlarmView, AlarmsNow, PlantStateView};
 use crate::recording::RecorderHandle;
 use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, AlarmStatus, Declaration};
 use profivac_recorder::alarms::AlarmBatch;
@@ -410,12 +410,12 @@ impl AlarmService {
         active.filter(is_old).map(|alarm| alarm.rule().name.clone()).collect()
     }
 
-    /// The number of alarms by state and priority, and the most urgent ones.
+    /// The number of alarms by state and priority, and those that an operator must see.
     #[must_use]
-    pub fn overview(&self) -> AlarmOverview {
+    pub fn overview(&self) -> AlarmsNow {
         let inner = self.lock();
         let states = inner.registry.plant_states().all();
-        AlarmOverview::of(inner.registry.alarms(), states, inner.problem(Instant::now()))
+        AlarmsNow::of(inner.registry.alarms(), states, inner.problem(Instant::now()))
     }
 
     /// The time since the last evaluation; `None` while no thread evaluates.

@@ -3,6 +3,7 @@
 use super::evaluate::Inputs;
 use super::rule::Rule;
 use super::service::AlarmService;
+use crate::gateway_status::GatewayStatuses;
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
 use std::sync::Arc;
@@ -28,10 +29,13 @@ impl AlarmThread {
         alarms: Arc<AlarmService>,
         snapshots: Arc<SnapshotStore>,
         recorder: Arc<RecorderHandle>,
+        gateways: Arc<GatewayStatuses>,
     ) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
+        let suggesting = Arc::clone(&snapshots);
         let thread = std::thread::Builder::new().name("alarms".to_owned());
-        let thread = thread.spawn(move || run(&alarms, &snapshots, &recorder, &stopped))?;
+        let present = move || inputs(&snapshots, &recorder, &gateways);
+        let thread = thread.spawn(move || run(&alarms, &suggesting, present, &stopped))?;
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
@@ -51,9 +55,9 @@ impl Drop for AlarmThread {
     }
 }
 
-fn run(alarms: &AlarmService, snapshots: &SnapshotStore, recorder: &RecorderHandle, stopped: &Receiver<()>) {
+fn run(alarms: &AlarmService, snapshots: &SnapshotStore, present: impl Fn() -> Inputs, stopped: &Receiver<()>) {
     while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-        for rule in alarms.evaluate(&inputs(snapshots, recorder)) {
+        for rule in alarms.evaluate(&present()) {
             suggest_capture(snapshots, &rule);
         }
     }
@@ -67,13 +71,15 @@ fn suggest_capture(snapshots: &SnapshotStore, rule: &Rule) {
     }
 }
 
-/// The present snapshots, and the state of the recorder.
+/// The present snapshots, and the states of the recorder and the archive.
 #[must_use]
-pub fn inputs(snapshots: &SnapshotStore, recorder: &RecorderHandle) -> Inputs {
+pub fn inputs(snapshots: &SnapshotStore, recorder: &RecorderHandle, gateways: &GatewayStatuses) -> Inputs {
     Inputs {
         segments: snapshots.segments(),
         gauges: snapshots.gauges(),
         buses: snapshots.buses().reports(),
         recorder_error: recorder.health().error,
+        damage: recorder.damage_sentence(),
+        archive: gateways.archive(),
     }
 }

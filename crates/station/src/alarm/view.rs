@@ -2,7 +2,7 @@
 
 use super::plant_state::PlantState;
 use super::registry::RegisteredAlarm;
-use super::rule::{Condition, Rule};
+use super::rule::{Condition, PointTest, Rule};
 use crate::view::unix_ms;
 use profivac_model::{AlarmState, AlarmStatus, ConditionKind, Declaration, Priority, Suppression, words};
 use profivac_web_server::auth::Role;
@@ -20,6 +20,9 @@ pub struct AlarmView {
     pub gauge: Option<String>,
     /// The measuring part, by the name under which it is recorded, if the alarm is about one.
     pub series: Option<String>,
+    /// The point of a slave, if the alarm is about a limit of one. Gateways show the limit with the point.
+    #[serde(skip)]
+    pub point: Option<LimitedPoint>,
     /// The gauges, if the alarm is about several.
     pub several: Option<SeveralView>,
     /// The segment, if the alarm is about one.
@@ -96,6 +99,27 @@ impl LimitKind {
     }
 }
 
+/// A point of a slave with a limit.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct LimitedPoint {
+    /// The name of the point.
+    pub name: String,
+    /// On which side of the limit the alarm is raised.
+    pub side: LimitKind,
+}
+
+impl LimitedPoint {
+    fn of(condition: &Condition) -> Option<Self> {
+        let Condition::Point { point, test, .. } = condition else { return None };
+        let side = match test {
+            PointTest::Above { .. } => LimitKind::Above,
+            PointTest::Below { .. } => LimitKind::Below,
+            PointTest::Is(_) => return None,
+        };
+        Some(Self { name: point.clone(), side })
+    }
+}
+
 impl SeveralView {
     fn of(condition: &Condition) -> Option<Self> {
         let Condition::Several { conditions, .. } = condition else { return None };
@@ -138,6 +162,7 @@ impl AlarmView {
             condition: condition.kind(),
             gauge: condition.gauge().map(str::to_owned),
             series: condition.series().map(|series| series.name.clone()),
+            point: LimitedPoint::of(condition),
             several: SeveralView::of(condition),
             segment: condition.segment().map(str::to_owned),
             priority: rule.priority,
@@ -238,6 +263,26 @@ pub struct AlarmCount {
 }
 
 /// The alarms at one moment.
+#[derive(Clone, Debug)]
+pub struct AlarmsNow {
+    /// Their numbers.
+    pub overview: AlarmOverview,
+    /// The alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first.
+    pub standing: Vec<AlarmView>,
+}
+
+impl AlarmsNow {
+    /// The alarms with these states.
+    #[must_use]
+    pub fn of(alarms: &[RegisteredAlarm], plant_states: &[PlantState], problem: Option<String>) -> Self {
+        let mut standing: Vec<_> =
+            alarms.iter().filter(|alarm| is_standing(alarm.status().state)).map(AlarmView::from).collect();
+        standing.sort_by(by_urgency);
+        Self { overview: AlarmOverview::of(alarms, plant_states, problem), standing }
+    }
+}
+
+/// The alarms at one moment, in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct AlarmOverview {
     /// Why this overview may be wrong: the alarms were not evaluated for a while, or cannot be stored.
@@ -256,22 +301,13 @@ pub struct AlarmOverview {
     pub suppressed: usize,
     /// The declared plant states, in the order of the station's file.
     pub plant_states: Vec<DeclaredPlantState>,
-    /// Alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first, up to 50.
-    pub alarms: Vec<AlarmView>,
-    /// The number of such alarms beyond the list.
-    pub not_listed: usize,
 }
-
-/// The most alarms in an overview, which is sent four times a second.
-const MAX_LISTED: usize = 50;
 
 impl AlarmOverview {
     /// The overview of these alarms.
-    #[must_use]
-    pub fn of(alarms: &[RegisteredAlarm], plant_states: &[PlantState], problem: Option<String>) -> Self {
+    fn of(alarms: &[RegisteredAlarm], plant_states: &[PlantState], problem: Option<String>) -> Self {
         let plant_states = plant_states.iter().filter_map(DeclaredPlantState::of).collect();
         let mut overview = Self { problem, plant_states, ..Self::default() };
-        let mut list = Vec::new();
         for alarm in alarms {
             let state = alarm.status().state;
             let count = match alarm.rule().priority {
@@ -282,20 +318,19 @@ impl AlarmOverview {
             count.active = count.active.saturating_add(usize::from(state.is_active()));
             count.unacknowledged = count.unacknowledged.saturating_add(usize::from(state.needs_acknowledgement()));
             match state {
-                AlarmState::Normal => {}
+                AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {}
                 AlarmState::Shelved => overview.shelved = overview.shelved.saturating_add(1),
                 AlarmState::OutOfService => overview.out_of_service = overview.out_of_service.saturating_add(1),
                 AlarmState::Suppressed => overview.suppressed = overview.suppressed.saturating_add(1),
-                AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned => {
-                    list.push(AlarmView::from(alarm));
-                }
             }
         }
-        list.sort_by(by_urgency);
-        overview.not_listed = list.len().saturating_sub(MAX_LISTED);
-        list.truncate(MAX_LISTED);
-        Self { alarms: list, ..overview }
+        overview
     }
+}
+
+/// Whether an alarm in this state is in the list of an operator.
+const fn is_standing(state: AlarmState) -> bool {
+    matches!(state, AlarmState::Unacknowledged | AlarmState::Acknowledged | AlarmState::Returned)
 }
 
 /// Active alarms come first; among these the highest priority, then unacknowledged ones, then the latest.

@@ -1,6 +1,8 @@
 //! The audit trail.
 
 use super::database::DatabaseReaders;
+use super::names::not_found;
+use crate::services::Services;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -12,6 +14,7 @@ use profivac_recorder::export::{iso, quoted};
 use profivac_web_server::problem::Problem;
 use profivac_web_server::query::{checked_range, parsed_query};
 use serde::Deserialize;
+use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The most entries of an answer.
@@ -57,15 +60,33 @@ impl AuditParameters {
     responses(
         (status = 200, body = [AuditEntry]),
         (status = 400, body = Problem, description = "A parameter is out of range"),
+        (status = 404, body = Problem, description = "No gauge and no entry has this name"),
         (status = 503, body = Problem, description = "The database cannot be read")
     )
 )]
 pub async fn audit(
+    State(services): State<Arc<Services>>,
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<AuditParameters>, QueryRejection>,
 ) -> Result<Json<Vec<AuditEntry>>, Problem> {
     let query = parsed_query(parameters)?.into_query(200)?;
-    readers.read(move |reader| Ok(Json(reader.audit(&query)?))).await
+    Ok(Json(entries(services, &readers, query).await?))
+}
+
+/// The entries. A gauge that the station does not have may have entries of earlier times.
+async fn entries(
+    services: Arc<Services>,
+    readers: &DatabaseReaders,
+    query: AuditQuery,
+) -> Result<Vec<AuditEntry>, Problem> {
+    let read = readers.read(move |reader| {
+        let entries = reader.audit(&query)?;
+        if let (Some(gauge), true) = (&query.gauge, entries.is_empty()) {
+            services.snapshots().gauge_named(gauge).map_err(not_found)?;
+        }
+        Ok(entries)
+    });
+    read.await
 }
 
 /// The audit trail as CSV, the earliest entry first; times are ISO 8601 in UTC
@@ -76,15 +97,17 @@ pub async fn audit(
     responses(
         (status = 200, content_type = "text/csv", body = String),
         (status = 400, body = Problem, description = "A parameter is out of range"),
+        (status = 404, body = Problem, description = "No gauge and no entry has this name"),
         (status = 503, body = Problem, description = "The database cannot be read")
     )
 )]
 pub async fn csv(
+    State(services): State<Arc<Services>>,
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<AuditParameters>, QueryRejection>,
 ) -> Result<impl IntoResponse, Problem> {
     let query = parsed_query(parameters)?.into_query(MAX_ENTRIES)?;
-    let rows = readers.read(move |reader| Ok(reader.audit(&query)?)).await?;
+    let rows = entries(services, &readers, query).await?;
     let headers =
         [(CONTENT_TYPE, "text/csv; charset=utf-8"), (CONTENT_DISPOSITION, "attachment; filename=\"audit.csv\"")];
     let lines: String = rows.iter().rev().map(csv_line).collect();
@@ -100,7 +123,7 @@ fn csv_line(entry: &AuditEntry) -> String {
     let cells = [
         entry.id.to_string(),
         iso(entry.at),
-        entry.action.word().to_owned(),
+        entry.action.as_str().to_owned(),
         number(entry.refers_to),
         quoted(&entry.user),
         entry.role.as_str().to_owned(),

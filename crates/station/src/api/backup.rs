@@ -174,7 +174,7 @@ fn audited_copy(services: &Services, actor: &Actor, permit: OwnedSemaphorePermit
         Ok(copy) => format!("done: {} octets", copy.octets),
         Err(problem) => format!("not done: {problem}"),
     };
-    let (action, outcome) = (AuditAction::Outcome, Some(sentence));
+    let (action, outcome) = (AuditAction::Outcome.into(), Some(sentence));
     // The recorder keeps the row until it is on the disk.
     let _kept = recorder.audit(AuditEntry { at: Micros::now(), action, refers_to: Some(number), outcome, ..begun });
     copied

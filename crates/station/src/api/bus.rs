@@ -1,5 +1,6 @@
 //! The lines of the segments: live list, statistics, captures.
 
+use super::names::no_bus;
 use crate::services::Services;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -23,13 +24,6 @@ pub struct CaptureView {
     octets: u64,
 }
 
-fn unknown(segment: &str) -> Problem {
-    Problem::not_found(format!(
-        "there is no segment {segment:?}, or it has not observed its line yet; take a name from /api/segments, and try again \
-         when the segment is running"
-    ))
-}
-
 /// The live list and the statistics of a segment
 ///
 /// What the station hears on the line, also on a segment on which it only listens.
@@ -43,7 +37,7 @@ fn unknown(segment: &str) -> Problem {
     )
 )]
 pub async fn bus(State(services): State<Arc<Services>>, Path(name): Path<String>) -> Result<Json<BusReport>, Problem> {
-    let report = services.snapshots().buses().report(&name).ok_or_else(|| unknown(&name))?;
+    let report = services.snapshots().buses().report(&name).ok_or_else(|| no_bus(&services, &name))?;
     Ok(Json(BusReport::clone(&report)))
 }
 
@@ -61,7 +55,7 @@ pub async fn captures(
     State(services): State<Arc<Services>>,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<CaptureView>>, Problem> {
-    let folder = services.snapshots().buses().captures(&name).ok_or_else(|| unknown(&name))?;
+    let folder = services.snapshots().buses().captures(&name).ok_or_else(|| no_bus(&services, &name))?;
     let all = on_disk(move || folder.list()).await?;
     Ok(Json(all.into_iter().map(|it| CaptureView { name: it.name, octets: it.octets }).collect()))
 }
@@ -83,7 +77,7 @@ pub async fn capture(
     State(services): State<Arc<Services>>,
     Path((name, file)): Path<(String, String)>,
 ) -> Result<([(axum::http::HeaderName, &'static str); 1], Vec<u8>), Problem> {
-    let folder: CaptureFolder = services.snapshots().buses().captures(&name).ok_or_else(|| unknown(&name))?;
+    let folder: CaptureFolder = services.snapshots().buses().captures(&name).ok_or_else(|| no_bus(&services, &name))?;
     let octets = on_disk(move || folder.read(&file)).await?;
     Ok(([(CONTENT_TYPE, "application/x-pcapng")], octets))
 }
@@ -108,7 +102,7 @@ pub async fn trigger(
     if services.snapshots().buses().request_capture(&name, &reason) {
         Ok(StatusCode::NO_CONTENT)
     } else {
-        Err(unknown(&name))
+        Err(no_bus(&services, &name))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Control of gauges: commands, armed commands, control authority.
 
+use super::names::not_found;
 use crate::control::armed_commands::{ArmedCommand, ArmedCommandError};
 use crate::control::operation::OperationRequest;
 use crate::control::permissions;
@@ -14,7 +15,7 @@ use axum::response::{IntoResponse, Response};
 use profivac_client::Condition;
 use profivac_client::conditions::required_texts;
 use profivac_client::names::{ParameterNames, command_name};
-use profivac_virtual::device_spec::entry;
+use profivac_devices::catalog::is_built_in;
 use profivac_web_server::auth::{Actor, Role};
 use profivac_web_server::body::Body;
 use profivac_web_server::problem::{PROBLEM_JSON, Problem, task_failed};
@@ -41,6 +42,8 @@ pub struct Command {
     role: Role,
     /// Why it cannot be executed from the station; `null` if it can.
     blocked_reason: Option<String>,
+    /// Whether a device file describes it: its conditions and its risk are as good as the file.
+    from_device_file: bool,
 }
 
 /// A condition of a command, and whether it is met.
@@ -78,6 +81,8 @@ pub struct ArmedCommandView {
     manual_name: String,
     /// Whether it is a command; otherwise it writes a parameter.
     is_command: bool,
+    /// Whether a device file describes it: its conditions and its risk are as good as the file.
+    from_device_file: bool,
     /// The present value with its unit; `null` if it cannot be read.
     before: Option<String>,
     /// The requested value with its unit.
@@ -101,6 +106,7 @@ impl From<ArmedCommand> for ArmedCommandView {
             target: operation.target(),
             manual_name: operation.manual_name(),
             is_command: operation.command.is_some(),
+            from_device_file: operation.from_device_file,
             octets: preview.octets_as_hex(),
             before: preview.before.map(|(text, _)| text),
             after: preview.after,
@@ -158,8 +164,7 @@ impl IntoResponse for ControlError {
             Self::UnknownGauge(_) | Self::Command(ArmedCommandError::Unknown(_)) => {
                 Problem::not_found(detail).into_response()
             }
-            Self::Device(_)
-            | Self::Request(_)
+            Self::Request(_)
             | Self::Operation(OperationError::InvalidValue(_) | OperationError::BeyondRange { .. }) => {
                 Problem::bad_request(detail).into_response()
             }
@@ -205,10 +210,9 @@ pub async fn commands(
     State(services): State<Arc<Services>>,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<Command>>, Problem> {
-    let unknown = || Problem::not_found(format!("there is no gauge {name:?}"));
-    let gauge = services.snapshots().gauge(&name).ok_or_else(unknown)?;
-    let names = entry(&gauge.device).ok().and_then(|entry| ParameterNames::of_catalog(entry.model));
-    let Some(names) = names else { return Ok(Json(Vec::new())) };
+    let gauge = services.snapshots().gauge_named(&name).map_err(not_found)?;
+    let Some(model) = gauge.model else { return Ok(Json(Vec::new())) };
+    let (names, from_device_file) = (ParameterNames::shared(model), !is_built_in(model));
     let command = |(named, code): (&profivac_client::names::NamedParameter, _)| {
         let row = named.parameter.row;
         Command {
@@ -219,6 +223,7 @@ pub async fn commands(
             risk: permissions::risk(row, Some(code)),
             role: permissions::role(row, Some(code)),
             blocked_reason: permissions::blocked_reason(row).map(str::to_owned),
+            from_device_file,
         }
     };
     Ok(Json(names.commands().map(command).collect()))

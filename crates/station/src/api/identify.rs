@@ -3,10 +3,12 @@
 use super::database::DatabaseReaders;
 use super::fits::{Fits, LONGEST};
 use super::history::RiseGauge;
+use super::names::check_series;
 use crate::identification::identified;
 use crate::identification::record::{Known, KnownVolume};
 use crate::identification::view::{Asked, PlantView};
 use crate::pumpdown::TimeRange;
+use crate::services::Services;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -16,6 +18,7 @@ use profivac_recorder::Micros;
 use profivac_web_server::problem::Problem;
 use profivac_web_server::query::{checked_accuracy, parsed_query, positive, time_range};
 use serde::Deserialize;
+use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The most samples of a fit: two days at two samples per second, in 16 MB.
@@ -66,10 +69,12 @@ pub struct IdentifyParameters {
     responses(
         (status = 200, body = PlantView),
         (status = 400, body = Problem, description = "A parameter is out of range, or the samples cannot be fitted"),
+        (status = 404, body = Problem, description = "There is no series of this name"),
         (status = 503, body = Problem, description = "The database cannot be read, another fit runs, or the fit takes too long")
     )
 )]
 pub async fn identify(
+    State(services): State<Arc<Services>>,
     State(readers): State<DatabaseReaders>,
     State(fits): State<Fits>,
     parameters: Result<Query<IdentifyParameters>, QueryRejection>,
@@ -81,8 +86,11 @@ pub async fn identify(
     let fit = fits.begin().await?;
     let TimeRange { start, end } = known.span;
     let wanted = series.clone();
-    let samples =
-        readers.read(move |reader| Ok(reader.page(&wanted, start, end, MAX_SAMPLES.saturating_add(1))?)).await?;
+    let read = readers.read(move |reader| {
+        check_series(&services, &reader, &wanted)?;
+        Ok(reader.page(&wanted, start, end, MAX_SAMPLES.saturating_add(1))?)
+    });
+    let samples = read.await?;
     if samples.len() > MAX_SAMPLES as usize {
         return Err(Problem::bad_request(format!(
             "expected a record of at most {MAX_SAMPLES} samples, found more; choose a shorter time, or run `profivac identify`"

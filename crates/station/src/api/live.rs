@@ -1,6 +1,6 @@
 //! The live stream of a station: what its events hold.
 
-use crate::alarm::view::AlarmOverview;
+use crate::alarm::view::{AlarmOverview, AlarmView, AlarmsNow};
 use crate::plant::LivePlant;
 use crate::services::Services;
 use crate::view::{ControlAuthorityView, Gauge, GaugeKind, ReadProgress, Reading, Segment, Station, WatchedParameter};
@@ -22,6 +22,10 @@ const PERIOD: Duration = Duration::from_millis(250);
 /// Pressures have this number of digits in the live stream. The dashboard shows three; more would only cost bandwidth.
 const DIGITS: i32 = 5;
 
+/// So many alarms of the live stream have their present value. chosen: a page shows fewer at a time, and in a flood each value would change at each
+/// reading.
+const ALARM_VALUES: usize = 50;
+
 /// Data of the live stream. The event `snapshot` comes first and once.
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(untagged)]
@@ -33,8 +37,8 @@ pub enum LiveEvent {
     Change(Change),
 }
 
-/// The parts of the snapshot that have changed. `segments` and `gauges` have the entries that have changed, and `null` for one that is gone;
-/// the other parts are whole.
+/// The parts of the snapshot that have changed. `segments`, `gauges` and `standing_alarms` have the entries that have changed, and `null` for
+/// one that is gone; the other parts are whole.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(value_type = Object)]
 pub struct Change(Value);
@@ -55,8 +59,11 @@ pub struct Snapshot {
     control_authority: ControlAuthorityView,
     /// The gauges whose parameters are being read.
     read_progress: Vec<ReadProgress>,
-    /// The active alarms.
+    /// The number of alarms by state and priority.
     alarms: AlarmOverview,
+    /// All alarms that are neither normal nor shelved nor out of service nor suppressed, by name. The 50 most urgent have a present value, with
+    /// five digits; `/api/alarms` has the others.
+    standing_alarms: BTreeMap<String, AlarmView>,
     /// The states of the parts of the plant.
     plant: LivePlant,
     /// Changes when `/api/directory` changes.
@@ -73,6 +80,7 @@ impl LiveState for Snapshot {
             control_authority,
             read_progress,
             alarms,
+            standing_alarms,
             plant,
             directory_revision,
         } = self;
@@ -84,6 +92,7 @@ impl LiveState for Snapshot {
             .part("control_authority", &before.control_authority, control_authority)
             .part("read_progress", &before.read_progress, read_progress)
             .part("alarms", &before.alarms, alarms)
+            .entries("standing_alarms", &before.standing_alarms, standing_alarms)
             .part("plant", &before.plant, plant)
             .part("directory_revision", &before.directory_revision, directory_revision)
     }
@@ -107,6 +116,15 @@ fn for_live(gauge: Gauge) -> Gauge {
     Gauge { readings, age_ms, read_at: None, parameters: points, ..gauge }
 }
 
+/// The alarms as the stream sends them, the most urgent first.
+fn standing(alarms: Vec<AlarmView>) -> BTreeMap<String, AlarmView> {
+    let shown = alarms.into_iter().enumerate().map(|(number, alarm)| {
+        let value = alarm.value.filter(|_| number < ALARM_VALUES).map(rounded);
+        (alarm.name.clone(), AlarmView { value, ..alarm })
+    });
+    shown.collect()
+}
+
 /// The pressure with [`DIGITS`] digits. A number that is no pressure stays as it is.
 fn rounded(pa: f64) -> f64 {
     if !is_pressure(pa) {
@@ -127,6 +145,7 @@ pub fn source(services: Arc<Services>) -> LiveSource<Snapshot> {
 fn state(services: &Services) -> Snapshot {
     let gauges = services.snapshots().gauges();
     let segments = services.snapshots().segments();
+    let AlarmsNow { overview, standing: alarms } = services.alarms().overview();
     Snapshot {
         station: services.station(),
         segments: segments.into_iter().map(|segment| (segment.name.clone(), segment)).collect(),
@@ -134,7 +153,8 @@ fn state(services: &Services) -> Snapshot {
         gauges: gauges.into_iter().map(|gauge| (gauge.name.clone(), for_live(gauge))).collect(),
         control_authority: services.control().authority(Instant::now()),
         read_progress: services.snapshots().read_progress(),
-        alarms: services.alarms().overview(),
+        alarms: overview,
+        standing_alarms: standing(alarms),
         plant: services.plant().live(),
         directory_revision: services.directory().revision(),
     }
@@ -157,6 +177,7 @@ pub async fn live(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alarm::{Condition, Priority, Rule};
     use crate::snapshot::SegmentSnapshot;
     use crate::view::{BusStationState, SegmentState};
     use flate2::Compression;
@@ -294,6 +315,27 @@ mod tests {
         let before = gauge("a".to_owned(), "north", 1.0);
         let later = Gauge { age_ms: Some(999), read_at: Some(profivac_model::Micros(7)), ..before.clone() };
         assert_eq!(for_live(later), for_live(before));
+    }
+
+    /// In a flood a page must know each alarm: a gauge whose alarm is missing would look sound.
+    #[test]
+    fn all_alarms_are_in_the_stream_and_only_the_most_urgent_have_a_value() {
+        let alarm = |number: usize| {
+            let rule = Rule {
+                name: format!("alarm {number:03}"),
+                condition: Condition::NotRecording,
+                priority: Priority::High,
+                delay: Duration::ZERO,
+                off_delay: Duration::ZERO,
+                message: None,
+            };
+            AlarmView { value: Some(1.234_567 + number as f64), ..AlarmView::planned(&rule) }
+        };
+        let sent = standing((0..500).map(alarm).collect());
+        assert_eq!(sent.len(), 500);
+        let with_value: Vec<_> = sent.values().filter_map(|alarm| Some((alarm.name.as_str(), alarm.value?))).collect();
+        assert_eq!(with_value.len(), ALARM_VALUES);
+        assert_eq!((with_value[0], with_value[49]), (("alarm 000", 1.2346), ("alarm 049", 50.235)));
     }
 
     /// 480 gauges on 16 segments whose pressures all change in all digits between two events.

@@ -24,6 +24,8 @@
 //! | `/api/report.html` | a report about a pump-down |
 //! | `/api/pump-downs` | pump-downs beside the usual ones |
 //! | `/api/export.csv`, `/api/export.parquet` | samples as CSV and as Parquet |
+//! | `/api/points`, `/api/point-trend` | the recorded points of slaves, and the trend of one |
+//! | `/api/points.csv`, `/api/points.parquet` | their values as CSV and as Parquet |
 //! | `/api/alarms` | the alarms with their states |
 //! | `/api/alarms/history` | the history of alarms |
 //! | `/api/alarms/acknowledge`, `/api/alarms/{name}/acknowledge` | acknowledges alarms |
@@ -46,6 +48,7 @@
 //! | `openapi` | the OpenAPI description |
 //! | `database` | queries on blocking threads |
 //! | `fits` | fits of plants, one at a time |
+//! | `names` | answers to names that the station does not have |
 //! | the others | the handlers |
 
 mod alarm_settings;
@@ -59,6 +62,7 @@ mod fits;
 mod history;
 mod identify;
 mod live;
+mod names;
 mod notes;
 #[cfg_attr(not(feature = "openapi"), path = "no_openapi.rs")]
 mod openapi;
@@ -186,6 +190,10 @@ pub fn router(services: Arc<Services>) -> Router {
         .route("/api/pump-downs", get(pump_downs::pump_downs))
         .route("/api/export.csv", get(history::export))
         .route("/api/export.parquet", get(history::export_parquet))
+        .route("/api/points", get(history::points))
+        .route("/api/points.csv", get(history::export_points))
+        .route("/api/points.parquet", get(history::export_points_parquet))
+        .route("/api/point-trend", get(history::point_trend))
         .merge(alarm_routes())
         .merge(session_routes())
         .route("/api/audit", get(audit::audit))

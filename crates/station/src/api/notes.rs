@@ -1,5 +1,6 @@
 //! Notes of users in the list of events.
 
+use super::names::not_found;
 use crate::services::Services;
 use axum::Json;
 use axum::extract::State;
@@ -54,10 +55,8 @@ pub async fn make(
     services.control().refusals().require(&actor, Role::Operator, "making a note")?;
     let text = checked_text(&note.text)?;
     let at = checked_time(note.at_ms, Micros::now())?;
-    if let Some(gauge) = note.gauge.as_deref()
-        && services.snapshots().gauge(gauge).is_none()
-    {
-        return Err(Problem::not_found(format!("there is no gauge {gauge:?}")));
+    if let Some(gauge) = &note.gauge {
+        services.snapshots().gauge_named(gauge).map_err(not_found)?;
     }
     let event = Event {
         at,

@@ -1,10 +1,12 @@
 //! Pump-downs beside the usual ones.
 
 use super::database::DatabaseReaders;
+use super::names::check_series;
 use crate::comparison::recorded::recorded;
 use crate::comparison::view::PumpDowns;
 use crate::pumpdown::TimeRange;
 use crate::pumpdown::compare::{Run, compare, compare_with};
+use crate::services::Services;
 use crate::view::unix_ms;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -12,6 +14,7 @@ use axum::extract::{Query, State};
 use profivac_web_server::problem::Problem;
 use profivac_web_server::query::{checked_range, parsed_query, time_range};
 use serde::Deserialize;
+use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The most pump-downs of an answer.
@@ -49,10 +52,12 @@ pub struct PumpDownsParameters {
     responses(
         (status = 200, body = PumpDowns),
         (status = 400, body = Problem, description = "A parameter is out of range, or no pump-down begins at `reference`"),
+        (status = 404, body = Problem, description = "There is no series of this name"),
         (status = 503, body = Problem, description = "The database cannot be read")
     )
 )]
 pub async fn pump_downs(
+    State(services): State<Arc<Services>>,
     State(readers): State<DatabaseReaders>,
     parameters: Result<Query<PumpDownsParameters>, QueryRejection>,
 ) -> Result<Json<PumpDowns>, Problem> {
@@ -60,6 +65,7 @@ pub async fn pump_downs(
     let (start, end) = time_range(from, to)?;
     let limit = checked_range("limit", limit.unwrap_or(11), MAX_RUNS)?;
     let read = readers.read(move |reader| {
+        check_series(&services, &reader, &series)?;
         let found = recorded(&reader, &series, TimeRange { start, end })?;
         let runs: Vec<Run> = found.iter().map(|one| one.run.clone()).collect();
         let compared = match reference {

@@ -2,6 +2,7 @@
 
 use super::database::DatabaseReaders;
 use super::fits::Fits;
+use super::names::check_series;
 use crate::comparison::summary::{PlantPart, complete};
 use crate::pumpdown::TimeRange;
 use crate::report::page::page;
@@ -57,6 +58,7 @@ pub struct ReportParameters {
     responses(
         (status = 200, content_type = "text/html", body = String),
         (status = 400, body = Problem, description = "A parameter is out of range"),
+        (status = 404, body = Problem, description = "There is no series of this name"),
         (status = 503, body = Problem, description = "The database cannot be read, or another fit runs")
     )
 )]
@@ -71,7 +73,12 @@ pub async fn report(
     let series = parameters.series.clone();
     let request = parameters.request(services.name().to_owned())?;
     let fit = fits.begin().await?;
-    let reader = readers.read(Ok).await?;
+    let wanted = series.clone();
+    let read = readers.read(move |reader| {
+        check_series(&services, &reader, &wanted)?;
+        Ok(reader)
+    });
+    let reader = read.await?;
     let text = fit.run(move |stopped| {
         let mut report = Report::make(&reader, request)?;
         if report.lead().is_none() {

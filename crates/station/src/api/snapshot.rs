@@ -1,5 +1,6 @@
 //! The present state of the station, its segments and its gauges.
 
+use super::names::not_found;
 use crate::control::SegmentRequestError;
 use crate::control::error::Unavailable;
 use crate::directory::GaugeLabels;
@@ -64,8 +65,7 @@ pub async fn gauge(
     State(services): State<Arc<Services>>,
     Path(name): Path<String>,
 ) -> Result<Json<LabelledGauge>, Problem> {
-    let gauge = services.snapshots().gauge(&name);
-    let gauge = gauge.ok_or_else(|| Problem::not_found(format!("there is no gauge {name:?}")))?;
+    let gauge = services.snapshots().gauge_named(&name).map_err(not_found)?;
     Ok(Json(LabelledGauge::of(gauge, &services)))
 }
 

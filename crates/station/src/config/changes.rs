@@ -3,7 +3,9 @@
 //! A table of a list has the name of its key `name`: `[[segment.gauge]]` with `name = "chamber"` is `segment.gauge "chamber"`, so that
 //! a new entry before it changes nothing of it.
 
-use std::collections::BTreeMap;
+use profivac_web_server::auth::password::{Hash, LONGEST};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
 /// The most changes that are named one by one.
@@ -11,6 +13,9 @@ pub const MAX_CHANGES: usize = 500;
 
 /// The most characters of a value.
 const MAX_VALUE: usize = 200;
+
+/// What is shown in place of a secret.
+const NOT_SHOWN: &str = "(not shown)";
 
 /// Words in keys whose values are secrets or may contain them.
 const SECRET: [&str; 6] = ["secret", "password", "token", "url", "credential", "headers"];
@@ -29,15 +34,87 @@ pub struct FileChange {
 /// The keys whose values differ, in the order of their names. A text that is not TOML has no keys.
 #[must_use]
 pub fn changes(before: &str, after: &str) -> Vec<FileChange> {
-    let (before, after) = (keys(before), keys(after));
-    let all: std::collections::BTreeSet<_> = before.keys().chain(after.keys()).collect();
-    let changed = all.into_iter().filter(|key| before.get(*key) != after.get(*key));
-    changed
-        .map(|key| {
-            let shown = |value: &String| if is_secret(key, value) { "(not shown)".to_owned() } else { short(value) };
-            FileChange { key: key.clone(), before: before.get(key).map(shown), after: after.get(key).map(shown) }
-        })
-        .collect()
+    let before = keys(before);
+    let shown = |key: &str| before.get(key).map(|value| shown(key, value));
+    compare(before.keys(), &keys(after), |key, value| before.get(key).map(String::as_str) == value, shown)
+}
+
+/// The changed keys. `before` are the keys before; `is_same` says whether the value of a key is this one, `before_shown` the one before.
+fn compare<'a>(
+    before: impl Iterator<Item = &'a String>,
+    after: &'a BTreeMap<String, String>,
+    is_same: impl Fn(&str, Option<&str>) -> bool,
+    before_shown: impl Fn(&str) -> Option<String>,
+) -> Vec<FileChange> {
+    let all: BTreeSet<_> = before.chain(after.keys()).collect();
+    let changed = all.into_iter().filter(|key| !is_same(key, after.get(*key).map(String::as_str)));
+    let change = |key: &String| {
+        let (before, after) = (before_shown(key), after.get(key).map(|value| shown(key, value)));
+        FileChange { key: key.clone(), before, after }
+    };
+    changed.map(change).collect()
+}
+
+/// The keys of a file with their values, as the database keeps them over a stop of the station.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct KnownKeys(BTreeMap<String, KnownValue>);
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum KnownValue {
+    Value(String),
+    /// The password hash of a secret, so that the database and its copies give nobody the secret. Empty without one: the value is too long.
+    Secret(String),
+}
+
+impl KnownKeys {
+    /// The keys of a text. Each secret takes some ten milliseconds of a processor.
+    #[must_use]
+    pub fn of(text: &str) -> Self {
+        let known = |key: &str, value: String| {
+            if is_secret(key, &value) { KnownValue::secret(&value) } else { KnownValue::Value(value) }
+        };
+        Self(keys(text).into_iter().map(|(key, value)| (key.clone(), known(&key, value))).collect())
+    }
+
+    /// What differs in `text`.
+    #[must_use]
+    pub fn changes_to(&self, text: &str) -> Vec<FileChange> {
+        let Self(before) = self;
+        let is_same = |key: &str, value: Option<&str>| match (before.get(key), value) {
+            (Some(known), Some(value)) => known.is(value),
+            (known, value) => known.is_none() && value.is_none(),
+        };
+        compare(before.keys(), &keys(text), is_same, |key| before.get(key).map(|known| known.shown(key)))
+    }
+}
+
+impl KnownValue {
+    fn secret(value: &str) -> Self {
+        let hash = (value.len() <= LONGEST).then(|| Hash::of(value).ok()).flatten();
+        Self::Secret(hash.map(|hash| hash.as_str().to_owned()).unwrap_or_default())
+    }
+
+    fn is(&self, value: &str) -> bool {
+        match self {
+            Self::Value(known) => known == value,
+            // Without a hash nothing tells whether the secret is another one.
+            Self::Secret(hash) => Hash::parse(hash).map_or(true, |hash| hash.matches(value)),
+        }
+    }
+
+    fn shown(&self, key: &str) -> String {
+        match self {
+            Self::Value(value) => shown(key, value),
+            Self::Secret(_) => NOT_SHOWN.to_owned(),
+        }
+    }
+}
+
+/// A value as events and the audit trail show it.
+fn shown(key: &str, value: &str) -> String {
+    if is_secret(key, value) { NOT_SHOWN.to_owned() } else { short(value) }
 }
 
 /// Whether the value must not be shown: for its key, or for a key of a table in a list within a list, which stays one value.
@@ -124,6 +201,23 @@ mod tests {
     }
 
     #[test]
+    fn keys_that_were_stored_show_the_same_changes() {
+        let known = serde_json::from_str::<KnownKeys>(&serde_json::to_string(&KnownKeys::of(BEFORE)).unwrap()).unwrap();
+        let after = BEFORE.replace("1e-3 mbar", "2e-3 mbar").replace("poll = \"1 s\"\n", "gas = \"He\"\n");
+        assert_eq!(known.changes_to(&after), changes(BEFORE, &after));
+        assert_eq!(known.changes_to(&after).len(), 3);
+        assert_eq!(known.changes_to(&format!("# a comment\n{BEFORE}")), []);
+    }
+
+    #[test]
+    fn a_secret_that_is_too_long_for_a_hash_is_not_compared() {
+        let with = |secret: &str| format!("token = \"{secret}\"\n");
+        let known = KnownKeys::of(&with(&"s".repeat(LONGEST)));
+        assert_eq!(known.changes_to(&with("other")), []);
+        assert_eq!(known.changes_to(""), [change("token", Some("(not shown)"), None)]);
+    }
+
+    #[test]
     fn a_new_alarm_before_another_one_changes_only_itself() {
         let after = BEFORE.replace("[[alarm]]\n", "[[alarm]]\nname = \"new\"\nbelow = \"1 Pa\"\n[[alarm]]\n");
         let keys: Vec<_> = changes(BEFORE, &after).into_iter().map(|change| change.key).collect();
@@ -137,6 +231,11 @@ mod tests {
         let inline = "webhook = [{ name = \"a\", url = \"https://b/1\", token = \"s1\" }]\nlevels = [1, [{ password = \"s1\" }]]\n";
         let hidden = ["levels", "webhook \"a\" token"].map(|key| change(key, Some("(not shown)"), Some("(not shown)")));
         assert_eq!(changes(inline, &inline.replace("s1", "s2")), hidden);
+        let known = KnownKeys::of(inline);
+        let stored = serde_json::to_string(&known).unwrap();
+        assert!(!stored.contains("s1") && !stored.contains("https"), "{stored}");
+        assert_eq!(known.changes_to(inline), []);
+        assert_eq!(known.changes_to(&inline.replace("s1", "s2")), hidden);
         let long = format!("a = \"{}\"", "ä".repeat(MAX_VALUE));
         let value = changes("", &long).remove(0).after.unwrap();
         assert_eq!(value.chars().count(), MAX_VALUE + 4);

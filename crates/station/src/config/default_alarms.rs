@@ -27,14 +27,18 @@ pub const DAMAGE: Defaults = Defaults { priority: Priority::Low, delay_s: 0, off
 /// The station does not record.
 pub const DATABASE: Defaults = Defaults { priority: Priority::High, delay_s: 10, off_delay_s: 0 };
 
+/// The last check of the database has found damage. chosen: what is recorded now is kept; a copy must be restored soon.
+pub const DATABASE_DAMAGE: Defaults = Defaults { priority: Priority::Medium, delay_s: 0, off_delay_s: 0 };
+
 /// The default alarms: their keys in `[alarms]`, and what holds without settings in the file.
-const DEFAULTS: [(&str, &Defaults); 6] = [
+const DEFAULTS: [(&str, &Defaults); 7] = [
     ("fault", &FAULT),
     ("stale", &STALE),
     ("not-measurable", &NOT_MEASURABLE),
     ("segment", &SEGMENT),
     ("damage", &DAMAGE),
     ("database", &DATABASE),
+    ("database-damage", &DATABASE_DAMAGE),
 ];
 
 /// What holds for the default alarm `name` where the file has no settings; `None` if there is no such default alarm.

@@ -29,13 +29,14 @@ pub struct DefaultAlarmSettings {
 }
 
 /// A default alarm: its key in `[alarms]`, and the former one that the file may have instead.
-const KEYS: [(&str, Option<&str>); 6] = [
+const KEYS: [(&str, Option<&str>); 7] = [
     ("fault", None),
     ("stale", None),
     ("not-measurable", Some("blind")),
     ("segment", None),
     ("damage", None),
     ("database", Some("record")),
+    ("database-damage", None),
 ];
 
 /// The key of the default alarm in this document: the present one, or the former one if the file has it.
@@ -51,7 +52,7 @@ fn key_in(document: &DocumentMut, name: &str) -> Result<&'static str, SettingsEr
 
 impl DefaultAlarmSettings {
     /// The names of all default alarms, as the file has them.
-    pub const NAMES: [&str; 6] = [KEYS[0].0, KEYS[1].0, KEYS[2].0, KEYS[3].0, KEYS[4].0, KEYS[5].0];
+    pub const NAMES: [&str; 7] = [KEYS[0].0, KEYS[1].0, KEYS[2].0, KEYS[3].0, KEYS[4].0, KEYS[5].0, KEYS[6].0];
 
     /// Reads the settings of the default alarm `name`. All are `None` if the file has none for it.
     ///

@@ -24,7 +24,7 @@ pub use alarm_settings::{AlarmSettings, SettingsError};
 pub use default_alarms::settings_by_default;
 pub use default_settings::DefaultAlarmSettings;
 pub use emails::{Email, MailSecurity, Mailbox};
-pub use slave::{PointType, PointValue, Slave, SlavePoint, unit};
+pub use slave::{PointType, PointValue, Slave, SlavePoint, WatchedRecord, unit};
 pub use source::{ConfigSource, Parse};
 pub use webhooks::Webhook;
 
@@ -34,11 +34,11 @@ use crate::plant::PlantPicture;
 use gateways::GatewaySettings;
 use profivac_client::cyclic::IntegerRange;
 use profivac_client::pressure::Pressure;
-use profivac_devices::model::{Configuration, Unit};
+use profivac_devices::catalog::KnownDevices;
+use profivac_devices::model::{Configuration, Model, Unit};
 use profivac_dp::link::Baud;
 use profivac_recorder::{Forward, Retention};
 use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::entry;
 use profivac_web_server::auth::Access;
 use profivac_web_server::auth::openid::OpenIdSettings;
 use profivac_web_server::server::TlsFiles;
@@ -61,6 +61,8 @@ pub fn is_virtual(port: &str) -> bool {
 /// The configuration of a station.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
+    /// The devices that the station knows.
+    pub devices: KnownDevices,
     /// The name of the station.
     pub name: String,
     /// The address of the dashboard and the API.
@@ -69,6 +71,8 @@ pub struct Config {
     pub database: PathBuf,
     /// How long rows of the database are kept.
     pub retention: Retention,
+    /// When the database is checked for damage each day, by the time zone of the computer; `None` never.
+    pub database_check: Option<jiff::civil::Time>,
     /// The users' file.
     pub users: UsersFile,
     /// Host names and addresses of this computer, without ports.
@@ -174,6 +178,8 @@ pub struct Segment {
     pub gauges: Vec<Gauge>,
     /// Its other slaves, by their GSD files.
     pub slaves: Vec<Slave>,
+    /// The devices that the station knows.
+    pub devices: KnownDevices,
 }
 
 /// A gauge.
@@ -183,8 +189,8 @@ pub struct Gauge {
     pub name: String,
     /// Its bus address.
     pub address: u8,
-    /// The name of its device model.
-    pub device: String,
+    /// The tables of its device.
+    pub device: &'static Model,
     /// The sampling interval.
     pub poll: Duration,
     /// The gas in the chamber.
@@ -200,22 +206,22 @@ pub struct Gauge {
 impl Gauge {
     /// A gauge with the defaults of all other keys.
     #[must_use]
-    pub const fn plain(name: String, address: u8, device: String) -> Self {
+    pub const fn plain(name: String, address: u8, device: &'static Model) -> Self {
         Self { name, address, device, poll: POLL, gas: Gas::N2, configuration: None, unit: None, levels: Vec::new() }
     }
 
     /// The pressures that the integers of the configuration show, if the file names configuration and unit.
     #[must_use]
     pub fn integer_range(&self) -> Option<IntegerRange> {
-        IntegerRange::of(entry(&self.device).ok()?.model, self.configuration?, self.unit?)
+        IntegerRange::of(self.device, self.configuration?, self.unit?)
     }
 
     /// The pressures that the integers of the configuration show in each unit, if the file names the configuration and no unit. Empty for
     /// floats.
     #[must_use]
     pub fn integer_ranges(&self) -> Vec<IntegerRange> {
-        match (entry(&self.device), self.configuration, self.unit) {
-            (Ok(entry), Some(configuration), None) => IntegerRange::in_every_unit(entry.model, configuration),
+        match (self.configuration, self.unit) {
+            (Some(configuration), None) => IntegerRange::in_every_unit(self.device, configuration),
             _ => Vec::new(),
         }
     }
@@ -223,6 +229,6 @@ impl Gauge {
     /// Whether both entries describe the same slave: address and device model are equal.
     #[must_use]
     pub fn is_same_slave(&self, other: &Self) -> bool {
-        (self.address, &self.device) == (other.address, &other.device)
+        (self.address, self.device) == (other.address, other.device)
     }
 }

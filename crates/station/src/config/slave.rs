@@ -2,7 +2,7 @@
 
 use crate::view::UNCERTAIN;
 use profivac_gsd_slave::GsdSlave;
-use profivac_recorder::Quality;
+use profivac_recorder::{CodeText, DescribedPoint, Point, PointKind, Quality};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -54,6 +54,9 @@ impl Slave {
         self.gsd.lengths().inputs.into()
     }
 }
+
+/// The status octet of a good value, PROFIBUS PA profile 3.02.
+const GOOD: u8 = 0x80;
 
 /// The type of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,6 +121,22 @@ impl PointType {
         })
     }
 
+    /// The octets of a number, the most significant one first, without a status octet; a bit is the lowest one. `None` if the type does not
+    /// have the number: a whole number may differ by the rounding of `scale`.
+    fn octets_of(self, raw: f64) -> Option<Vec<u8>> {
+        let Some(codes) = self.codes() else {
+            #[expect(clippy::cast_possible_truncation, reason = "the type has 32 bits")]
+            let number = raw as f32;
+            return number.is_finite().then(|| number.to_be_bytes().to_vec());
+        };
+        let whole = raw.round();
+        let is_whole = (raw - whole).abs() <= 1e-6 * whole.abs().max(1.0);
+        #[expect(clippy::cast_possible_truncation, reason = "a number beyond the type is beyond its codes too")]
+        let code = Some(whole as i64).filter(|code| is_whole && codes.contains(code))?;
+        let octets = code.to_be_bytes();
+        octets.get(octets.len().saturating_sub(self.octets())..).map(<[u8]>::to_vec)
+    }
+
     /// The number in these octets, the most significant octet first. A bit is bit `bit` of the first octet.
     fn number(self, octets: &[u8], bit: u8) -> Option<f64> {
         let first = *octets.first()?;
@@ -135,16 +154,29 @@ impl PointType {
     }
 }
 
-/// A point: a number, a code or a bit in the inputs of a slave.
+/// A DP-V1 record that the station reads over MS2, without ownership.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WatchedRecord {
+    /// The slot.
+    pub slot: u8,
+    /// The index.
+    pub index: u8,
+    /// The time between two readings.
+    pub every: Duration,
+}
+
+/// A point: a number, a code or a bit in the inputs or in a record of a slave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlavePoint {
     /// Its name, unique for its slave.
     pub name: String,
     /// Where it is, for people: `slot 3 4DI octet 0 bit 2`.
     pub place: String,
+    /// The record that has it; `None` for the inputs.
+    pub record: Option<WatchedRecord>,
     /// Its type.
     pub kind: PointType,
-    /// Its first octet in the inputs of the slave.
+    /// Its first octet in the inputs of the slave, or in the record.
     pub octet: usize,
     /// The number of its bit, 0 for the lowest; 0 for other types.
     pub bit: u8,
@@ -158,8 +190,10 @@ pub struct SlavePoint {
     pub unit: Option<&'static str>,
     /// Texts for codes, which are numbers before `scale` and `offset`.
     pub texts: Vec<(i64, String)>,
-    /// The status octet of PROFIBUS PA in the inputs of the slave.
+    /// The status octet of PROFIBUS PA in the inputs of the slave, or in the record.
     pub status: Option<usize>,
+    /// The recorder keeps a number that differs by more than this from the one that it kept last, in the unit of the point.
+    pub deadband: f64,
 }
 
 /// The value of a point.
@@ -174,13 +208,15 @@ pub struct PointValue {
 }
 
 impl SlavePoint {
-    /// The value in the inputs of the slave. Inputs that end before the point are a fault.
+    /// The value in the inputs of the slave, or in the record. Inputs that end before the point are a fault.
     #[must_use]
     pub fn value(&self, inputs: &[u8]) -> PointValue {
         let fault = |text: &str| PointValue { number: None, text: text.to_owned(), quality: Quality::Fault };
         let length = if self.kind == PointType::Pa { 4 } else { self.kind.octets() };
         let end = self.octet.saturating_add(length);
-        let Some(octets) = inputs.get(self.octet..end) else { return fault("not in the inputs") };
+        let Some(octets) = inputs.get(self.octet..end) else {
+            return fault(if self.record.is_some() { "not in the record" } else { "not in the inputs" });
+        };
         let mut octets = octets.to_vec();
         if self.is_little_endian {
             octets.reverse();
@@ -204,10 +240,68 @@ impl SlavePoint {
         }
     }
 
+    /// The octets of the image that it takes, each with its bits.
+    #[must_use]
+    pub fn bits(&self) -> Vec<(usize, u8)> {
+        let mask = if self.kind == PointType::Bool { 1_u8.checked_shl(self.bit.into()).unwrap_or(0) } else { u8::MAX };
+        (self.octet..self.octet.saturating_add(self.kind.octets())).map(|octet| (octet, mask)).collect()
+    }
+
+    /// The number before `scale` and `offset` that belongs to a value.
+    #[must_use]
+    pub fn raw(&self, value: f64) -> f64 {
+        (value - self.offset) / self.scale
+    }
+
+    /// Puts a number before `scale` and `offset` into outputs; a number of type `pa` has the status 80 hex behind it, good. Returns whether
+    /// the type has the number; nothing changes otherwise.
+    pub fn put_raw(&self, raw: f64, outputs: &mut [u8]) -> bool {
+        let Some(mut octets) = self.kind.octets_of(raw) else { return false };
+        if self.is_little_endian {
+            octets.reverse();
+        }
+        if self.kind == PointType::Pa {
+            octets.push(GOOD);
+        }
+        for ((octet, mask), new) in self.bits().into_iter().zip(octets) {
+            let new = if self.kind == PointType::Bool { new.checked_shl(self.bit.into()).unwrap_or(0) } else { new };
+            if let Some(octet) = outputs.get_mut(octet) {
+                *octet = (*octet & !mask) | (new & mask);
+            }
+        }
+        true
+    }
+
     /// Whether its values are words and no quantity.
     #[must_use]
     pub const fn has_texts(&self) -> bool {
         matches!(self.kind, PointType::Bool) || !self.texts.is_empty()
+    }
+
+    /// The point of `slave` as the recorder knows it.
+    #[must_use]
+    pub fn recorded(&self, slave: &str) -> Point {
+        Point {
+            slave: slave.to_owned(),
+            name: self.name.clone(),
+            unit: self.unit.map(str::to_owned),
+            kind: if self.has_texts() { PointKind::Code } else { PointKind::Number },
+        }
+    }
+
+    /// The same with the text of each number that its codes give.
+    #[must_use]
+    pub fn described(&self, slave: &str) -> DescribedPoint {
+        let given =
+            self.texts.iter().filter(|_| self.kind.codes().is_some()).map(|(code, text)| (*code, text.as_str()));
+        let bits = [(0, "off"), (1, "on")].into_iter().filter(|_| self.kind == PointType::Bool);
+        let usual = bits.filter(|(bit, _)| self.texts.iter().all(|(code, _)| code != bit));
+        #[expect(clippy::cast_precision_loss, reason = "codes have 32 bits")]
+        let code =
+            |(code, text): (i64, &str)| Some(CodeText { number: self.scaled(code as f64)?, text: text.to_owned() });
+        let mut texts: Vec<_> = given.chain(usual).filter_map(code).collect();
+        texts.sort_by(|one, two| one.number.total_cmp(&two.number));
+        DescribedPoint { point: self.recorded(slave), texts }
     }
 
     /// The number in the unit of the point; `None` if it is no number, or too large for one.
@@ -262,6 +356,7 @@ mod tests {
         SlavePoint {
             name: "speed".to_owned(),
             place: "slot 1".to_owned(),
+            record: None,
             kind,
             octet: 1,
             bit: 0,
@@ -271,6 +366,7 @@ mod tests {
             unit: Some("Hz"),
             texts: Vec::new(),
             status: None,
+            deadband: 0.0,
         }
     }
 
@@ -317,6 +413,28 @@ mod tests {
         assert_eq!(valid(&scaled, &[0, 0x01, 0xF5]), (10.1, "10.1 Hz".to_owned()));
         let code = SlavePoint { texts: vec![(501, "at speed".to_owned())], ..scaled };
         assert_eq!(valid(&code, &[0, 0x01, 0xF5]).1, "at speed");
+    }
+
+    #[test]
+    fn each_text_has_the_number_that_is_recorded_for_its_code() {
+        let texts = |point: &SlavePoint| {
+            let described = point.described("turbo");
+            described.texts.into_iter().map(|code| (code.number, code.text)).collect::<Vec<_>>()
+        };
+        let code = SlavePoint {
+            scale: 0.1,
+            offset: -40.0,
+            texts: vec![(501, "at speed".to_owned()), (7, "off".to_owned())],
+            ..point(PointType::U16)
+        };
+        assert_eq!(texts(&code), [(-39.3, "off".to_owned()), (10.1, "at speed".to_owned())]);
+        for (number, text) in [(10.1, Some("at speed")), (10.0, None)] {
+            assert_eq!(code.described("turbo").text_of(number), text);
+        }
+        assert_eq!(code.described("turbo").text_of(valid(&code, &[0, 0x01, 0xF5]).0), Some("at speed"));
+        let bit = SlavePoint { unit: None, texts: vec![(1, "closed".to_owned())], ..point(PointType::Bool) };
+        assert_eq!(texts(&bit), [(0.0, "off".to_owned()), (1.0, "closed".to_owned())]);
+        assert_eq!(texts(&point(PointType::U16)), []);
     }
 
     #[test]

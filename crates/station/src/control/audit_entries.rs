@@ -43,7 +43,7 @@ pub fn outcome(executed: AuditEntry, refers_to: i64, readback: Option<&Readback>
         Some(Readback { before, after }) => (before.clone(), after.clone()),
         None => (executed.before, None),
     };
-    let (action, outcome) = (AuditAction::Outcome, Some(sentence.to_owned()));
+    let (action, outcome) = (AuditAction::Outcome.into(), Some(sentence.to_owned()));
     AuditEntry { at: Micros::now(), action, refers_to: Some(refers_to), before, after, outcome, ..executed }
 }
 

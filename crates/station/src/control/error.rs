@@ -5,11 +5,10 @@
 use super::armed_commands::ArmedCommandError;
 use super::authority::AuthorityError;
 use super::operation::ResolveError;
-use crate::snapshot::Connection;
+use crate::snapshot::{Connection, UnknownGauge};
 use profivac_client::values::BeyondRange;
 use profivac_client::{ClientError, Condition};
 use profivac_recorder::AuditError;
-use profivac_virtual::device_spec::SpecError;
 use profivac_web_server::auth::Forbidden;
 
 /// The reason why a control request was refused.
@@ -17,11 +16,8 @@ use profivac_web_server::auth::Forbidden;
 #[non_exhaustive]
 pub enum ControlError {
     /// The station has no gauge of this name.
-    #[error("there is no gauge {0:?}")]
-    UnknownGauge(String),
-    /// The station's file names a device that this program does not know.
     #[error(transparent)]
-    Device(#[from] SpecError),
+    UnknownGauge(#[from] UnknownGauge),
     /// The request does not name a command or a parameter of the device.
     #[error(transparent)]
     Request(#[from] ResolveError),
@@ -55,8 +51,8 @@ pub enum ControlError {
 #[non_exhaustive]
 pub enum SegmentRequestError {
     /// No running segment has a gauge of this name.
-    #[error("there is no gauge {0:?}")]
-    UnknownGauge(String),
+    #[error(transparent)]
+    UnknownGauge(#[from] UnknownGauge),
     /// The queue of the segment is full.
     #[error("the segment is busy with other requests: try again")]
     Busy,
@@ -159,8 +155,8 @@ pub enum ChangedSinceArmed {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unavailable {
-    /// The segment has no gauge of this name.
-    #[error("there is no gauge {0:?}")]
+    /// The segment has the gauge of this name no more.
+    #[error("the segment has no gauge {0:?} any more: the station's file was read again")]
     UnknownGauge(String),
     /// The gauge is not in data exchange.
     #[error("{0} does not answer")]
@@ -216,7 +212,6 @@ impl ControlError {
             },
             Self::Forbidden(_) => true,
             Self::UnknownGauge(_)
-            | Self::Device(_)
             | Self::Request(_)
             | Self::Blocked { .. }
             | Self::Authority(_)

@@ -5,6 +5,7 @@ use crate::view::Risk;
 use profivac_client::Condition;
 use profivac_client::names::{NamedParameter, ParameterNames, Target, TargetError, command_name, slug};
 use profivac_client::values::{BeyondRange, hex};
+use profivac_devices::catalog::is_built_in;
 use profivac_devices::model::{Code, Model};
 use profivac_web_server::auth::Role;
 use serde::Deserialize;
@@ -110,6 +111,8 @@ pub struct Operation {
     pub command: Option<&'static Code>,
     /// A pressure outside the measuring range is intended.
     pub force: bool,
+    /// The tables are those of a device file: its conditions and risks are as good as the file.
+    pub from_device_file: bool,
 }
 
 /// The answer of the gauge before anything is sent.
@@ -156,7 +159,7 @@ impl Operation {
     /// # Errors
     /// [`ResolveError`] says what was expected and what was given.
     pub fn resolve(model: &'static Model, request: &OperationRequest) -> Result<Self, ResolveError> {
-        let names = ParameterNames::of_catalog(model).ok_or(ResolveError::NoParameters(model.name))?;
+        let names = ParameterNames::shared(model);
         match (&request.command, &request.target, &request.value) {
             (Some(command), None, None) => Self::command(model, names, command),
             (None, Some(target), Some(value)) => {
@@ -167,10 +170,14 @@ impl Operation {
         }
     }
 
+    fn new(model: &Model, named: NamedParameter, text: &str, command: Option<&'static Code>) -> Self {
+        Self { named, text: text.to_owned(), command, force: false, from_device_file: !is_built_in(model) }
+    }
+
     fn command(model: &'static Model, names: &ParameterNames, text: &str) -> Result<Self, ResolveError> {
         let unknown = || ResolveError::UnknownCommand { device: model.name, command: text.to_owned() };
         let (named, code) = names.command(text)?.ok_or_else(unknown)?;
-        Ok(Self { named: named.clone(), text: code.name.to_owned(), command: Some(code), force: false })
+        Ok(Self::new(model, named.clone(), code.name, Some(code)))
     }
 
     fn parameter(
@@ -190,7 +197,7 @@ impl Operation {
         };
         let codes = &named.parameter.row.codes;
         if !codes.is_command() {
-            return Ok(Self { named, text: value.to_owned(), command: None, force: false });
+            return Ok(Self::new(model, named, value, None));
         }
         let code = codes.codes().iter().find(|code| slug(code.name) == slug(value));
         let code = code.ok_or_else(|| ResolveError::UnknownCode {
@@ -198,7 +205,7 @@ impl Operation {
             commands: codes.codes().iter().map(|code| code.name).collect::<Vec<_>>().join(", "),
             value: value.to_owned(),
         })?;
-        Ok(Self { named, text: code.name.to_owned(), command: Some(code), force: false })
+        Ok(Self::new(model, named, code.name, Some(code)))
     }
 
     /// The name by which the operation can be requested again: `ba.degas-on`, `trip-point.1/high-trip-point`.

@@ -5,6 +5,7 @@
 //! | a command without a risk in the table | harmless | operator |
 //! | a command with a risk: degas, emission, reset, stop, ... | dangerous, as the table says | operator |
 //! | a command with a lasting effect: an adjustment, stored settings, a mode | the same | engineer |
+//! | a command of a device file that no built-in device has: its effect may last | the same | engineer |
 //! | a nonvolatile parameter (store column N) | kept | engineer |
 //! | a parameter that is stored on request (R) | kept on request | engineer |
 //! | any other parameter | lost at power-off | engineer |
@@ -12,8 +13,11 @@
 //! | the unit and the number type | | none: the station decodes the cyclic data with those it found |
 
 use crate::view::{Risk, RiskClass};
-use profivac_devices::model::{Code, Codes, Row, Storage};
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::{Code, Role as ParameterRole, Row, Storage};
 use profivac_web_server::auth::Role;
+use std::collections::HashSet;
+use std::sync::LazyLock;
 
 /// Commands with a lasting effect, by the manual's names. The tables have no column for this: the storage column of a command says
 /// nothing about it (tira56e1 has N for every command, also for `execute`).
@@ -29,6 +33,12 @@ pub const LASTING_COMMANDS: [&str; 10] = [
     "store-and-hotstart",
     "zero-adjust",
 ];
+
+/// The commands of the built-in devices.
+static KNOWN_COMMANDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
+    let rows = MODELS.iter().flat_map(|model| model.blocks).flat_map(|placed| placed.block.rows);
+    rows.filter(|row| row.codes.is_command()).flat_map(|row| row.codes.codes()).map(|code| code.name).collect()
+});
 
 /// The risk of writing a row, or this code of it.
 #[must_use]
@@ -46,15 +56,14 @@ pub fn risk(row: &Row, code: Option<&Code>) -> Risk {
 /// The role that is needed to write a row, or this code of it.
 #[must_use]
 pub fn role(row: &Row, code: Option<&Code>) -> Role {
-    let lasts = code.is_some_and(|code| LASTING_COMMANDS.contains(&code.name));
+    let lasts = code.is_some_and(|code| LASTING_COMMANDS.contains(&code.name) || !KNOWN_COMMANDS.contains(code.name));
     if row.codes.is_command() && !lasts { Role::Operator } else { Role::Engineer }
 }
 
 /// The reason why the station never writes a row.
 #[must_use]
 pub fn blocked_reason(row: &Row) -> Option<&'static str> {
-    let is_presentation = row.codes == Codes::Units || row.role == Some(profivac_devices::model::Role::NumberType);
-    is_presentation.then_some(
+    matches!(row.role, Some(ParameterRole::Unit | ParameterRole::NumberType)).then_some(
         "the station reads the cyclic data with the unit and the number type it found: take the gauge out of the station's \
          file, use `profivac write`, and put it back",
     )
@@ -64,7 +73,8 @@ pub fn blocked_reason(row: &Row) -> Option<&'static str> {
 mod tests {
     use super::*;
     use profivac_client::names::{ParameterNames, command_name};
-    use profivac_devices::catalog::MODELS;
+    use profivac_devices::bcg450::table::MODEL;
+    use profivac_devices::model::{Codes, code};
 
     /// The commands of a device that need an engineer.
     fn lasting(device: &str) -> Vec<String> {
@@ -87,6 +97,14 @@ mod tests {
         );
         assert_eq!(lasting("bpg400"), ["one-of-n.full-scale-adjust"]);
         assert!(lasting("tpg300").contains(&"device.store-and-hotstart".to_owned()), "{:?}", lasting("tpg300"));
+    }
+
+    /// A device file may call an adjustment as it likes.
+    #[test]
+    fn a_command_that_no_built_in_device_has_needs_an_engineer() {
+        let row = MODEL.blocks.iter().flat_map(|placed| placed.block.rows).find(|row| row.codes.is_command()).unwrap();
+        let [known, unknown] = [code(1, "degas-on"), code(1, "adjust-all")];
+        assert_eq!((role(row, Some(&known)), role(row, Some(&unknown))), (Role::Operator, Role::Engineer));
     }
 
     #[test]

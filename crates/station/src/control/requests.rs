@@ -125,7 +125,7 @@ impl SegmentRequests {
     /// [`OperationError`] says whether the command was sent, and its outcome.
     pub fn execute(&self, command: ArmedCommand, begin_by: Instant) -> Result<Readback, OperationError> {
         let gauge = command.gauge.clone();
-        let now = self.snapshots.connection(&gauge).ok_or_else(|| SegmentRequestError::UnknownGauge(gauge.clone()))?;
+        let now = self.snapshots.connection(&gauge).ok_or_else(|| self.unknown(&gauge))?;
         if command.connection != now {
             let armed = Box::new(command.connection);
             return Err(ChangedSinceArmed::Connection { gauge, armed, now: Box::new(now) }.into());
@@ -142,7 +142,11 @@ impl SegmentRequests {
     fn queue_of(&self, gauge: &str) -> Result<Queue, SegmentRequestError> {
         let connection = self.snapshots.connection(gauge);
         let queue = connection.and_then(|connection| self.queues().get(&connection.segment).cloned());
-        queue.ok_or_else(|| SegmentRequestError::UnknownGauge(gauge.to_owned()))
+        queue.ok_or_else(|| self.unknown(gauge))
+    }
+
+    fn unknown(&self, gauge: &str) -> SegmentRequestError {
+        self.snapshots.unknown_gauge(gauge).into()
     }
 
     fn queues(&self) -> MutexGuard<'_, BTreeMap<String, Queue>> {

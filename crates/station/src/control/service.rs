@@ -9,9 +9,8 @@ use super::refusals::Refusals;
 use super::requests::SegmentRequests;
 use crate::recording::RecorderHandle;
 use crate::snapshot::SnapshotStore;
-use crate::view::{self, Gauge, GaugeKind};
+use crate::view::{self, Gauge};
 use profivac_recorder::{AuditAction, EventKind, Micros, WriteReceipt};
-use profivac_virtual::device_spec::entry;
 use profivac_web_server::auth::{Actor, Role, User};
 use profivac_web_server::authenticator::ReleaseReason;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -141,18 +140,18 @@ impl ControlService {
     /// [`ControlError`] says why nothing is armed.
     pub fn arm(&self, actor: &Actor, gauge: &str, request: &OperationRequest) -> Result<ArmedCommand, ControlError> {
         let user = &actor.user;
-        let gauge = self.snapshots.gauge(gauge).ok_or_else(|| ControlError::UnknownGauge(gauge.to_owned()))?;
-        if gauge.kind == GaugeKind::Slave {
+        let gauge = self.snapshots.gauge_named(gauge)?;
+        let Some(model) = gauge.model else {
             let reason = "the station sends a slave by its GSD file only the outputs of its file: change them there";
             return Err(ControlError::Blocked { target: gauge.name, reason });
-        }
-        let operation = Operation::resolve(entry(&gauge.device)?.model, request)?;
+        };
+        let operation = Operation::resolve(model, request)?;
         self.refusals.require(actor, operation.role(), &operation.target())?;
         if let Some(reason) = operation.blocked_reason() {
             return Err(ControlError::Blocked { target: operation.target(), reason });
         }
         self.use_authority(user, Instant::now())?;
-        let unknown = || OperationError::from(SegmentRequestError::UnknownGauge(gauge.name.clone()));
+        let unknown = || OperationError::from(SegmentRequestError::from(self.snapshots.unknown_gauge(&gauge.name)));
         let connection = self.snapshots.connection(&gauge.name).ok_or_else(unknown)?;
         let preview = self.requests.preview(&gauge.name, operation.clone())?;
         if preview.conditions.iter().any(|condition| condition.unmet.is_some()) {

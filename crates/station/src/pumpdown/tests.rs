@@ -51,6 +51,15 @@ fn exponential(s: f64) -> f64 {
 }
 
 #[test]
+fn the_end_of_a_range_behind_the_time_range_is_no_pressure() {
+    let over = Sample::new(at(20.0), Some(1e5), Quality::Overrange);
+    let samples = [valid(0.0, 1.0), valid(10.0, 1.0), over];
+    let trace = Trace::new(&samples, TimeRange { start: at(0.0), end: at(15.0) });
+    let [first, _, last] = trace.ends().unwrap();
+    assert_eq!((first, last), ((0.0, 1.0), (10.0, 1.0)));
+}
+
+#[test]
 fn an_exponential_fall_has_its_times_and_its_speed_within_a_percent() {
     let samples = recorded(120.0, exponential);
     let [found] = find(&samples, 0)[..] else { panic!("one") };

@@ -54,7 +54,7 @@ impl Trace {
         let mut trace = Self { sections: Vec::new(), samples: inside.len(), spacing_s };
         held.iter().chain(inside).for_each(|sample| trace.take(sample, span.start, longest));
         if let Some(next) = samples.get(end) {
-            trace.hold(seconds(span.start, next.at), next.pa, span.seconds(), longest);
+            trace.hold(next, seconds(span.start, next.at), span.seconds(), longest);
         }
         trace.sections.iter_mut().filter(|section| section.quality == Quality::Valid).for_each(Section::apply_median);
         trace
@@ -83,10 +83,12 @@ impl Trace {
         }
     }
 
-    /// Extends the last section to the end of the time range, interpolated to the next sample after it.
-    fn hold(&mut self, next_s: f64, next_pa: Option<f64>, end_s: f64, longest: f64) {
+    /// Extends the last section to the end of the time range, interpolated to the next sample after it. The end of a range is no pressure to
+    /// interpolate to.
+    fn hold(&mut self, next: &Sample, next_s: f64, end_s: f64, longest: f64) {
         let Some(section) = self.sections.last_mut().filter(|section| next_s - section.to_s <= longest) else { return };
         let last = section.points.last().copied().filter(|_| section.quality == Quality::Valid);
+        let next_pa = next.pa.filter(|_| next.quality == Quality::Valid);
         if let Some(((s, pa), next_pa)) = last.zip(next_pa) {
             section.points.push((end_s, pa * (next_pa / pa).powf((end_s - s) / (next_s - s))));
         }

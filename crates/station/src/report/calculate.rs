@@ -18,6 +18,9 @@ use std::time::Duration;
 /// The most events in a report.
 const MAX_EVENTS: u32 = 500;
 
+/// Why a rise is not separated into leak and outgassing.
+const NO_CLOSED_VOLUME: &str = "not the rise of a closed volume: pumped at the same time, or in steps";
+
 /// Slower falls, in 1/s, are rounding errors: a time constant of four months.
 const MIN_RATE: f64 = 1e-7;
 
@@ -181,6 +184,7 @@ fn rising(start: Micros, rise: &PressureRise, volume_m3: Option<f64>) -> Rising 
         to: point(start, (rise.to_s, rise.to_pa)),
         pumped_s: rise.pumped_s,
         cause: rise.fit.map(|fit| fit.cause.into()),
+        note: rise.fit.is_none().then_some(NO_CLOSED_VOLUME),
         leak_pa_per_s: leak.map(Into::into),
         outgassing_pa_per_s: outgassing.map(Into::into),
         leak_pa_m3_per_s: flow(leak),
@@ -202,5 +206,17 @@ fn coverage(trace: &Trace, series: &Series) -> DataCoverage {
         fault_s: trace.seconds_of(Quality::Fault),
         stale_s: trace.seconds_of(Quality::Stale),
         assumed_s: trace.seconds_of(Quality::Assumed),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rise_without_a_leak_says_why() {
+        let rise = PressureRise { from_s: 0.0, to_s: 60.0, from_pa: 1e-4, to_pa: 1e-2, pumped_s: None, fit: None };
+        let shown = rising(Micros(0), &rise, Some(0.1));
+        assert_eq!((shown.leak_pa_m3_per_s, shown.note), (None, Some(NO_CLOSED_VOLUME)));
     }
 }

@@ -11,7 +11,6 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use profivac_model::{EventKind, Micros, Word};
 use profivac_vacuum::Gas;
-use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 
 /// The entry of a gauge in the station's configuration file.
@@ -40,7 +39,7 @@ impl GaugeInfo {
         let found = gauges().find(|(_, gauge)| gauge.name == series);
         let found = found.or_else(|| gauges().find(|(_, gauge)| gauge.name == channel));
         found.map_or_else(Self::default, |(segment, gauge)| Self {
-            device: Some(entry(&gauge.device).map_or(gauge.device.clone(), |entry| entry.model.title.to_owned())),
+            device: Some(gauge.device.title.to_owned()),
             address: Some(gauge.address),
             segment: Some(segment.name.clone()),
             gas: (gauge.gas != Gas::N2).then(|| gauge.gas.to_string()),
@@ -170,6 +169,8 @@ pub struct Rising {
     pub pumped_s: Option<f64>,
     /// The cause; `None` if the rise is not that of a closed volume.
     pub cause: Option<RiseCause>,
+    /// Why the rise has no leak and no outgassing with an interval; `None` if it has both.
+    pub note: Option<&'static str>,
     /// The leak, in Pa/s.
     pub leak_pa_per_s: Option<IntervalView>,
     /// The outgassing at the beginning, in Pa/s.
@@ -218,11 +219,11 @@ pub struct Gauge {
     /// Its entry in the configuration file.
     #[serde(flatten)]
     pub identity: GaugeInfo,
-    /// The first valid pressure.
+    /// The first valid pressure: of the first valid sample, or the one that the gauge held at the beginning.
     pub first: Option<PressurePoint>,
-    /// The lowest valid pressure.
+    /// The lowest valid pressure, after a running median of five samples.
     pub lowest: Option<PressurePoint>,
-    /// The last valid pressure.
+    /// The last valid pressure: of the last valid sample, or the one that the gauge held at the end.
     pub last: Option<PressurePoint>,
     /// The times at which it reached the pressures, in the order of [`Report::targets`].
     pub times: Vec<Reached>,

@@ -28,7 +28,7 @@ pub fn page(report: &Report) -> String {
         section("Slope at the end", &tables::slopes(report)),
         section("Rises", &tables::rises(report)),
         section("Plant", &tables::plant(report)),
-        section("Beside the usual pump-downs", &tables::usual(report)),
+        section("Compared with the usual pump-downs", &tables::usual(report)),
         section("Events", &tables::events(report)),
         section("Data behind the numbers", &tables::coverage(report)),
         section("Methods of calculation", &tables::how(report)),

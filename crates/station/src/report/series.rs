@@ -71,7 +71,7 @@ impl Series {
     fn take(&mut self, bins: &[Span], width: Option<i64>) {
         let width = width.map(|width| width as f64 / Micros::SECOND as f64);
         self.coarsest_s = [self.coarsest_s, width].into_iter().flatten().reduce(f64::max);
-        self.samples.extend(bins.iter().map(|bin| Sample::new(bin.start, bin.summary.mean(), quality(bin))));
+        self.samples.extend(bins.iter().map(sample));
     }
 }
 
@@ -95,15 +95,17 @@ fn width(bins: &[Span]) -> Option<i64> {
     Some(LEVELS.into_iter().map(Level::micros).find(is_near).unwrap_or(least))
 }
 
-/// The quality of a span is the worst one in it: a mean of valid pressures and range ends is neither.
-fn quality(bin: &Span) -> Quality {
+/// The sample that stands for a span: the end of the range if the gauge was beyond it, otherwise the mean.
+fn sample(bin: &Span) -> Sample {
     let occurred: Qualities = bin.summary.qualities;
-    let worst = [Quality::Overrange, Quality::Underrange].into_iter().find(|quality| occurred.contains(*quality));
+    let first = |all: &[Quality]| all.iter().copied().find(|quality| occurred.contains(*quality));
     let without_pressure = [Quality::Stale, Quality::Assumed, Quality::Fault, Quality::Off, Quality::Missing];
-    match bin.summary.mean() {
-        Some(_) => worst.unwrap_or(Quality::Valid),
-        None => without_pressure.into_iter().find(|quality| occurred.contains(*quality)).unwrap_or(Quality::Fault),
-    }
+    let (pa, quality) = match (bin.summary.bound(), bin.summary.mean()) {
+        (Some(bound), _) => (Some(bound), first(&[Quality::Overrange, Quality::Underrange])),
+        (None, Some(mean)) => (Some(mean), Some(Quality::Valid)),
+        (None, None) => (None, first(&without_pressure)),
+    };
+    Sample::new(bin.start, pa, quality.unwrap_or(Quality::Fault))
 }
 
 /// The pump-downs of these series, the earliest first: all of them, or those in the shortest search range in which one began.
@@ -194,8 +196,8 @@ fn within(reader: &Reader, gauges: &[String], span: TimeRange, width: i64) -> Re
 
 /// The highest and the lowest pressure of each span, in the order of a falling pressure.
 fn outlines(bins: &[Span]) -> Vec<Sample> {
-    let sample = |bin: &Span, pa| Sample::new(bin.start, pa, quality(bin));
-    bins.iter().flat_map(|bin| [sample(bin, bin.summary.high), sample(bin, bin.summary.low)]).collect()
+    let end = |bin: &Span, pa| Sample::new(bin.start, pa, sample(bin).quality);
+    bins.iter().flat_map(|bin| [end(bin, bin.summary.high), end(bin, bin.summary.low)]).collect()
 }
 
 /// The same pump-down, searched in the samples. `None` if it was none: a rise and a fall within one span.

@@ -43,8 +43,11 @@ pub fn gauges(report: &Report) -> String {
     let is_known = report.gauges.iter().any(|gauge| gauge.identity.device.is_some());
     let row = |(style, gauge): (usize, &Gauge)| {
         let identity = if is_known { identity(gauge) } else { String::new() };
-        let pressure =
-            |seen: Option<PressurePoint>| seen.map_or("–".to_owned(), |seen| pressure(seen.pa, report.unit));
+        let pressure = |seen: Option<PressurePoint>| {
+            seen.map_or("–".to_owned(), |seen| {
+                format!("{}<small>{}</small>", pressure(seen.pa, report.unit), time_of(report, seen))
+            })
+        };
         let lowest = lowest_bound(gauge)
             .map_or_else(|| pressure(gauge.lowest), |end| format!("&lt; {}", self::pressure(end, report.unit)));
         let ends = [pressure(gauge.first), lowest, pressure(gauge.last)].map(|text| cell(&text));
@@ -52,10 +55,26 @@ pub fn gauges(report: &Report) -> String {
     };
     let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
     let unit = report.unit.name();
-    let ends = ["First", "Lowest", "Last"].map(|word| format!("{word}, {unit}"));
+    let ends = ["First valid", "Lowest valid", "Last valid"].map(|word| format!("{word}, {unit}"));
     let ends = heads(&ends.each_ref().map(String::as_str));
     let known = if is_known { heads(&["Device", "Address", "Segment", "Gas"]) } else { String::new() };
     table("", &(heads(&["Gauge"]) + &known + &ends), &rows)
+}
+
+/// The time of day of a pressure.
+fn time_of(report: &Report, seen: PressurePoint) -> String {
+    time_of_day(Micros(seen.at.as_microsecond()), report.span.start, &report.zone)
+}
+
+/// The 95 % interval of a value. Where both ends have the digits of the value, its width.
+fn interval_text([mean, low, high]: [f64; 3], text: &dyn Fn(f64) -> String) -> String {
+    let [low_text, high_text] = [low, high].map(|end| if end == 0.0 { "0".to_owned() } else { text(end) });
+    if low_text != high_text {
+        return format!("{low_text} to {high_text}");
+    }
+    // chosen: no interval of a measurement is narrower than this.
+    let percent = (100.0 * (high - mean).max(mean - low) / mean.abs()).max(0.01);
+    format!("±{}\u{a0}%", number(percent))
 }
 
 /// The end of the range in Pa that stands for the lowest pressure of a gauge that was below its range.
@@ -196,30 +215,21 @@ pub fn rises(report: &Report) -> String {
 }
 
 fn rise_cells(report: &Report, rise: &Rising) -> String {
-    let point = |seen: PressurePoint| {
-        let at = Micros(seen.at.as_microsecond());
-        format!(
-            "{}<small>{}</small>",
-            with_unit(seen.pa, report.unit),
-            time_of_day(at, report.span.start, &report.zone)
-        )
-    };
+    let point =
+        |seen: PressurePoint| format!("{}<small>{}</small>", with_unit(seen.pa, report.unit), time_of(report, seen));
     let unit = report.unit;
-    let rate = |rate: IntervalView| {
-        let [mean, low, high] = [rate.mean, rate.low, rate.high].map(|pa_per_s| pressure(pa_per_s, unit));
-        format!("{mean} {}/s<small>{low} to {high}</small>", unit.name())
+    let with_interval = |IntervalView { mean, low, high }: IntervalView, text: &dyn Fn(f64) -> String, unit: &str| {
+        format!("{} {unit}<small>{}</small>", text(mean), interval_text([mean, low, high], text))
     };
-    let flow = |flow: IntervalView| {
-        let [mean, low, high] = [flow.mean, flow.low, flow.high].map(|pa_m3_per_s| number(pa_m3_per_s * 10.0));
-        format!("{mean} mbar l/s<small>{low} to {high}</small>")
-    };
+    let rate = |rate| with_interval(rate, &|pa_per_s| pressure(pa_per_s, unit), &format!("{}/s", unit.name()));
+    let flow = |flow| with_interval(flow, &|pa_m3_per_s| number(pa_m3_per_s * 10.0), "mbar l/s");
     let part = |as_flow: Option<IntervalView>, as_rate: Option<IntervalView>| {
         as_flow.map(flow).or_else(|| as_rate.map(rate)).unwrap_or_else(|| "–".to_owned())
     };
     let leak = part(rise.leak_pa_m3_per_s, rise.leak_pa_per_s);
     let outgassing = part(rise.outgassing_pa_m3_per_s, rise.outgassing_pa_per_s);
     let words = match rise.cause {
-        None => "not the rise of a closed volume: pumped at the same time, or in steps",
+        None => rise.note.unwrap_or_default(),
         Some(RiseCause::Leak) => "a leak; outgassing is not certain",
         Some(RiseCause::Outgassing) => "outgassing; a leak is not certain",
         Some(RiseCause::Both) => "a leak and outgassing",
@@ -240,9 +250,10 @@ pub fn plant(report: &Report) -> String {
         return report.plant_note.as_ref().map_or_else(String::new, note);
     };
     let row = |name: &str, unit: &str, found: [f64; 3], note: Option<&String>| {
-        let [mean, low, high] = found.map(|value| if value.is_finite() { number(value) } else { "∞".to_owned() });
+        let text = |value: f64| if value.is_finite() { number(value) } else { "∞".to_owned() };
+        let (mean, interval) = (text(found[0]), interval_text(found, &text));
         let note = note.map_or_else(String::new, |note| format!("<small>{}</small>", escape(note)));
-        format!("<th scope=\"row\">{name}{note}</th><td>{mean} {unit}</td><td>{low} to {high}</td>")
+        format!("<th scope=\"row\">{name}{note}</th><td>{mean} {unit}</td><td>{interval}</td>")
     };
     let parameter = |name: &str, unit: &str, size: f64, found: &ParameterView| {
         let BoundsView { mean, low, high } = found.value;
@@ -452,4 +463,17 @@ fn columns(report: &Report) -> String {
     let head =
         |(style, gauge): (usize, &Gauge)| format!("<th scope=\"col\">{}{}</th>", swatch(style), escape(&gauge.name));
     report.gauges.iter().enumerate().map(head).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_whose_ends_have_the_digits_of_the_value_has_its_width() {
+        assert_eq!(interval_text([2.0, 1.2, 3.4], &number), "1.2 to 3.4");
+        assert_eq!(interval_text([2.0, 0.0, 3.4], &number), "0 to 3.4");
+        assert_eq!(interval_text([1.99961, 1.99075, 2.00047], &number), "±0.44\u{a0}%");
+        assert_eq!(interval_text([2.0, 2.0, 2.0], &number), "±0.010\u{a0}%");
+    }
 }

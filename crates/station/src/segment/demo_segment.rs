@@ -16,6 +16,7 @@ use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{Gauge, Segment, SegmentState, duration_ms};
 use profivac_client::cyclic::CyclicSlave;
+use profivac_devices::catalog::model_named;
 use profivac_listen::{Chunk, TimeSource};
 use profivac_recorder::validity::MAX_SILENCE;
 use profivac_vacuum::Gas;
@@ -127,7 +128,8 @@ fn gauge(slave: &CyclicSlave, names: impl Fn(u8) -> (String, String)) -> config:
     config::Gauge {
         name,
         address: slave.address,
-        device,
+        // What the bus does not tell apart has the name of the demonstration.
+        device: model_named(&device).unwrap_or(slave.model),
         poll: POLL,
         gas: Gas::N2,
         levels: Vec::new(),
@@ -182,5 +184,7 @@ pub fn simulated_inputs(
         gauges,
         buses: Default::default(),
         recorder_error: None,
+        damage: None,
+        archive: None,
     }
 }

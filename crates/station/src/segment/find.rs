@@ -7,12 +7,12 @@ use profivac_client::discover::CyclicError;
 use profivac_client::identify;
 use profivac_client::ms2::Ms2;
 use profivac_client::records::{RecordError, Unavailable};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::Model;
 use profivac_dp::master::SlaveListError;
 use profivac_host::port::PortError;
 use profivac_host::scan;
 use profivac_host::session::{BusSession, SessionError};
-use profivac_virtual::device_spec::{SpecError, entry};
 
 /// The reason why a gauge cannot be brought into data exchange.
 #[derive(Debug, thiserror::Error)]
@@ -36,9 +36,6 @@ pub enum FindError {
          MS2, and the gauge closes an abandoned connection within 15 s"
     )]
     NoConnection,
-    /// The station's file names a device that this program does not know.
-    #[error(transparent)]
-    UnknownDevice(#[from] SpecError),
     /// Another device has the address.
     #[error("it is a {found}, the station's file says {configured}")]
     OtherDevice {
@@ -75,21 +72,25 @@ impl From<CyclicError> for FindError {
 }
 
 /// Searches for a gauge at its address: a slave that answers, that no other master owns, and that is the configured device.
-pub fn find_gauge(session: &mut BusSession, gauge: &config::Gauge, master: u8) -> Result<CyclicSlave, FindError> {
+pub fn find_gauge(
+    devices: KnownDevices,
+    session: &mut BusSession,
+    gauge: &config::Gauge,
+    master: u8,
+) -> Result<CyclicSlave, FindError> {
     // A probe takes less time than waiting for a slave that is absent.
-    let probed = scan::probe(session, gauge.address)?;
-    if probed.is_none_or(|station| station.slave.is_none()) {
-        return Err(FindError::NoAnswer);
-    }
-    let found = CyclicSlave::find(session, gauge.address, master)?;
-    let configured = entry(&gauge.device)?.model;
+    let status = scan::probe(session, gauge.address)?.and_then(|station| station.slave).ok_or(FindError::NoAnswer)?;
+    // The file names the device: another one with its Ident_Number is not meant.
+    let devices = if status.ident == gauge.device.ident { devices.narrowed_to(gauge.device) } else { devices };
+    let found = CyclicSlave::find_among(devices, session, gauge.address, master)?;
+    let configured = gauge.device;
     // A model that the search only assumes is no reason to doubt the file: the model is read again.
     let reported = if configured.ident == found.model.ident && configured.name != found.model.name {
-        identify::reported_model(found.model.ident, &mut Ms2::new(session, gauge.address))
+        identify::reported_model(devices, found.model.ident, &mut Ms2::new(session, gauge.address))
     } else {
         None
     };
-    as_configured(found, reported, configured, &gauge.device)
+    as_configured(found, reported, configured)
 }
 
 /// The found slave as the configured device. Devices that share an ident number differ in the model that they report; TPG300
@@ -98,13 +99,12 @@ fn as_configured(
     found: CyclicSlave,
     reported: Option<&'static Model>,
     model: &'static Model,
-    device: &str,
 ) -> Result<CyclicSlave, FindError> {
     let is_other = |other: &Model| other.name != model.name;
     let other =
         if model.ident == found.model.ident { reported.filter(|other| is_other(other)) } else { Some(found.model) };
     if let Some(other) = other {
-        return Err(FindError::OtherDevice { found: other.name, configured: device.to_owned() });
+        return Err(FindError::OtherDevice { found: other.name, configured: model.name.to_owned() });
     }
     let configuration = model.configuration(found.configuration.octets).unwrap_or(found.configuration);
     Ok(CyclicSlave { model, configuration, unit: model.unit(found.unit.code).unwrap_or(found.unit), ..found })

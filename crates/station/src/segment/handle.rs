@@ -6,7 +6,7 @@ use super::polled_line::PolledLine;
 use super::runner::{Runner, RunnerSetup};
 use super::services::SegmentServices;
 use crate::config;
-use profivac_recorder::{EventKind, Quality, Sample};
+use profivac_recorder::{EventKind, PointSample, Quality, Sample};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -101,21 +101,28 @@ impl SegmentHandle {
             self.thread.join().ok();
         } else {
             self.is_abandoned.store(true, Ordering::Relaxed);
-            record_abandoned(&self.services, &self.config.name);
+            record_abandoned(&self.services, &self.config);
         }
         self.services.snapshots.remove(&self.config.name);
         self.services.control.requests().close(&self.config.name);
     }
 }
 
-/// Records an event and a gap for each series of a segment that did not stop in time.
-fn record_abandoned(services: &SegmentServices, segment: &str) {
-    let text = format!("segment {segment} did not stop in time and was abandoned");
+/// Records an event and a gap for each series and point of a segment that did not stop in time.
+fn record_abandoned(services: &SegmentServices, segment: &config::Segment) {
+    let text = format!("segment {} did not stop in time and was abandoned", segment.name);
     let now = System.now().wall;
     services.recorder.event_at(now, None, EventKind::Station, text);
-    let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment);
+    let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment.name);
     let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Stale);
     for reading in readings {
         services.recorder.push(&Arc::from(reading.series), Sample::gap(now));
+    }
+    for slave in &segment.slaves {
+        let shown = services.snapshots.gauge(&slave.name).map(|gauge| gauge.parameters).unwrap_or_default();
+        for (settings, _) in slave.points.iter().zip(shown.iter()).filter(|(_, point)| point.quality != Quality::Stale)
+        {
+            services.recorder.push_point(&Arc::new(settings.recorded(&slave.name)), 0.0, PointSample::gap(now));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! A gauge of another master, on a segment on which the station only listens.
 
+use super::first_round::FirstRound;
 use super::moment::Moment;
 use super::readings::Assumed;
 use super::shown_gauge::{Exchange, ShownGauge};
@@ -17,6 +18,7 @@ pub struct HeardGauge {
     pub shown: ShownGauge,
     /// The last data exchange on the line and on the clocks of the station.
     exchange: Option<(BitTime, Moment)>,
+    first_round: FirstRound,
     sample_at: Instant,
     /// The assumptions about the configuration and the unit, in sentences.
     assumptions: Vec<String>,
@@ -41,7 +43,13 @@ pub struct Heard {
 impl HeardGauge {
     /// A gauge of which nothing was heard yet.
     pub fn new(config: config::Gauge, now: Moment) -> Self {
-        Self { shown: ShownGauge::new(config), exchange: None, sample_at: now.at, assumptions: Vec::new() }
+        let first_round = FirstRound::begin(now);
+        Self { shown: ShownGauge::new(config), exchange: None, first_round, sample_at: now.at, assumptions: Vec::new() }
+    }
+
+    /// The port was opened: the gauge is not missed until its master has had time to ask it.
+    pub fn port_opened(&mut self, now: Moment) {
+        self.first_round.port_opened(now);
     }
 
     /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
@@ -64,6 +72,7 @@ impl HeardGauge {
         self.assumptions = unknown;
         match (slave, exchanged.filter(|(_, silence)| *silence < MAX_SILENCE)) {
             (Some(slave), Some((at, silence))) => {
+                self.first_round.end();
                 let read = self.exchange.filter(|(known, _)| *known == at).map(|(_, read)| read);
                 let read = read.unwrap_or_else(|| now.before(silence));
                 self.exchange = Some((at, read));
@@ -86,7 +95,8 @@ impl HeardGauge {
     /// The gauge as the API shows it.
     pub fn view_at(&self, segment: &str, now: Moment) -> view::Gauge {
         let assumptions = self.assumptions.clone();
-        view::Gauge { listen_only: true, assumptions, ..self.shown.view_at(segment, now) }
+        let is_awaited = self.first_round.is_awaited(now);
+        view::Gauge { listen_only: true, assumptions, is_awaited, ..self.shown.view_at(segment, now) }
     }
 }
 
@@ -125,7 +135,8 @@ mod tests {
         let now = moment();
         let heard = |exception: u8, status: u8, assumed| {
             let values = slave.decode_inputs(&[&[0; 8][..], &[exception, status, 2, 0, 0]].concat());
-            let mut gauge = HeardGauge::new(config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned()), now);
+            let mut gauge =
+                HeardGauge::new(config::Gauge::plain("chamber".to_owned(), 5, model_named("bcg450").unwrap()), now);
             let (slave, exchanged, unknown) = (Some(slave), Some((BitTime(1), Duration::ZERO)), Vec::new());
             let heard = Heard { slave, values, exchanged, unknown, assumed, problem: String::new() };
             gauge.take_heard(&recorder, heard, now);
@@ -151,7 +162,7 @@ mod tests {
         let (_folder, recorder) = recorder();
         let slave = with_integers("Pascal");
         let values = slave.decode_inputs(&[&[0; 8][..], &[0x80, 0, 3, 0x7F, 0xFF]].concat());
-        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let config = config::Gauge::plain("chamber".to_owned(), 5, model_named("bcg450").unwrap());
         let now = moment();
         let mut gauge = HeardGauge::new(config, now);
         for number in 0..3 {
@@ -168,8 +179,10 @@ mod tests {
                 now,
             );
         }
-        let reading = &gauge.view_at("hall", now).readings[0];
+        let view = gauge.view_at("hall", now);
+        let reading = &view.readings[0];
         assert_eq!((reading.quality, reading.pa, reading.limit_pa), (Quality::Overrange, None, Some(32767.0)));
+        assert_eq!(view.integers.map(|it| (it.lowest_pa, it.highest_pa)), Some((1.0, 32767.0)));
         let reader = recorder.open_reader().unwrap();
         drop(recorder);
         let samples = reader.samples("chamber", Micros(0), Micros(i64::MAX)).unwrap();
@@ -185,7 +198,7 @@ mod tests {
         let (_folder, recorder) = recorder();
         let slave = with_integers("Pascal");
         let begin = moment();
-        let config = config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned());
+        let config = config::Gauge::plain("chamber".to_owned(), 5, model_named("bcg450").unwrap());
         let mut gauge = HeardGauge::new(config, begin);
         let after =
             |ms| Moment { at: begin.at + Duration::from_millis(ms), wall: begin.wall.after(Duration::from_millis(ms)) };

@@ -13,7 +13,7 @@ use crate::config;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, BusStationState, Segment, SegmentState};
 use profivac_client::cyclic::CyclicValues;
-use profivac_client::identify::device_names;
+use profivac_devices::model::Model;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_host::clock::duration_of;
 use profivac_host::port::{Port, PortError};
@@ -23,7 +23,6 @@ use profivac_listen::observer::Totals;
 use profivac_listen::station::{Station, StationState};
 use profivac_listen::{MAX_TELEGRAM, Tap, TapEvent};
 use profivac_recorder::validity::MAX_SILENCE;
-use profivac_virtual::device_spec::entry;
 use std::time::{Duration, Instant};
 
 /// Without a telegram for this time the line is silent.
@@ -99,6 +98,11 @@ impl Line for HeardLine {
         let baud = if *detects_baud { detected(&mut *opened, *baud)? } else { *baud };
         let now = context.now();
         let kept = self.kept.take().filter(|kept| kept.observer().baud() == baud);
+        // A line that is opened again and again at the same rate has had its first round.
+        if kept.is_none() {
+            self.gauges.iter_mut().for_each(|gauge| gauge.port_opened(now));
+            self.slaves.iter_mut().for_each(|slave| slave.port_opened(now));
+        }
         let observer = kept.unwrap_or_else(|| {
             LineObserver::new(&context.config, &self.configs(), baud, &context.services.recorder.captures(), now)
         });
@@ -188,7 +192,7 @@ impl Line for HeardLine {
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
         self.gauges.iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
-        self.slaves.iter_mut().for_each(|slave| slave.disconnect(problem, now));
+        self.slaves.iter_mut().for_each(|slave| slave.disconnect(&context.services.recorder, problem, now));
     }
 
     fn snapshot(&self, context: &Context, open: Option<&mut Listening>, now: Moment) -> SegmentSnapshot {
@@ -250,7 +254,7 @@ fn heard(line: &LineObserver, gauge: &config::Gauge, opened: BitTime, now: BitTi
     let observer = line.observer();
     let station = observer.station(gauge.address);
     let exchanged_at = station.and_then(|station| station.knowledge.exchanged_at());
-    let other = station.and_then(|station| other_device(station, &gauge.device));
+    let other = station.and_then(|station| other_device(station, gauge.device));
     let reading = observer.reading(gauge.address).filter(|_| other.is_none());
     let unknown = station.map(|station| station.knowledge.unknown()).unwrap_or_default();
     let unknown: Vec<String> = unknown.iter().map(ToString::to_string).collect();
@@ -281,12 +285,12 @@ fn silence_of(line: &LineObserver, address: u8) -> String {
 }
 
 /// The sentence about a device with another Ident_Number than the station's file says.
-fn other_device(station: &Station, device: &str) -> Option<String> {
-    let (ident, configured) = (station.knowledge.ident()?, entry(device).ok()?.model);
+fn other_device(station: &Station, configured: &Model) -> Option<String> {
+    let (ident, device) = (station.knowledge.ident()?, configured.name);
     if ident == configured.ident {
         return None;
     }
-    let names = device_names(ident).join(" or ");
+    let names = station.described.devices().names_with_ident(ident).collect::<Vec<_>>().join(" or ");
     let found = if names.is_empty() { format!("device with ident {ident:04X}") } else { names };
     Some(format!("it is a {found}, the station's file says {device}"))
 }

@@ -19,6 +19,7 @@ use crate::control::operation::{Operation, OperationPreview};
 use crate::control::requests::{Answer, SegmentRequest};
 use crate::view::Block;
 use profivac_client::cyclic::CyclicSlave;
+use profivac_client::names::NamedParameter;
 use profivac_client::records::Records;
 use profivac_recorder::EventKind;
 use std::collections::VecDeque;
@@ -86,8 +87,8 @@ pub struct Inbox {
     receiver: Receiver<SegmentRequest>,
     commands: VecDeque<Command>,
     reads: VecDeque<Read>,
-    /// The gauge of the last execution, until it was taken.
-    operated: Option<String>,
+    /// The gauge of the last execution and the parameter that it wrote, until they were taken.
+    operated: Option<(String, NamedParameter)>,
 }
 
 impl Inbox {
@@ -216,8 +217,8 @@ impl Inbox {
         if is_lost { Err(PortLost) } else { Ok(()) }
     }
 
-    /// The gauge with which an operation was executed since the last call.
-    pub const fn take_operated(&mut self) -> Option<String> {
+    /// The gauge with which an operation was executed since the last call, and the parameter that was written.
+    pub const fn take_operated(&mut self) -> Option<(String, NamedParameter)> {
         self.operated.take()
     }
 
@@ -271,14 +272,15 @@ impl Wait {
     }
 }
 
-/// Executes an armed command, unless it is too late, or its user has lost control. Returns the name of its gauge.
+/// Executes an armed command, unless it is too late, or its user has lost control. Returns the name of its gauge and the parameter that
+/// it writes.
 fn execute<R: Records>(
     services: &SegmentServices,
     request: SegmentRequest,
     slave: impl FnOnce(&str) -> Result<CyclicSlave, Unavailable>,
     records: impl FnOnce(&CyclicSlave) -> R,
     now: Instant,
-) -> Option<String> {
+) -> Option<(String, NamedParameter)> {
     let SegmentRequest::Execute(command, begin_by, answer) = request else { return None };
     let readback = if now >= begin_by {
         Err(Unavailable::SegmentBusy(command.gauge.clone()).into())
@@ -288,7 +290,7 @@ fn execute<R: Records>(
         Err(ChangedSinceArmed::ControlLost { user: command.user.to_string() }.into())
     };
     answer.send(readback).ok();
-    Some(command.gauge)
+    Some((command.gauge, command.operation.named))
 }
 
 #[cfg(test)]

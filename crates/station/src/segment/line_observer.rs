@@ -13,7 +13,6 @@ use profivac_listen::gauge::Declared;
 use profivac_listen::report::BusReport;
 use profivac_listen::{Chunk, Divider, Observer, TimeSource};
 use profivac_recorder::{EventKind, Micros};
-use profivac_virtual::device_spec::entry;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -49,7 +48,8 @@ pub struct LineObserver {
 impl LineObserver {
     /// An observer of the line of `segment`, which has these gauges now. Its other slaves have the words of their GSD files.
     pub fn new(segment: &config::Segment, gauges: &[config::Gauge], baud: Baud, captures: &Path, now: Moment) -> Self {
-        let files = Files::new(segment.slaves.iter().map(|slave| Arc::clone(slave.gsd.file())));
+        let files =
+            Files::new(segment.slaves.iter().map(|slave| Arc::clone(slave.gsd.file()))).with_devices(segment.devices);
         let mut line = Self {
             observer: Observer::new(baud, TimeSource::Platform).with_gsd(files),
             records_events: segment.listen_only,
@@ -83,10 +83,8 @@ impl LineObserver {
     /// The gauges of the station's file.
     pub fn declare(&mut self, gauges: &[config::Gauge]) {
         for gauge in gauges {
-            if let Ok(entry) = entry(&gauge.device) {
-                let declared = Declared { model: entry.model, configuration: gauge.configuration, unit: gauge.unit };
-                self.observer.declare(gauge.address, declared);
-            }
+            let declared = Declared { model: gauge.device, configuration: gauge.configuration, unit: gauge.unit };
+            self.observer.declare(gauge.address, declared);
         }
     }
 

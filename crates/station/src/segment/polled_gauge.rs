@@ -1,21 +1,22 @@
 //! A gauge that the station polls: it brings the gauge into data exchange, samples it, and searches it again when it is missing.
 
 use super::find::FindError;
+use super::first_round::FirstRound;
 use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
-use super::watched::{self, WatchedParameters};
+use super::watched::{self, Due, WatchedParameters};
 use crate::config;
 use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::names::NamedParameter;
+use profivac_devices::model::Model;
 use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::HandlerState;
 use profivac_host::session::{BusMaster, BusSession};
 use profivac_recorder::validity::MAX_SILENCE;
-use profivac_virtual::device_spec::entry;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -40,6 +41,7 @@ pub struct PolledGauge {
     pub shown: ShownGauge,
     /// The last data exchange on the line and on the clocks of the station; at first the time of adding the slave.
     exchange: (Option<BitTime>, Moment),
+    first_round: FirstRound,
     search_at: Instant,
     sample_at: Instant,
     /// The alarms whose defects are read, and when; `None` without an alarm.
@@ -55,6 +57,7 @@ impl PolledGauge {
         Self {
             shown: ShownGauge::new(config),
             exchange: (None, now),
+            first_round: FirstRound::begin(now),
             search_at: now.at,
             sample_at: now.at,
             alarms: ExceptionStatus::empty(),
@@ -74,6 +77,11 @@ impl PolledGauge {
         let latest = if is_renamed { now.at } else { now.at + self.shown.config.poll };
         self.sample_at = self.sample_at.min(latest);
         self
+    }
+
+    /// The port was opened: the gauge is not missed until it was asked.
+    pub fn port_opened(&mut self, now: Moment) {
+        self.first_round.port_opened(now);
     }
 
     /// When the gauge needs to be sampled or searched.
@@ -118,6 +126,7 @@ impl PolledGauge {
                 self.exchange = (None, now);
             }
             Err(error) => {
+                self.first_round.end();
                 if matches!(error, FindError::NoConnection) {
                     self.search_at = now.at + CONNECTION_INTERVAL;
                 }
@@ -141,6 +150,7 @@ impl PolledGauge {
     /// Takes the present reading, if its time has come.
     pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
+        self.parameters.expire(now.at);
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
         let address = self.shown.config.address;
@@ -151,9 +161,13 @@ impl PolledGauge {
         let silence = now.since(read);
         match master.inputs(address).filter(|_| silence < MAX_SILENCE) {
             Some(inputs) => {
+                self.first_round.end();
                 let values = slave.decode_inputs(inputs);
                 let exchange = Exchange { slave: &slave, values: &values, read, assumed: None };
                 self.shown.take_exchange(recorder, &exchange, now);
+                if self.shown.has_measuring_hot_cathode() {
+                    self.parameters.emission_is_on(read);
+                }
             }
             None => {
                 self.take_no_reading(recorder, master, now);
@@ -163,6 +177,7 @@ impl PolledGauge {
         }
         self.plan_defects(now);
         if silence > SEARCH_AFTER {
+            self.first_round.end();
             master.remove(address);
             self.shown.slave = None;
             self.search_at = now.at;
@@ -176,6 +191,7 @@ impl PolledGauge {
         let is_starting = is_present && problem.is_none();
         let state = if is_starting { BusStationState::Starting } else { BusStationState::Missing };
         if problem.is_some() {
+            self.first_round.end();
             self.shown.lose_because(recorder, state, problem, now);
         } else {
             self.shown.lose(recorder, state, now);
@@ -204,7 +220,7 @@ impl PolledGauge {
     }
 
     /// When the next parameter is to be read for gateways; `None` for a gauge that does not exchange data.
-    fn parameter_due(&mut self, now: Moment) -> Option<Instant> {
+    fn parameter_due(&mut self, now: Moment) -> Option<Due> {
         let slave = self.shown.slave?;
         if !matches!(self.shown.state(), BusStationState::DataExchange | BusStationState::Fault) {
             return None;
@@ -214,18 +230,19 @@ impl PolledGauge {
     }
 
     /// Takes the value of a parameter; `None` if the gauge did not give one.
-    pub fn take_parameter(&mut self, parameter: &NamedParameter, value: Option<view::WatchedParameter>) {
-        self.parameters.take(parameter, value);
+    pub fn take_parameter(&mut self, parameter: &NamedParameter, value: Option<view::WatchedParameter>, now: Moment) {
+        self.parameters.take(parameter, value, now.at);
     }
 
-    /// An operation of the station may have changed its parameters.
-    pub fn parameters_changed(&mut self, now: Moment) {
-        self.parameters.changed(now.at);
+    /// An operation of the station has written `target`, and may have changed all its parameters.
+    pub fn parameters_changed(&mut self, target: &NamedParameter, now: Moment) {
+        self.parameters.changed(target, now.at);
     }
 
     /// The gauge as the API shows it.
     pub fn view_at(&self, segment: &str, now: Moment) -> view::Gauge {
-        view::Gauge { parameters: self.parameters.values(), ..self.shown.view_at(segment, now) }
+        let is_awaited = self.first_round.is_awaited(now);
+        view::Gauge { parameters: self.parameters.values(), is_awaited, ..self.shown.view_at(segment, now) }
     }
 }
 
@@ -248,9 +265,9 @@ pub fn next_parameter(gauges: &mut [PolledGauge], now: Moment) -> Option<(Cyclic
     Some((gauge.shown.slave?, gauge.parameters.takes_turn(now.at)?))
 }
 
-fn longest_waiting(
+fn longest_waiting<D: Copy + Ord>(
     gauges: &mut [PolledGauge],
-    due: impl Fn(&mut PolledGauge) -> Option<Instant>,
+    due: impl Fn(&mut PolledGauge) -> Option<D>,
 ) -> Option<&mut PolledGauge> {
     let with_due = gauges.iter_mut().filter_map(|gauge| Some((due(gauge)?, gauge)));
     with_due.min_by_key(|(due, _)| *due).map(|(_, gauge)| gauge)
@@ -261,20 +278,20 @@ fn longest_waiting(
 pub fn planned_gauge(config: &config::Gauge, segment: &str, listen_only: bool) -> view::Gauge {
     let readings = planned_readings(config);
     // A gauge of another master has none.
-    let parameters = if listen_only { Arc::default() } else { planned_parameters(&config.device).into() };
+    let parameters = if listen_only { Arc::default() } else { planned_parameters(config.device).into() };
     view::Gauge { readings, parameters, listen_only, ..ShownGauge::new(config.clone()).view(segment) }
 }
 
 /// The parameters of a device that gateways show, without values.
 #[must_use]
-pub fn planned_parameters(device: &str) -> Vec<view::WatchedParameter> {
-    entry(device).map(|entry| watched::planned(entry.model)).unwrap_or_default()
+pub fn planned_parameters(device: &'static Model) -> Vec<view::WatchedParameter> {
+    watched::planned(device)
 }
 
 /// The readings of a gauge in its configuration, without values.
 #[must_use]
 pub fn planned_readings(config: &config::Gauge) -> Vec<view::Reading> {
-    let Ok(model) = entry(&config.device).map(|entry| entry.model) else { return Vec::new() };
+    let model = config.device;
     let Some(unit) = config.unit.or_else(|| model.units.first()) else { return Vec::new() };
     let configuration = config.configuration.unwrap_or(model.default_configuration);
     let slave = CyclicSlave { address: config.address, model, configuration, unit, channels: Default::default() };
@@ -297,7 +314,7 @@ mod tests {
     fn gauges_whose_search_takes_long_are_searched_in_turn() {
         let mut now = moment();
         let gauge = |name: &str, address| {
-            PolledGauge::new(config::Gauge::plain(name.to_owned(), address, "bcg450".to_owned()), now)
+            PolledGauge::new(config::Gauge::plain(name.to_owned(), address, model_named("bcg450").unwrap()), now)
         };
         let mut gauges = vec![gauge("a", 5), gauge("b", 6), gauge("c", 7)];
         let mut searched = String::new();
@@ -323,7 +340,7 @@ mod tests {
             CyclicSlave { address, model, configuration, unit, channels: ReportedChannels::default() }
         };
         let gauge = |name: &str, address| {
-            let config = config::Gauge::plain(name.to_owned(), address, "bcg450".to_owned());
+            let config = config::Gauge::plain(name.to_owned(), address, model_named("bcg450").unwrap());
             PolledGauge { defects_at: Some(now.at), ..PolledGauge::with_slave(config, slave(address), now) }
         };
         let mut gauges = vec![gauge("a", 5), gauge("b", 6)];

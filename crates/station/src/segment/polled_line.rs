@@ -15,6 +15,7 @@ use crate::control::error::Unavailable;
 use crate::snapshot::SegmentSnapshot;
 use crate::view::{BusStation, Gauge, Segment};
 use profivac_client::cyclic::CyclicSlave;
+use profivac_client::ms2;
 use profivac_dp::link::BitTime;
 use profivac_dp::master::Mode;
 use profivac_host::clock::tbit_of;
@@ -77,6 +78,9 @@ impl Line for PolledLine {
         let bus = bus_parameters(*master, *baud, port.delivery());
         let mut session = BusSession::new(port, *baud, bus, TIMEOUT)?;
         session.master().set_mode(Mode::Operate);
+        let now = context.now();
+        self.gauges().iter_mut().for_each(|gauge| gauge.port_opened(now));
+        self.slaves().iter_mut().for_each(|slave| slave.port_opened(now));
         session.set_background_task(self.background_task(context));
         // A selector that was moved when the port was lost is restored once the port is open again.
         for (address, record) in std::mem::take(&mut self.unrestored) {
@@ -111,6 +115,7 @@ impl Line for PolledLine {
         }
         self.name_defects(context, session);
         self.read_watched(context, session);
+        self.read_record(context, session);
         Ok(())
     }
 
@@ -121,10 +126,10 @@ impl Line for PolledLine {
         let Context { inbox, services, edge, .. } = context;
         let answered = inbox.answer_next(services, slave, |slave| records_of(session, slave), || edge.now());
         let now = edge.now();
-        if let Some(name) = inbox.take_operated()
+        if let Some((name, target)) = inbox.take_operated()
             && let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.shown.config.name == name)
         {
-            gauge.parameters_changed(now);
+            gauge.parameters_changed(&target, now);
         }
         answered.map_err(|PortLost| PortError::Lost(port).into())
     }
@@ -167,7 +172,7 @@ impl Line for PolledLine {
 
     fn disconnect(&mut self, context: &Context, now: Moment, problem: &str) {
         self.gauges().iter_mut().for_each(|gauge| gauge.disconnect(&context.services.recorder, problem, now));
-        self.slaves().iter_mut().for_each(|slave| slave.disconnect(problem, now));
+        self.slaves().iter_mut().for_each(|slave| slave.disconnect(&context.services.recorder, problem, now));
     }
 
     fn snapshot(&self, context: &Context, session: Option<&mut BusSession>, now: Moment) -> SegmentSnapshot {
@@ -209,17 +214,27 @@ impl PolledLine {
         self.slaves.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Searches for one slave that gives no values, or reads it with RD_Inp, if its time has come.
+    /// Searches for one slave that gives no values, reads it with RD_Inp, or asks for its modules, if its time has come.
     fn ask_slave(&self, context: &Context, session: &mut BusSession) -> Result<(), Lost> {
         let now = context.now();
-        let turn = slave::next_request(&mut self.slaves(), now).map(|it| (it.config.clone(), it.is_verified(now)));
-        let Some((config, is_verified)) = turn else { return Ok(()) };
-        let answer = slave::ask(session, &config, context.config.master, is_verified)?;
+        let turn = slave::next_request(&mut self.slaves(), now).map(|it| (it.config.clone(), it.question(now)));
+        let Some((config, question)) = turn else { return Ok(()) };
+        let answer = slave::ask(session, &config, context.config.master, question)?;
         let line = LineMoment { now: context.now(), bus_time: session.now(), baud: session.baud() };
         if let Some(slave) = self.slaves().iter_mut().find(|slave| slave.config.address == config.address) {
             slave.take_answer(&context.services.recorder, session.master(), line, answer);
         }
         Ok(())
+    }
+
+    /// Reads one DP-V1 record with points, if its time has come. A port that is lost meanwhile is found lost in the next cycle.
+    fn read_record(&self, context: &Context, session: &mut BusSession) {
+        let turn = slave::next_record(&mut self.slaves(), context.now());
+        let Some((address, (slot, index))) = turn else { return };
+        let read = ms2::read(session, address, slot, index);
+        if let Some(slave) = self.slaves().iter_mut().find(|slave| slave.config.address == address) {
+            slave.take_record(&context.services.recorder, (slot, index), &read, context.now());
+        }
     }
 
     /// Samples and publishes the gauges while a request takes long.
@@ -263,7 +278,7 @@ impl PolledLine {
     fn search_next(&self, context: &Context, session: &mut BusSession) -> Result<(), Lost> {
         let due = next_search(&mut self.gauges(), context.now()).map(|gauge| gauge.shown.config.clone());
         let Some(config) = due else { return Ok(()) };
-        let found = match find_gauge(session, &config, context.config.master) {
+        let found = match find_gauge(context.config.devices, session, &config, context.config.master) {
             Err(FindError::Port(error)) => return Err(error.into()),
             found => found,
         };
@@ -295,7 +310,7 @@ impl PolledLine {
         let Some((slave, parameter)) = next_parameter(&mut self.gauges(), now) else { return };
         let value = watched::read(session, &slave, parameter, || context.now());
         if let Some(gauge) = self.gauges().iter_mut().find(|gauge| gauge.shown.config.address == slave.address) {
-            gauge.take_parameter(parameter, value);
+            gauge.take_parameter(parameter, value, context.now());
         }
     }
 }

@@ -7,10 +7,10 @@ use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::Defects;
 use profivac_client::cyclic::{CyclicSlave, CyclicValues, IntegerRange};
+use profivac_devices::Principle;
 use profivac_devices::profile::ExceptionStatus;
 use profivac_recorder::validity;
 use profivac_recorder::{EventKind, Micros, Quality, Sample};
-use profivac_virtual::device_spec::entry;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -74,6 +74,12 @@ impl ShownGauge {
     /// The alarms that it reports.
     pub const fn alarms(&self) -> ExceptionStatus {
         self.alarms
+    }
+
+    /// Whether a hot cathode gives a pressure: the active part, or a part with a reading of its own.
+    pub fn has_measuring_hot_cathode(&self) -> bool {
+        let is_one = |it: &view::Reading| it.principle == Some(Principle::HotCathode) && it.quality == Quality::Valid;
+        self.readings.iter().any(is_one)
     }
 
     /// The state on the bus.
@@ -255,7 +261,7 @@ impl ShownGauge {
             address: self.config.address,
             state: self.state,
             name: Some(self.config.name.clone()),
-            device: Some(self.config.device.clone()),
+            device: Some(self.config.device.name.to_owned()),
             ident: self.slave.map(|slave| format!("0x{:04X}", slave.model.ident)),
             description,
         }
@@ -275,8 +281,10 @@ impl ShownGauge {
             kind: view::GaugeKind::Gauge,
             segment: segment.to_owned(),
             address: self.config.address,
-            device: self.config.device.clone(),
-            has_dpv1: entry(&self.config.device).is_ok_and(|entry| entry.model.features.dpv1),
+            device: self.config.device.name.to_owned(),
+            model: Some(self.config.device),
+            integers: self.integers.or_else(|| self.config.integer_range()),
+            has_dpv1: self.config.device.features.dpv1,
             listen_only: false,
             assumptions: Vec::new(),
             state: self.state,
@@ -290,6 +298,7 @@ impl ShownGauge {
             age_ms: None,
             read_at: self.read.map(|read| read.wall),
             lost_at: self.lost_at,
+            is_awaited: false,
             poll_ms: view::duration_ms(self.config.poll),
             stale_after_ms: validity::stale_after_ms(view::duration_ms(self.config.poll)),
         }
@@ -309,7 +318,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let recorder = RecorderHandle::new(Recorder::start(&path, Settings::default()).unwrap(), path);
-        let mut gauge = ShownGauge::new(config::Gauge::plain("chamber".to_owned(), 5, "bcg450".to_owned()));
+        let mut gauge = ShownGauge::new(config::Gauge::plain("chamber".to_owned(), 5, model_named("bcg450").unwrap()));
         let at = Instant::now();
         for (second, state, lost_second) in [
             (10, BusStationState::Missing, 10),
@@ -339,7 +348,7 @@ mod tests {
         let several = model.configurations.iter().map(exchanged).filter(|exchanged| number(exchanged) > 1);
         let (most, least) = (several.clone().max_by_key(number).unwrap(), several.min_by_key(number).unwrap());
         assert!(number(&most) > number(&least));
-        let mut gauge = ShownGauge::new(config::Gauge::plain("chamber".to_owned(), 5, "tpg300".to_owned()));
+        let mut gauge = ShownGauge::new(config::Gauge::plain("chamber".to_owned(), 5, model_named("tpg300").unwrap()));
         let begin = Instant::now();
         let mut series = Vec::new();
         for (second, (slave, values)) in (1..).zip([most, least]) {

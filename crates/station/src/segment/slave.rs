@@ -3,66 +3,68 @@
 //! The station owns a slave only if its file says so. All others are heard on the line while another master exchanges data with them;
 //! on a segment with a master of the station, RD_Inp reads those that are not heard.
 
+mod events;
+mod mismatch;
+mod points;
+mod question;
+mod record;
+mod shown;
+
+pub use question::{Answer, Question, ask};
+pub use record::next_record;
+pub use shown::planned_slave;
+
+use super::allowance::Allowance;
+use super::first_round::FirstRound;
 use super::moment::{LineMoment, Moment};
-use super::slave_words::reports;
 use crate::config;
 use crate::recording::RecorderHandle;
-use crate::view::{self, BusStationState, GaugeKind, WatchedParameter};
+use crate::view::{BusStationState, WatchedParameter};
+use mismatch::{other_device, other_modules, other_plugged};
+use points::{planned_points, valued_point};
 use profivac_dp::link::BitTime;
-use profivac_dp::master::services;
+use profivac_dp::master::ExchangeError;
+use profivac_explain::dpv1::DeviceBlocks;
+use profivac_explain::gsd::Described;
 use profivac_host::clock::duration_of;
-use profivac_host::port::PortError;
-use profivac_host::scan;
-use profivac_host::session::{BusMaster, BusSession, Reply, SessionError, add_or_restart};
+use profivac_host::session::{BusMaster, add_or_restart};
+use profivac_listen::Observer;
 use profivac_listen::gauge::Knowledge;
-use profivac_listen::{Hex, Observer};
-use profivac_recorder::validity::{self, MAX_SILENCE};
-use profivac_recorder::{EventKind, Micros, Quality};
-use profivac_wire::control::Status;
+use profivac_recorder::validity::MAX_SILENCE;
+use profivac_recorder::{Micros, Point, PointSample, Quality};
 use profivac_wire::diag::{SlaveDiag, StationStatus};
+use record::{Record, records};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The time between two searches for a slave that gives no data. chosen: as for gauges.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(3);
 
-/// The shortest time between two events of a point. chosen: a bit that toggles with each sample must not fill the list of events.
-const TOLD_INTERVAL: Duration = Duration::from_secs(10);
-
 /// The time after which a slave that is read with RD_Inp is asked again for its modules and its diagnosis. chosen: its master may give it
 /// other modules between two requests, and each check takes four requests.
 const VERIFY_INTERVAL: Duration = Duration::from_secs(10);
 
-/// The most events about the diagnosis of a slave in a minute. chosen: a loose contact must not fill the list of events; the last texts
-/// are told a minute later.
-const EVENTS_PER_MINUTE: u8 = 6;
+/// The shortest time between two questions to a slave that exchanges data with no master. chosen: the values of its records would be too old
+/// after [`SEARCH_INTERVAL`].
+const IDLE_INTERVAL: Duration = Duration::from_secs(1);
 
-/// How many events may still be recorded in this minute.
-struct Allowance {
-    began: Instant,
-    used: u8,
-}
-
-impl Allowance {
-    const fn new(now: Instant) -> Self {
-        Self { began: now, used: 0 }
-    }
-
-    /// Whether one more event is recorded.
-    fn take(&mut self, now: Instant) -> bool {
-        if now.saturating_duration_since(self.began) >= Duration::from_mins(1) {
-            *self = Self::new(now);
-        }
-        let is_allowed = self.used < EVENTS_PER_MINUTE;
-        self.used = self.used.saturating_add(u8::from(is_allowed));
-        is_allowed
-    }
+/// The modules that an owned slave has according to Get_Cfg. The station asks for them once after each refusal.
+#[derive(PartialEq, Eq)]
+enum Plugged {
+    /// The slave has not refused its parameters or its configuration.
+    Unasked,
+    /// It has, and is to be asked.
+    Wanted,
+    /// How they differ from those in the station's file; `None` if they do not, or if the slave did not answer.
+    Known(Option<String>),
 }
 
 /// A slave of the station's file.
 pub struct SegmentSlave {
     /// The configuration.
     pub config: config::Slave,
+    /// The slave in the words of its GSD file.
+    described: Described,
     state: BusStationState,
     problem: Option<String>,
     /// Its last diagnosis: the octets, its texts, and whether it is a fault.
@@ -71,13 +73,22 @@ pub struct SegmentSlave {
     has_fault: bool,
     /// The texts of the last event about the diagnosis, and how many of them may follow.
     told_reports: Vec<String>,
-    allowance: Allowance,
+    diagnosis_events: Allowance,
+    /// How many events about loss and return may follow.
+    problem_events: Allowance,
+    /// The modules of an owned slave that refuses its parameters or its configuration.
+    plugged: Plugged,
     /// The points. Views share them: a view is made ten times a second.
     points: Arc<[WatchedParameter]>,
+    /// The points as the recorder knows them, in the same order.
+    series: Vec<Arc<Point>>,
     /// The text of each point with texts, as the last event says it, and when.
     told: Vec<Option<(String, Instant)>>,
+    /// The records of points, of a slave that the station does not own.
+    records: Vec<Record>,
     /// The last data exchange on the line and on the clocks of the station.
     exchange: (Option<BitTime>, Moment),
+    first_round: FirstRound,
     /// When it gave the present values.
     read: Option<Moment>,
     lost_at: Option<Micros>,
@@ -89,6 +100,8 @@ pub struct SegmentSlave {
     is_added: bool,
     /// Another master exchanges data with it, and the line shows it.
     is_heard: bool,
+    /// It exchanges data with no master, and its records are read: all its points are there.
+    is_idle: bool,
 }
 
 impl SegmentSlave {
@@ -96,7 +109,10 @@ impl SegmentSlave {
     pub fn new(config: config::Slave, now: Moment) -> Self {
         Self {
             points: planned_points(&config).into(),
+            series: config.points.iter().map(|point| Arc::new(point.recorded(&config.name))).collect(),
             told: vec![None; config.points.len()],
+            records: records(&config, now.at),
+            described: Described::chosen(config.gsd.file(), &config.gsd.configuration()),
             config,
             state: BusStationState::Missing,
             problem: None,
@@ -104,8 +120,11 @@ impl SegmentSlave {
             reports: Vec::new(),
             has_fault: false,
             told_reports: Vec::new(),
-            allowance: Allowance::new(now.at),
+            diagnosis_events: Allowance::new(now.at),
+            problem_events: Allowance::new(now.at),
+            plugged: Plugged::Unasked,
             exchange: (None, now),
+            first_round: FirstRound::begin(now),
             read: None,
             lost_at: None,
             sample_at: now.at,
@@ -113,7 +132,13 @@ impl SegmentSlave {
             verify_at: now.at,
             is_added: false,
             is_heard: false,
+            is_idle: false,
         }
+    }
+
+    /// The port was opened: the slave is not missed until it was asked.
+    pub fn port_opened(&mut self, now: Moment) {
+        self.first_round.port_opened(now);
     }
 
     /// When it needs to be sampled or searched.
@@ -128,8 +153,20 @@ impl SegmentSlave {
 
     /// When the station is to search it, or to read it with RD_Inp; `None` for one that needs no request.
     fn request_due(&self) -> Option<Instant> {
+        if self.plugged == Plugged::Wanted {
+            return Some(self.search_at);
+        }
         let is_asked = if self.config.is_owned { !self.is_added } else { !self.is_heard };
         is_asked.then(|| self.due())
+    }
+
+    /// The question of its next request.
+    pub fn question(&self, now: Moment) -> Question {
+        match self.config.is_owned {
+            true if self.plugged == Plugged::Wanted => Question::Modules,
+            true => Question::Search,
+            false => Question::Inputs { is_verified: self.is_verified(now) },
+        }
     }
 
     fn request_begins(&mut self, now: Moment) {
@@ -142,8 +179,14 @@ impl SegmentSlave {
         matches!(self.state, BusStationState::DataExchange | BusStationState::Fault)
     }
 
+    /// Whether its records may be read: it was asked lately and is the device of the station's file. Another device may have its address
+    /// otherwise.
+    const fn gives_records(&self) -> bool {
+        self.has_values() || self.is_idle
+    }
+
     /// Whether RD_Inp may be believed: the slave was asked lately and is the device of the station's file, with its modules.
-    pub fn is_verified(&self, now: Moment) -> bool {
+    fn is_verified(&self, now: Moment) -> bool {
         self.has_values() && now.at < self.verify_at
     }
 
@@ -161,17 +204,34 @@ impl SegmentSlave {
         let (is_exchanging, read) = self.exchange;
         match master.inputs(address).filter(|_| is_exchanging.is_some() && now.since(read) < MAX_SILENCE) {
             Some(inputs) => {
+                self.plugged = Plugged::Unasked;
                 let diagnosis = master.diagnosis(address).map(|diag| octets_of(&diag)).unwrap_or_default();
                 self.take_values(recorder, &diagnosis, inputs, read, now);
             }
             None => {
-                let problem = master.exchange_error(address).map(|error| error.to_string());
+                let problem = master.exchange_error(address).map(|error| self.refusal(error));
+                if problem.is_some() {
+                    self.first_round.end();
+                }
                 let state = if problem.is_some() { BusStationState::Missing } else { BusStationState::Starting };
                 self.lose(recorder, state, problem, now);
                 // It may have values soon, however seldom it is sampled.
                 self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
             }
         }
+    }
+
+    /// An error of the data exchange in words. The modules of a slave that refuses its parameters or its configuration belong to it.
+    fn refusal(&mut self, error: ExchangeError) -> String {
+        let is_refusal = matches!(error, ExchangeError::PrmFault | ExchangeError::CfgFault);
+        match &self.plugged {
+            // Without power, or with another owner, it may get other modules.
+            _ if !is_refusal => self.plugged = Plugged::Unasked,
+            Plugged::Unasked => self.plugged = Plugged::Wanted,
+            Plugged::Known(Some(difference)) => return format!("{error}: {difference}"),
+            Plugged::Wanted | Plugged::Known(None) => {}
+        }
+        error.to_string()
     }
 
     /// Takes what was heard of a slave that the station does not own, if its time has come. `opened` is when the line was opened.
@@ -214,8 +274,8 @@ impl SegmentSlave {
         }
     }
 
-    /// Takes the answer to a request: adds a slave of the station to the master with its outputs, takes the inputs of another one, or notes
-    /// the problem.
+    /// Takes the answer to a request: adds a slave of the station to the master with its outputs, takes its modules, takes the inputs of
+    /// another one, or notes the problem.
     pub fn take_answer(
         &mut self,
         recorder: &RecorderHandle,
@@ -224,7 +284,17 @@ impl SegmentSlave {
         answer: Result<Answer, String>,
     ) {
         let taken = answer.and_then(|answer| match answer {
-            Answer::Present => self.add(master, line),
+            Answer::Present => {
+                self.add(master, line)?;
+                self.lose(recorder, BusStationState::Starting, None, line.now);
+                Ok(())
+            }
+            Answer::Modules(octets) => {
+                let is_other = !octets.is_empty() && octets != self.config.gsd.chk_cfg();
+                self.plugged = Plugged::Known(is_other.then(|| other_plugged(&octets, &self.config)));
+                Ok(())
+            }
+            Answer::Idle => self.take_idle(recorder, line.now),
             Answer::Inputs { inputs, diagnosis } => {
                 if diagnosis.is_some() {
                     self.verify_at = line.now.at + VERIFY_INTERVAL;
@@ -234,11 +304,29 @@ impl SegmentSlave {
                 Ok(())
             }
         });
-        match taken {
-            Ok(()) if self.config.is_owned => self.lose(recorder, BusStationState::Starting, None, line.now),
-            Ok(()) => {}
-            Err(problem) => self.lose(recorder, BusStationState::Missing, Some(problem), line.now),
+        if let Err(problem) = taken {
+            self.first_round.end();
+            self.lose(recorder, BusStationState::Missing, Some(problem), line.now);
         }
+    }
+
+    /// Takes that the slave exchanges data with no master: its inputs are no values. MS2 needs no data exchange (profibus-wire 4.6), so a slave
+    /// whose points are all in records gives values. chosen: the points of other slaves are stale together, as an alarm reports them.
+    fn take_idle(&mut self, recorder: &RecorderHandle, now: Moment) -> Result<(), String> {
+        if self.records.is_empty() || self.config.points.iter().any(|point| point.record.is_none()) {
+            let problem = "it is in data exchange with no master: with own = true the station exchanges data with it";
+            return Err(problem.to_owned());
+        }
+        self.forget_diagnosis();
+        (self.is_idle, self.state) = (true, BusStationState::Missing);
+        // A slave that refuses all its records gives nothing.
+        if self.records.iter().any(Record::is_answered) {
+            (self.read, self.lost_at) = (Some(now), None);
+        }
+        self.search_at = now.at + self.config.poll.max(IDLE_INTERVAL);
+        let problem = "it is in data exchange with no master: its records are read";
+        self.note_problem(recorder, Some(problem.to_owned()), now);
+        Ok(())
     }
 
     /// Adds the slave to the master. Its outputs are set before the first exchange.
@@ -256,34 +344,51 @@ impl SegmentSlave {
     }
 
     /// Ends the values because the port is lost or the segment stops.
-    pub fn disconnect(&mut self, problem: &str, now: Moment) {
+    pub fn disconnect(&mut self, recorder: &RecorderHandle, problem: &str, now: Moment) {
         (self.is_added, self.is_heard, self.search_at, self.sample_at) = (false, false, now.at, now.at);
-        self.end(BusStationState::Missing, now);
+        self.plugged = Plugged::Unasked;
+        self.end(recorder, BusStationState::Missing, now);
         self.problem = Some(problem.to_owned());
     }
 
     /// Takes the inputs of an exchange, and the last diagnosis; empty octets if there is none.
     fn take_values(&mut self, recorder: &RecorderHandle, diagnosis: &[u8], inputs: &[u8], read: Moment, now: Moment) {
+        self.first_round.end();
         let diag = SlaveDiag::parse(diagnosis).ok().filter(|diag| diag.ident == self.config.gsd.ident());
         if let Some(problem) = self.unusable(inputs, diag.as_ref()) {
             return self.lose(recorder, BusStationState::Missing, Some(problem), now);
         }
         if let Some(diag) = diag.filter(|_| self.diagnosis != diagnosis) {
             self.diagnosis = diagnosis.to_vec();
-            self.reports = reports(&self.config, &diag);
+            let reports = self.conditions(&diag);
+            if self.reports != reports {
+                self.diagnosis_events.changed();
+            }
+            self.reports = reports;
             self.has_fault = diag.status.contains(StationStatus::EXT_DIAG);
         }
         self.tell_diagnosis(recorder, now);
         self.note_problem(recorder, None, now);
         self.state = if self.has_fault { BusStationState::Fault } else { BusStationState::DataExchange };
-        self.lost_at = None;
+        (self.is_idle, self.lost_at) = (false, None);
         if self.read.replace(read) != Some(read) {
-            let values = self.config.points.iter().map(|point| {
-                let config::PointValue { number, text, quality } = point.value(inputs);
-                WatchedParameter { number, text, quality, read_at: Some(read.wall), ..planned_point(point) }
+            let values = self.config.points.iter().zip(self.points.iter()).map(|(point, present)| match point.record {
+                Some(_) => present.clone(),
+                None => valued_point(point, inputs, read),
             });
             self.points = values.collect();
+            self.record(recorder, read.wall, |point| point.record.is_none());
             self.tell_changes(recorder, now);
+        }
+    }
+
+    /// Records the values of these points, with the time of their data exchange or of the answer to their record.
+    fn record(&self, recorder: &RecorderHandle, at: Micros, of: impl Fn(&config::SlavePoint) -> bool) {
+        for ((settings, point), series) in self.config.points.iter().zip(self.points.iter()).zip(&self.series) {
+            if !of(settings) {
+                continue;
+            }
+            recorder.push_point(series, settings.deadband, PointSample::new(at, point.number, point.quality));
         }
     }
 
@@ -298,109 +403,43 @@ impl SegmentSlave {
         }
         // profibus-wire 2.3
         let diag = diag.filter(|diag| diag.status.contains(StationStatus::STAT_DIAG))?;
-        let texts: String = reports(&self.config, diag).iter().map(|text| format!(": {text}")).collect();
+        let texts: String = self.conditions(diag).iter().map(|text| format!("; {text}")).collect();
         Some(format!("it reports that its inputs are not valid (Stat_Diag){texts}"))
     }
 
-    /// Records an event for each point with texts that has another one: the state of a pump, the limit switch of a valve.
-    fn tell_changes(&mut self, recorder: &RecorderHandle, now: Moment) {
-        let points = self.config.points.iter().zip(self.points.iter()).zip(&mut self.told);
-        for ((settings, point), told) in points {
-            if !settings.has_texts() || point.quality != Quality::Valid {
-                continue;
-            }
-            let text = point.text_without_remark();
-            let is_known = told
-                .as_ref()
-                .is_some_and(|(told, at)| told == text || now.at.saturating_duration_since(*at) < TOLD_INTERVAL);
-            if is_known {
-                continue;
-            }
-            if told.replace((text.to_owned(), now.at)).is_some() {
-                let text = format!("{}: {} is {text}", self.config.name, point.target);
-                recorder.event_at(now.wall, Some(&self.config.name), EventKind::Gauge, text);
-            }
-        }
-    }
-
-    /// Records an event if the diagnosis has other texts than the last event.
-    fn tell_diagnosis(&mut self, recorder: &RecorderHandle, now: Moment) {
-        if self.told_reports == self.reports || !self.allowance.take(now.at) {
-            return;
-        }
-        let sentence = if self.reports.is_empty() { "no diagnosis".to_owned() } else { self.reports.join(", ") };
-        let text = format!("{}: {sentence}", self.config.name);
-        recorder.event_at(now.wall, Some(&self.config.name), EventKind::Gauge, text);
-        self.told_reports.clone_from(&self.reports);
+    /// What the extended diagnosis reports, in the words of the GSD file.
+    fn conditions(&self, diag: &SlaveDiag<'_>) -> Vec<String> {
+        let blocks = if self.config.gsd.is_dpv1() { DeviceBlocks::Messages } else { DeviceBlocks::Vendor };
+        self.described.conditions(diag.ext_diag, blocks)
     }
 
     /// The slave gives no values: `state` and `problem` say why.
     fn lose(&mut self, recorder: &RecorderHandle, state: BusStationState, problem: Option<String>, now: Moment) {
-        self.end(state, now);
+        self.end(recorder, state, now);
         if problem.is_some() {
             self.note_problem(recorder, problem, now);
         }
     }
 
-    fn end(&mut self, state: BusStationState, now: Moment) {
+    /// Ends the values, with a gap in their record.
+    fn end(&mut self, recorder: &RecorderHandle, state: BusStationState, now: Moment) {
         if self.lost_at.is_none() || self.state != state {
             self.lost_at = Some(now.wall);
         }
-        self.state = state;
+        (self.is_idle, self.state) = (false, state);
         if self.points.iter().any(|point| point.quality != Quality::Stale) {
+            self.series.iter().for_each(|series| recorder.push_point(series, 0.0, PointSample::gap(now.wall)));
             self.points = planned_points(&self.config).into();
         }
+        self.records.iter_mut().for_each(|record| record.restart(now.at));
+        self.forget_diagnosis();
+    }
+
+    fn forget_diagnosis(&mut self) {
         self.reports.clear();
         self.told_reports.clear();
         self.diagnosis.clear();
         self.has_fault = false;
-    }
-
-    /// Sets the problem, and records an event if it is another one than before.
-    fn note_problem(&mut self, recorder: &RecorderHandle, problem: Option<String>, now: Moment) {
-        if self.problem != problem || (problem.is_none() && !self.has_values()) {
-            let sentence = problem.as_deref().unwrap_or("in data exchange");
-            let text = format!("{}: {sentence}", self.config.name);
-            recorder.event_at(now.wall, Some(&self.config.name), EventKind::Bus, text);
-            self.problem = problem;
-        }
-    }
-
-    /// The slave as a station on the bus.
-    pub fn bus_station(&self) -> view::BusStation {
-        let description = match (&self.problem, self.state) {
-            (Some(problem), _) => problem.clone(),
-            (None, BusStationState::DataExchange) if self.config.is_owned => "in data exchange".to_owned(),
-            (None, BusStationState::DataExchange) => "in data exchange with another master".to_owned(),
-            (None, BusStationState::Fault) => view::fault_text(&self.reports, &[]),
-            (None, _) => "is being brought into data exchange".to_owned(),
-        };
-        view::BusStation {
-            address: self.config.address,
-            state: self.state,
-            name: Some(self.config.name.clone()),
-            device: Some(self.config.model()),
-            ident: Some(format!("0x{:04X}", self.config.gsd.ident())),
-            description,
-        }
-    }
-
-    /// The slave as the API shows it.
-    pub fn view_at(&self, segment: &str, now: Moment) -> view::Gauge {
-        let (exceptions, warnings) =
-            if self.has_fault { (self.reports.clone(), Vec::new()) } else { (Vec::new(), self.reports.clone()) };
-        view::Gauge {
-            listen_only: !self.config.is_owned,
-            state: self.state,
-            problem: self.problem.clone(),
-            exceptions,
-            warnings,
-            parameters: Arc::clone(&self.points),
-            age_ms: self.read.map(|read| view::duration_ms(now.since(read))),
-            read_at: self.read.map(|read| read.wall),
-            lost_at: self.lost_at,
-            ..planned_slave(&self.config, segment)
-        }
     }
 }
 
@@ -413,160 +452,9 @@ pub fn next_request(slaves: &mut [SegmentSlave], now: Moment) -> Option<&mut Seg
     Some(slave)
 }
 
-/// What a slave answered.
-pub enum Answer {
-    /// It is the device of the GSD file, and no other master owns it.
-    Present,
-    /// It is the device of the GSD file with the modules of the station's file, and gave its inputs.
-    Inputs {
-        /// The inputs.
-        inputs: Vec<u8>,
-        /// Its diagnosis; empty without an answer, `None` if the slave was not verified again.
-        diagnosis: Option<Vec<u8>>,
-    },
-}
-
-/// Searches a slave that the station owns, or reads the inputs of another one with RD_Inp; unless it `is_verified`, asks for its ident
-/// number, its modules and its diagnosis first. The inner result has the problem of the slave, in a sentence.
-///
-/// # Errors
-/// When the port is lost.
-pub fn ask(
-    session: &mut BusSession,
-    slave: &config::Slave,
-    master: u8,
-    is_verified: bool,
-) -> Result<Result<Answer, String>, PortError> {
-    let answer = if slave.is_owned { search(session, slave, master) } else { read_inputs(session, slave, is_verified) };
-    match answer {
-        Err(SessionError::Port(error)) => Err(error),
-        Err(error) => Ok(Err(error.to_string())),
-        Ok(answer) => Ok(answer),
-    }
-}
-
-fn search(session: &mut BusSession, slave: &config::Slave, master: u8) -> Result<Result<Answer, String>, SessionError> {
-    let owner = present(session, slave)?;
-    Ok(owner.and_then(|owner| match owner.filter(|owner| *owner != master) {
-        Some(owner) => Err(format!("master {owner} owns it: with own = false the station reads it without ownership")),
-        None => Ok(Answer::Present),
-    }))
-}
-
-/// The owner of the slave, if it answers and is the device of the GSD file.
-fn present(session: &mut BusSession, slave: &config::Slave) -> Result<Result<Option<u8>, String>, SessionError> {
-    let status = scan::probe(session, slave.address)?.and_then(|station| station.slave);
-    Ok(match status {
-        None => Err("no slave answers".to_owned()),
-        Some(status) if status.ident != slave.gsd.ident() => Err(other_device(status.ident, slave)),
-        Some(status) => Ok(status.owner),
-    })
-}
-
-fn read_inputs(
-    session: &mut BusSession,
-    slave: &config::Slave,
-    is_verified: bool,
-) -> Result<Result<Answer, String>, SessionError> {
-    let diagnosis = if is_verified {
-        None
-    } else {
-        match verify(session, slave)? {
-            Ok(diagnosis) => Some(diagnosis),
-            Err(problem) => return Ok(Err(problem)),
-        }
-    };
-    let Reply::Answer { status, du, .. } = session.request(&services::rd_inp(slave.address))? else {
-        return Ok(Err("no slave answers".to_owned()));
-    };
-    Ok(match status {
-        Status::DataLow | Status::DataHigh => Ok(Answer::Inputs { inputs: du, diagnosis }),
-        // A slave without inputs.
-        Status::NoReply => Ok(Answer::Inputs { inputs: Vec::new(), diagnosis }),
-        Status::ServiceNotActivated => {
-            Err("it is in data exchange with no master: with own = true the station exchanges data with it".to_owned())
-        }
-        status => Err(format!("expected inputs as the answer to RD_Inp, got the status {status:?}")),
-    })
-}
-
-/// The diagnosis of the slave, if it is the device of the GSD file and Get_Cfg gives the modules of the station's file. A slave that refuses
-/// Get_Cfg is believed. chosen: its inputs have the right length.
-fn verify(session: &mut BusSession, slave: &config::Slave) -> Result<Result<Vec<u8>, String>, SessionError> {
-    if let Err(problem) = present(session, slave)? {
-        return Ok(Err(problem));
-    }
-    let Reply::Answer { status, du: modules, .. } = session.request(&services::get_cfg(slave.address))? else {
-        return Ok(Err("no slave answers".to_owned()));
-    };
-    if matches!(status, Status::DataLow | Status::DataHigh) && modules != slave.gsd.chk_cfg() {
-        return Ok(Err(other_modules(&modules, slave)));
-    }
-    Ok(Ok(match session.request(&services::slave_diag(slave.address))? {
-        Reply::Answer { du, .. } => du,
-        Reply::NoAnswer(_) => Vec::new(),
-    }))
-}
-
-fn other_modules(octets: &[u8], slave: &config::Slave) -> String {
-    let (found, expected) = (Hex(octets), Hex(slave.gsd.chk_cfg()));
-    format!("its master configures it with {found}, the modules in the station's file give {expected}: correct modules")
-}
-
 fn octets_of(diag: &SlaveDiag<'_>) -> Vec<u8> {
     let mut octets = vec![0; diag.ext_diag.len().saturating_add(6)];
     let length = diag.emit(&mut octets).unwrap_or_default();
     octets.truncate(length);
     octets
-}
-
-fn other_device(ident: u16, slave: &config::Slave) -> String {
-    format!(
-        "it has the ident number 0x{ident:04X}, the GSD file of the station's file 0x{:04X}: another device has the address",
-        slave.gsd.ident()
-    )
-}
-
-fn planned_point(point: &config::SlavePoint) -> WatchedParameter {
-    WatchedParameter {
-        target: point.name.clone(),
-        name: point.place.clone(),
-        unit: point.unit,
-        number: None,
-        text: String::new(),
-        quality: Quality::Stale,
-        read_at: None,
-    }
-}
-
-fn planned_points(slave: &config::Slave) -> Vec<WatchedParameter> {
-    slave.points.iter().map(planned_point).collect()
-}
-
-/// A slave of the station's file before anything was heard of it: with its points, without their values.
-#[must_use]
-pub fn planned_slave(config: &config::Slave, segment: &str) -> view::Gauge {
-    view::Gauge {
-        name: config.name.clone(),
-        kind: GaugeKind::Slave,
-        segment: segment.to_owned(),
-        address: config.address,
-        device: config.model(),
-        has_dpv1: false,
-        listen_only: !config.is_owned,
-        assumptions: Vec::new(),
-        state: BusStationState::Missing,
-        problem: None,
-        exceptions: Vec::new(),
-        warnings: Vec::new(),
-        gas: String::new(),
-        levels: Vec::new(),
-        readings: Vec::new(),
-        parameters: planned_points(config).into(),
-        age_ms: None,
-        read_at: None,
-        lost_at: None,
-        poll_ms: view::duration_ms(config.poll),
-        stale_after_ms: validity::stale_after_ms(view::duration_ms(config.poll)),
-    }
 }

@@ -4,6 +4,9 @@
 //! Most are read every [`INTERVAL`]. A parameter of an instance needs a move of the selector, which the gauge keeps in its nonvolatile
 //! memory (BCG450 manual 3.2.1.2, store class N), so it is read when the gauge was found, after an operation of the station, and every
 //! [`SELECTED_INTERVAL`].
+//!
+//! A state, such as emission or degas, changes without the station: its value is valid for [`VALID_FOR`] after it was read, then stale. A
+//! setting changes only by a write, and stays valid.
 
 use super::moment::Moment;
 use super::records::records_of;
@@ -13,7 +16,7 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2Line;
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::Value;
-use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role};
+use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role, Storage};
 use profivac_recorder::Quality;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -24,6 +27,10 @@ const INTERVAL: Duration = Duration::from_secs(10);
 /// The time between two readings of a parameter that needs a move of the selector. chosen: at most sixteen writes of the selector a
 /// day, so that a memory of 100,000 writes lasts for 17 years.
 const SELECTED_INTERVAL: Duration = Duration::from_secs(6 * 3600);
+
+/// How long the value of a parameter that changes by itself is valid after it was read. chosen: six intervals, so that a busy line makes no
+/// value stale, and a degas of three minutes does not seem to last.
+const VALID_FOR: Duration = Duration::from_secs(60);
 
 /// The shortest time between two readings on a segment, so that they take a small part of the line. chosen.
 pub const PAUSE: Duration = Duration::from_millis(250);
@@ -36,6 +43,23 @@ const LOCATIONS: [&str; 3] = ["Trip Point", "Setpoint", "Relay"];
 struct Watched {
     parameter: &'static NamedParameter,
     read_at: Instant,
+    /// An operation of the station has changed it: it is read before all others.
+    is_urgent: bool,
+    /// When its value becomes stale; `None` without a value, and for a setting.
+    valid_until: Option<Instant>,
+}
+
+impl Watched {
+    const fn due(&self) -> Due {
+        Due { is_usual: !self.is_urgent, at: self.read_at }
+    }
+}
+
+/// When a parameter is to be read. Urgent ones come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Due {
+    is_usual: bool,
+    at: Instant,
 }
 
 /// The watched parameters of a gauge.
@@ -54,35 +78,73 @@ impl WatchedParameters {
             return;
         }
         self.model = Some(model.name);
-        let watched = |parameter| Watched { parameter, read_at: now };
+        let watched = |parameter| Watched { parameter, read_at: now, is_urgent: false, valid_until: None };
         self.list = watched_of(model).map(watched).collect();
         self.values = planned(model).into();
     }
 
     /// When the next parameter is to be read; `None` for a device without watched parameters.
-    pub fn due(&self) -> Option<Instant> {
-        self.list.iter().map(|watched| watched.read_at).min()
+    pub fn due(&self) -> Option<Due> {
+        self.list.iter().map(Watched::due).min()
     }
 
     /// The parameter that is to be read now, if there is one. If so, sets the time of its next reading.
     pub fn takes_turn(&mut self, now: Instant) -> Option<&'static NamedParameter> {
-        let due =
-            self.list.iter_mut().filter(|watched| watched.read_at <= now).min_by_key(|watched| watched.read_at)?;
-        due.read_at = now + interval(due.parameter);
+        let due = self.list.iter_mut().filter(|watched| watched.read_at <= now).min_by_key(|watched| watched.due())?;
+        // What an operation has changed may take a moment: it is read once more.
+        let pause = if due.is_urgent { INTERVAL } else { interval(due.parameter) };
+        (due.read_at, due.is_urgent) = (now + pause, false);
         Some(due.parameter)
     }
 
-    /// Takes a value. Without one, the gauge did not answer or refused: the last value is no longer true.
-    pub fn take(&mut self, parameter: &NamedParameter, value: Option<WatchedParameter>) {
-        let index = self.list.iter().position(|watched| watched.parameter.name == parameter.name);
-        if let Some(place) = index.and_then(|index| Arc::make_mut(&mut self.values).get_mut(index)) {
+    /// Takes a value that was read `now`. Without one, the gauge did not answer or refused: the last value is no longer true.
+    pub fn take(&mut self, parameter: &NamedParameter, value: Option<WatchedParameter>, now: Instant) {
+        let Some(index) = self.list.iter().position(|watched| watched.parameter.name == parameter.name) else { return };
+        if let Some(watched) = self.list.get_mut(index) {
+            watched.valid_until = (value.is_some() && changes_by_itself(parameter)).then(|| now + VALID_FOR);
+        }
+        if let Some(place) = Arc::make_mut(&mut self.values).get_mut(index) {
             *place = value.unwrap_or_else(|| absent(parameter));
         }
     }
 
-    /// An operation may have changed every parameter: all are read again.
-    pub fn changed(&mut self, now: Instant) {
-        self.list.iter_mut().for_each(|watched| watched.read_at = now);
+    /// An operation has written `target` and may have changed every parameter: all are read again. The written one, and those that follow
+    /// from it, are read first, and their old values are stale until then.
+    pub fn changed(&mut self, target: &NamedParameter, now: Instant) {
+        for watched in &mut self.list {
+            let NamedParameter { name, parameter, .. } = watched.parameter;
+            let follows = parameter.location == target.parameter.location && changes_by_itself(watched.parameter);
+            watched.read_at = now;
+            watched.is_urgent = *name == target.name || follows;
+            if watched.is_urgent {
+                watched.valid_until = Some(now);
+            }
+        }
+        self.expire(now);
+    }
+
+    /// Makes the values stale that are too old to be true. They keep the time at which they were read.
+    pub fn expire(&mut self, now: Instant) {
+        for (index, watched) in self.list.iter_mut().enumerate() {
+            if watched.valid_until.take_if(|until| *until <= now).is_some()
+                && let Some(place) = Arc::make_mut(&mut self.values).get_mut(index)
+            {
+                *place = WatchedParameter { read_at: place.read_at, ..absent(watched.parameter) };
+            }
+        }
+    }
+
+    /// A hot cathode gave a pressure in the data exchange of `read`: an older "off" of the only emission of the gauge is not true any more.
+    pub fn emission_is_on(&mut self, read: Moment) {
+        let is_emission = |it: &&mut Watched| it.parameter.parameter.row.role == Some(Role::EmissionStatus);
+        let mut all = self.list.iter_mut().filter(is_emission);
+        let (Some(watched), None) = (all.next(), all.next()) else { return };
+        let value = self.values.iter().find(|value| value.target == watched.parameter.name);
+        let is_off = |it: &WatchedParameter| it.number == Some(0.0) && it.read_at.is_some_and(|at| at < read.wall);
+        if value.is_some_and(is_off) {
+            watched.valid_until = Some(read.at);
+            self.expire(read.at);
+        }
     }
 
     /// The values that were read, in the order of the tables.
@@ -104,6 +166,7 @@ fn absent(parameter: &NamedParameter) -> WatchedParameter {
         name: row.name.to_owned(),
         unit: match row.codes {
             Codes::PerMille(..) => Some("%"),
+            Codes::Quantity(quantity) => Some(quantity.unit),
             _ => (row.data_type == DataType::ByType).then_some("Pa"),
         },
         number: None,
@@ -113,6 +176,11 @@ fn absent(parameter: &NamedParameter) -> WatchedParameter {
     }
 }
 
+/// Whether it changes without a write: a state, and not a setting.
+const fn changes_by_itself(parameter: &NamedParameter) -> bool {
+    matches!(parameter.parameter.row.storage, Storage::Volatile | Storage::Dynamic)
+}
+
 const fn interval(parameter: &NamedParameter) -> Duration {
     if parameter.parameter.location.instance == 0 { INTERVAL } else { SELECTED_INTERVAL }
 }
@@ -120,7 +188,7 @@ const fn interval(parameter: &NamedParameter) -> Duration {
 /// The parameters of a model that gateways show.
 fn watched_of(model: &'static Model) -> impl Iterator<Item = &'static NamedParameter> {
     let via = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
-    let all = ParameterNames::of_catalog(model).map(ParameterNames::all).unwrap_or_default();
+    let all = ParameterNames::shared(model).all();
     all.iter().filter(move |named| named.parameter.row.access.allows(via, Direction::Read) && is_watched(named))
 }
 
@@ -130,11 +198,12 @@ fn is_watched(named: &NamedParameter) -> bool {
         row.data_type,
         DataType::Visible(_) | DataType::OctetString(_) | DataType::Array(_) | DataType::Record(_)
     );
-    let describes_others = matches!(row.role, Some(Role::NumberType | Role::InstanceSelector | Role::BlockType))
-        || row.codes == Codes::Units;
+    let describes_others =
+        matches!(row.role, Some(Role::Unit | Role::NumberType | Role::InstanceSelector | Role::BlockType));
     let is_in_location = LOCATIONS.iter().any(|name| named.parameter.location.name.starts_with(name));
     let is_state = matches!(row.role, Some(Role::EmissionStatus | Role::DegasStatus));
-    is_state || (is_in_location && is_number && !describes_others)
+    let is_quantity = matches!(row.codes, Codes::Quantity(_));
+    is_state || is_quantity || (is_in_location && is_number && !describes_others)
 }
 
 /// Reads a parameter; `None` if the gauge does not answer or refuses. `clock` gives the time of the answer.
@@ -166,6 +235,7 @@ pub fn read<L: Ms2Line>(
 mod tests {
     use super::*;
     use profivac_devices::catalog::{MODELS, model_named};
+    use profivac_recorder::Micros;
 
     fn names(device: &str) -> Vec<String> {
         planned(model_named(device).unwrap()).into_iter().map(|parameter| parameter.target).collect()
@@ -196,7 +266,106 @@ mod tests {
         assert!(again.iter().all(|named| named.parameter.location.instance == 0));
         let rest: Vec<_> = std::iter::from_fn(|| watched.takes_turn(now + SELECTED_INTERVAL)).collect();
         assert_eq!(rest.len(), count);
-        watched.changed(now + SELECTED_INTERVAL);
+        let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
+        watched.changed(emission, now + SELECTED_INTERVAL);
         assert!(watched.takes_turn(now + SELECTED_INTERVAL).is_some(), "after an operation");
+    }
+
+    /// All parameters of a `device`, read at `now` with the same value.
+    fn read_at(device: &str, now: Instant) -> WatchedParameters {
+        let mut watched = WatchedParameters::default();
+        watched.found(model_named(device).unwrap(), now);
+        while let Some(parameter) = watched.takes_turn(now) {
+            watched.take(parameter, Some(read_value(parameter)), now);
+        }
+        watched
+    }
+
+    fn read_value(parameter: &NamedParameter) -> WatchedParameter {
+        let (text, read_at) = ("off".to_owned(), Some(Micros(7)));
+        WatchedParameter { number: Some(0.0), text, quality: Quality::Valid, read_at, ..absent(parameter) }
+    }
+
+    fn value<'a>(values: &'a [WatchedParameter], target: &str) -> &'a WatchedParameter {
+        values.iter().find(|value| value.target == target).unwrap()
+    }
+
+    #[test]
+    fn a_state_that_was_read_long_ago_is_stale_with_its_time_and_a_setting_stays_valid() {
+        let now = Instant::now();
+        let mut watched = read_at("bcg450", now);
+        watched.expire(now + VALID_FOR - Duration::from_millis(1));
+        assert!(watched.values().iter().all(|value| value.quality == Quality::Valid));
+        watched.expire(now + VALID_FOR);
+        let values = watched.values();
+        for state in ["ba.emission-status", "ba.degas-status", "setpoint-a.status", "setpoint-a.process-value"] {
+            let value = value(&values, state);
+            assert_eq!(
+                (value.quality, value.number, value.read_at),
+                (Quality::Stale, None, Some(Micros(7))),
+                "{state}"
+            );
+            assert_eq!(value.text, "", "{state}");
+        }
+        let setting = value(&values, "setpoint-a.percentage-of-atmosphere");
+        assert_eq!((setting.quality, setting.number), (Quality::Valid, Some(0.0)));
+        // A reading makes it valid again.
+        let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
+        let later = now + SELECTED_INTERVAL;
+        watched.take(emission, Some(read_value(emission)), later);
+        watched.expire(later);
+        assert_eq!(value(&watched.values(), "ba.emission-status").quality, Quality::Valid);
+    }
+
+    #[test]
+    fn an_emission_that_was_off_is_stale_when_the_hot_cathode_measures() {
+        let now = Instant::now();
+        let mut watched = read_at("bcg450", now);
+        watched.emission_is_on(Moment { at: now, wall: Micros(7) });
+        assert_eq!(value(&watched.values(), "ba.emission-status").quality, Quality::Valid, "read after the exchange");
+        watched.emission_is_on(Moment { at: now, wall: Micros(8) });
+        let values = watched.values();
+        let stale: Vec<_> = values.iter().filter(|value| value.quality == Quality::Stale).collect();
+        let stale: Vec<_> = stale.iter().map(|value| (value.target.as_str(), value.number, value.read_at)).collect();
+        assert_eq!(stale, [("ba.emission-status", None, Some(Micros(7)))]);
+
+        let mut watched = read_at("bcg450", now);
+        let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
+        watched.take(emission, Some(WatchedParameter { number: Some(2.0), ..read_value(emission) }), now);
+        watched.emission_is_on(Moment { at: now, wall: Micros(8) });
+        assert!(watched.values().iter().all(|value| value.quality == Quality::Valid), "it is on");
+    }
+
+    #[test]
+    fn what_an_operation_wrote_is_read_first_and_its_old_value_is_not_valid() {
+        let now = Instant::now();
+        let mut watched = read_at("bcg450", now);
+        let later = now + Duration::from_secs(1);
+        let all = ParameterNames::shared(model_named("bcg450").unwrap()).all();
+        let named = |name: &str| all.iter().find(|named| named.name == name).unwrap();
+        watched.changed(named("setpoint-b.percentage-of-atmosphere"), later);
+        let is_valid =
+            |watched: &WatchedParameters, name: &str| value(&watched.values(), name).quality == Quality::Valid;
+        assert!(!is_valid(&watched, "setpoint-b.percentage-of-atmosphere"));
+        assert!(is_valid(&watched, "setpoint-a.percentage-of-atmosphere"));
+        assert!(is_valid(&watched, "ba.emission-status"), "of another block");
+        let overdue = Due { is_usual: true, at: now };
+        assert!(watched.due().unwrap() < overdue, "before the parameters of all other gauges");
+        let first: Vec<_> = std::iter::from_fn(|| watched.takes_turn(later)).map(|named| named.name.as_str()).collect();
+        assert!(first[..5].contains(&"setpoint-b.percentage-of-atmosphere"), "{first:?}");
+        assert!(first[..5].iter().all(|name| name.starts_with("setpoint-b.")), "{first:?}");
+        assert_eq!(first.len(), watched.list.len(), "all are read again");
+
+        let mut watched = read_at("bcg450", now);
+        watched.changed(named("ba.hot-cathode-block-state-command"), later);
+        let first: Vec<_> = std::iter::from_fn(|| watched.takes_turn(later)).map(|named| named.name.as_str()).collect();
+        assert_eq!(first[..2], ["ba.emission-status", "ba.degas-status"], "a command has no value of its own");
+        assert!(!is_valid(&watched, "ba.emission-status") && !is_valid(&watched, "ba.degas-status"));
+        let turns = |watched: &mut WatchedParameters, now| {
+            let all = std::iter::from_fn(|| watched.takes_turn(now)).map(|named| named.name.as_str());
+            all.filter(|name| name.starts_with("ba.")).collect::<Vec<_>>()
+        };
+        assert_eq!(turns(&mut watched, later + INTERVAL), first[..2], "once more, when the gauge has executed it");
+        assert_eq!(turns(&mut watched, later + VALID_FOR), Vec::<&str>::new(), "the selector is moved seldom");
     }
 }

@@ -4,7 +4,8 @@ use super::{Fixture, rule, series};
 use crate::support::inputs::{inputs, silent};
 use profivac_recorder::Quality;
 use profivac_station::alarm::{AlarmChangeKind, Condition, Inputs, PointTest, Rule, Series};
-use profivac_station::view::{BusStationState, SegmentState, WatchedParameter};
+use profivac_station::gateway_status::ArchiveState;
+use profivac_station::view::{BusStationState, Gauge, SegmentState, WatchedParameter};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -73,7 +74,7 @@ fn the_alarm_of_a_point_is_raised_beyond_its_limit_and_a_bad_value_decides_nothi
     let condition =
         |test| Condition::Point { gauge: "chamber".to_owned(), point: "speed".to_owned(), test, unit: Some("Hz") };
     let valid = |number: f64| speed(Some(number), &format!("{number} Hz"), Quality::Valid);
-    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Below(900.0)), 0, 0)]);
+    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Below { limit: 900.0, reset: 900.0 }), 0, 0)]);
     assert_eq!(fixture.evaluate(&valid(900.0)), []);
     assert_eq!(fixture.evaluate(&speed(None, "bad", Quality::Fault)), []);
     assert_eq!(fixture.evaluate(&valid(899.0)), [AlarmChangeKind::Raised]);
@@ -81,9 +82,23 @@ fn the_alarm_of_a_point_is_raised_beyond_its_limit_and_a_bad_value_decides_nothi
     assert_eq!(fixture.evaluate(&speed(None, "bad", Quality::Fault)), [], "a bad value does not end it");
     assert_eq!(fixture.evaluate(&valid(900.0)), [AlarmChangeKind::Returned]);
 
-    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Above(900.0)), 0, 0)]);
+    let mut fixture = Fixture::new(vec![rule(condition(PointTest::Above { limit: 900.0, reset: 900.0 }), 0, 0)]);
     assert_eq!(fixture.evaluate(&valid(900.0)), []);
     assert_eq!(fixture.evaluate(&valid(901.0)), [AlarmChangeKind::Raised]);
+
+    let above = PointTest::Above { limit: 900.0, reset: 890.0 };
+    let mut fixture = Fixture::new(vec![rule(condition(above), 0, 0)]);
+    assert_eq!(fixture.evaluate(&valid(895.0)), [], "the reset value raises nothing");
+    assert_eq!(fixture.evaluate(&valid(901.0)), [AlarmChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&valid(891.0)), [], "not back past the reset value");
+    assert_eq!(fixture.evaluate(&valid(890.0)), [AlarmChangeKind::Returned]);
+
+    let below = PointTest::Below { limit: 900.0, reset: 910.0 };
+    let mut fixture = Fixture::new(vec![rule(condition(below), 0, 0)]);
+    assert_eq!(fixture.evaluate(&valid(905.0)), []);
+    assert_eq!(fixture.evaluate(&valid(899.0)), [AlarmChangeKind::Raised]);
+    assert_eq!(fixture.evaluate(&valid(909.0)), []);
+    assert_eq!(fixture.evaluate(&valid(910.0)), [AlarmChangeKind::Returned]);
 
     let mut fixture = Fixture::new(vec![rule(condition(PointTest::Is("off".to_owned())), 0, 0)]);
     assert_eq!(fixture.evaluate(&speed(Some(1.0), "on", Quality::Valid)), []);
@@ -203,6 +218,63 @@ fn a_stale_gauge_raises_an_alarm_unless_its_segment_is_down() {
     assert_eq!(stale(None).evaluate(&never), [AlarmChangeKind::Raised]);
 }
 
+/// Gauges of the segment hall that have given no data since the start; those in `awaited` were not asked yet.
+fn silent_from_start(names: &[&str], awaited: &[&str]) -> Inputs {
+    let mut all = inputs(1.0, Quality::Stale);
+    let silent = |name: &&str| {
+        let is_awaited = awaited.contains(name);
+        let problem = (!is_awaited).then(|| "no answer".to_owned());
+        Gauge { name: (*name).to_owned(), age_ms: None, problem, is_awaited, ..all.gauges[0].clone() }
+    };
+    let gauges = names.iter().map(silent).collect();
+    all.gauges = gauges;
+    all
+}
+
+fn no_data(name: &str) -> Rule {
+    let condition = Condition::Stale { gauge: name.to_owned(), behind_segment: Some("hall".to_owned()) };
+    Rule { name: format!("{name}: no data"), ..rule(condition, 0, 0) }
+}
+
+#[test]
+fn a_gauge_is_missed_when_the_first_round_of_its_segment_is_over() {
+    let mut fixture = Fixture::new(vec![no_data("a"), no_data("b")]);
+    let mut started = silent_from_start(&["a", "b"], &["b"]);
+    assert_eq!(fixture.evaluate(&started), [], "none has answered, and b was not asked yet");
+    started.gauges[1].age_ms = Some(10);
+    assert_eq!(fixture.evaluate(&started), [AlarmChangeKind::Raised], "b answers, so a is missing");
+    let mut other = Fixture::new(vec![no_data("a"), no_data("b")]);
+    let mut late = silent_from_start(&["a", "b"], &["b"]);
+    late.gauges[0].age_ms = Some(10);
+    assert_eq!(other.evaluate(&late), [], "b was not asked yet");
+}
+
+/// A silent line: no slave answers, but the master is in the ring.
+#[test]
+fn a_segment_that_never_starts_is_one_alarm() {
+    let down =
+        Rule { name: "hall: down".to_owned(), ..rule(Condition::SegmentDown { segment: "hall".to_owned() }, 0, 0) };
+    let names = ["a", "b", "c"];
+    let rules: Vec<_> = std::iter::once(down).chain(names.map(no_data)).collect();
+    let mut fixture = Fixture::new(rules.clone());
+    assert_eq!(fixture.evaluate(&silent_from_start(&names, &["c"])), [], "the first round is not over");
+    assert_eq!(fixture.evaluate(&silent_from_start(&names, &[])), [AlarmChangeKind::Raised]);
+    let text = "segment hall gives no data: none of its 3 gauges has answered since the start; a: no answer";
+    assert_eq!(fixture.status().text, text);
+    assert_eq!(fixture.evaluate(&silent_from_start(&names, &["c"])), [], "a gauge that is added ends no alarm");
+    let mut one = silent_from_start(&names, &[]);
+    one.gauges[2].age_ms = Some(10);
+    let changes = fixture.evaluate(&one);
+    assert_eq!(
+        changes,
+        [AlarmChangeKind::Returned, AlarmChangeKind::Raised, AlarmChangeKind::Raised],
+        "a and b are missing"
+    );
+    // One gauge alone has its own alarm.
+    let mut alone = Fixture::new(rules[..2].to_vec());
+    assert_eq!(alone.evaluate(&silent_from_start(&["a"], &[])), [AlarmChangeKind::Raised]);
+}
+
 #[test]
 fn a_segment_that_does_not_run_or_is_absent_raises_an_alarm() {
     let down = || Fixture::new(vec![rule(Condition::SegmentDown { segment: "hall".to_owned() }, 0, 0)]);
@@ -249,4 +321,29 @@ fn a_recorder_that_does_not_write_raises_an_alarm() {
         (vec![], vec![AlarmChangeKind::Raised])
     );
     assert_eq!(fixture.status().text, "the recorder does not write: the disk is full");
+}
+
+#[test]
+fn a_damaged_database_raises_an_alarm_that_a_check_without_damage_clears() {
+    let mut fixture = Fixture::new(vec![rule(Condition::DatabaseDamaged, 0, 0)]);
+    let damaged = Inputs { damage: Some("the database is damaged: page 7".to_owned()), ..Inputs::default() };
+    let sound = Inputs::default();
+    let seen = [&sound, &damaged, &damaged, &sound].map(|inputs| fixture.evaluate(inputs));
+    assert_eq!(seen, [vec![], vec![AlarmChangeKind::Raised], vec![], vec![AlarmChangeKind::Returned]]);
+    assert!(fixture.status().text.starts_with("the database is damaged: page 7"), "{}", fixture.status().text);
+}
+
+#[test]
+fn an_archive_that_is_silent_for_hours_or_has_a_problem_raises_an_alarm() {
+    let of = |hours: f64, problem: Option<&str>| {
+        let silence = Duration::from_secs_f64(3_600.0 * hours);
+        Inputs { archive: Some(ArchiveState { silence, problem: problem.map(str::to_owned) }), ..Inputs::default() }
+    };
+    let mut fixture = Fixture::new(vec![rule(Condition::NotArchived { limit: 4.0 }, 0, 0)]);
+    assert_eq!(fixture.evaluate(&of(4.0, None)), []);
+    assert_eq!(fixture.evaluate(&of(4.1, None)), [AlarmChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "the archive has not answered for 4.1 h");
+    assert_eq!(fixture.evaluate(&of(0.0, None)), [AlarmChangeKind::Returned]);
+    assert_eq!(fixture.evaluate(&of(0.0, Some("2 batches were put aside"))), [AlarmChangeKind::Raised]);
+    assert_eq!(fixture.status().text, "2 batches were put aside");
 }

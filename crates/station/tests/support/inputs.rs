@@ -16,7 +16,8 @@ pub fn actor(name: &str) -> Actor {
 /// The inputs of the alarms while the gauge shows this reading.
 pub fn inputs(pa: f64, quality: Quality) -> Inputs {
     let SegmentSnapshot { segment, gauges } = snapshot(pa, quality);
-    Inputs { segments: vec![segment], gauges, buses: Default::default(), recorder_error: None }
+    let buses = Default::default();
+    Inputs { segments: vec![segment], gauges, buses, recorder_error: None, damage: None, archive: None }
 }
 
 /// The inputs of the alarms while the gauge has given no data for a minute.
@@ -67,6 +68,7 @@ pub fn gauge(readings: Vec<Reading>) -> Gauge {
         segment: "hall".to_owned(),
         address: 5,
         device: "bcg450".to_owned(),
+        model: profivac_devices::catalog::model_named("bcg450"),
         has_dpv1: true,
         state: BusStationState::DataExchange,
         gas: "n2".to_owned(),

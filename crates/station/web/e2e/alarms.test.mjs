@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
-import { addUser, openContext, startBrowser, startPlant, startStation } from './setup.mjs'
+import { addUser, becomes, openContext, startBrowser, startPlant, startStation } from './setup.mjs'
 
 const PASSWORD = 'tin whisker plateau'
 
@@ -48,7 +48,7 @@ const text = (locator) => locator.innerText()
 test('an alarm is raised, acknowledged and cleared', async () => {
   await as('olga', async (page) => {
     const vented = item(page, 'vessel vented')
-    assert.equal(await vented.count(), 0)
+    await becomes(() => vented.count(), 0)
     plant.tell('vessel=5e4')
     await vented.waitFor()
     assert.match(await text(vented), /1 high\s+not acknowledged/)
@@ -71,7 +71,7 @@ test('an alarm is raised, acknowledged and cleared', async () => {
       ['raised', ''],
     ])
     await history.getByLabel('Change').selectOption('raised')
-    assert.equal(await rows.count(), 1)
+    await becomes(() => rows.count(), 1)
   })
 })
 
@@ -140,7 +140,7 @@ test('the most urgent alarm comes first', async () => {
 test('a viewer sees all alarms and has no buttons', async () => {
   await as('vera', async (page) => {
     assert.match(await text(item(page, 'gate 2 not evacuated')), /Keep the gate valve closed/)
-    assert.equal(await page.getByRole('button', { name: /Acknowledge|Out of service|Return to service/ }).count(), 0)
+    await becomes(() => page.getByRole('button', { name: /Acknowledge|Out of service|Return to service/ }).count(), 0)
     const status = await page.evaluate(async () => {
       const { token } = await (await fetch('/api/session')).json()
       const headers = { 'content-type': 'application/json', 'x-csrf-token': token }
@@ -194,7 +194,7 @@ test('an operator shelves all active alarms together, with a reason and an end',
     await active.getByRole('button', { name: `Shelve all ${names.length} …` }).click()
     const dialog = page.getByRole('dialog')
     for (const name of names) assert.ok((await text(dialog)).includes(name), name)
-    assert.equal(await dialog.getByLabel('Duration').locator('option').last().innerText(), '12 hours')
+    await becomes(() => dialog.getByLabel('Duration').locator('option').last().innerText(), '12 hours')
     await dialog.getByLabel('Reason').fill('The plant is vented.')
     await dialog.getByRole('button', { name: 'Shelve' }).click()
     await gate.waitFor({ state: 'detached' })
@@ -219,9 +219,9 @@ test('an engineer changes the limit of an alarm', async () => {
     const row = all.locator('tbody tr')
     await row.getByRole('button', { name: 'Settings: vessel vented' }).click()
     const dialog = page.getByRole('dialog', { name: 'Alarm settings' })
-    assert.equal(await dialog.getByLabel('Above').inputValue(), '10 mbar')
-    assert.equal(await dialog.getByLabel('Off-delay').inputValue(), '0 s')
-    assert.equal(await dialog.getByLabel('Hysteresis in decades').getAttribute('placeholder'), '0.1')
+    await becomes(() => dialog.getByLabel('Above').inputValue(), '10 mbar')
+    await becomes(() => dialog.getByLabel('Off-delay').inputValue(), '0 s')
+    await becomes(() => dialog.getByLabel('Hysteresis in decades').getAttribute('placeholder'), '0.1')
     await dialog.getByLabel('Reason').fill('The process needs it.')
     // A refused value stays in the dialog, with the sentence of the station.
     await dialog.getByLabel('Above').fill('4 bananas')
@@ -240,10 +240,10 @@ test('an engineer changes the limit of an alarm', async () => {
   })
   plant.tell('vessel=1')
   await as('olga', async (page) => {
-    assert.equal(await page.getByRole('button', { name: /^Settings/ }).count(), 0)
+    await becomes(() => page.getByRole('button', { name: /^Settings/ }).count(), 0)
     const all = page.getByRole('region', { name: 'All alarms' })
     await all.locator('summary').click()
-    assert.equal(await all.getByRole('button', { name: /^Settings/ }).count(), 0)
+    await becomes(() => all.getByRole('button', { name: /^Settings/ }).count(), 0)
   })
 })
 
@@ -391,7 +391,7 @@ test('the header of every page has the number of alarms and the highest priority
     await page.keyboard.press('1')
     assert.match(await text(page.locator('[data-gauge="gate 2"] .card-alarms')), /1 gate 2 not evacuated/)
     await page.keyboard.press('7')
-    assert.equal(await text(page.locator('nav [aria-current]')), 'Alarms')
+    await becomes(() => text(page.locator('nav [aria-current]')), 'Alarms')
   })
 })
 
@@ -399,7 +399,7 @@ test('several alarms are acknowledged together', async () => {
   await as('olga', async (page) => {
     await page.getByRole('button', { name: /^Acknowledge all \d+$/ }).click()
     await page.waitForFunction(() => !document.querySelector('.alarm-item .alarm-state.unacknowledged'))
-    assert.equal(await page.locator('[role=alert]').count(), 0)
+    await becomes(() => page.locator('[role=alert]').count(), 0)
   })
 })
 
@@ -544,11 +544,11 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
         .evaluate((list) => [...list.children].map(({ dataset }) => dataset.group ?? dataset.alarm))
       assert.deepEqual(inList, ['volume chamber', 'fore alone'])
       // A long list is closed. The user opens and closes groups, with the keyboard too.
-      assert.equal(await item(page, 'cold early').count(), 0)
+      await becomes(() => item(page, 'cold early').count(), 0)
       await group.locator('summary').focus()
       await page.keyboard.press('Enter')
       await item(page, 'cold early').waitFor()
-      assert.equal(await group.locator('.alarm-item').count(), 61)
+      await becomes(() => group.locator('.alarm-item').count(), 61)
       const first = await group.locator('.alarm-item').first().getAttribute('data-alarm')
       assert.equal(first, 'ion late')
       const lefts = await active
@@ -563,8 +563,8 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       const search = active.getByLabel('Search active alarms')
       await search.fill('cellar')
       await active.getByRole('status').getByText('1 of 62 alarms').waitFor()
-      assert.equal(await group.count(), 0)
-      assert.equal(await active.getByRole('button', { name: /all \d+/ }).count(), 0)
+      await becomes(() => group.count(), 0)
+      await becomes(() => active.getByRole('button', { name: /all \d+/ }).count(), 0)
       await search.fill('')
       await active.getByLabel('Priority').selectOption('low')
       await active.getByRole('status').getByText('2 of 62 alarms').waitFor()
@@ -572,7 +572,7 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       // Two alarms that are both in sight need no question.
       await active.getByRole('button', { name: 'Acknowledge all 2' }).click()
       await page.waitForFunction(() => document.querySelectorAll('.alarm-item .alarm-state.acknowledged').length === 2)
-      assert.equal(await page.getByRole('dialog').count(), 0)
+      await becomes(() => page.getByRole('dialog').count(), 0)
 
       // Alarms in a closed group are named before they are acknowledged.
       await active.getByLabel('Priority').selectOption('')
@@ -601,7 +601,7 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       await group.locator('summary').click()
       await active.getByRole('button', { name: 'Acknowledge all 54' }).click()
       await dialog.locator('li').nth(53).waitFor()
-      assert.equal(await dialog.locator('li').count(), 54)
+      await becomes(() => dialog.locator('li').count(), 54)
     }
     await as('olga', look, {}, station)
   } finally {

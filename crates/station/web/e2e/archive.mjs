@@ -5,7 +5,7 @@ import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
 import { check } from './german.mjs'
-import { openContext, openPage, startBrowser } from './setup.mjs'
+import { becomes, openContext, openPage, startBrowser } from './setup.mjs'
 
 const { ARCHIVE, ARCHIVE_USERS, PASSWORD, PICTURES } = process.env
 
@@ -39,8 +39,8 @@ test('problems come first, then each station with its readings', async () => {
     assert.match(await chamber.innerText(), /×\s10⁻[²³]\s*mbar/)
     const problem = page.locator('.problems [data-station="station-1"]')
     assert.match(await problem.innerText(), /1\shigh\s+not acknowledged/)
-    assert.match(await page.getByRole('banner').innerText(), /2 alarms, 1 not acknowledged/)
-    assert.deepEqual(await page.locator('section.segment h2').allInnerTexts(), ['Problems', 'station-0', 'station-1'])
+    assert.match(await page.getByRole('banner').innerText(), /2 active alarms, 1 not acknowledged/)
+    await becomes(() => page.locator('section.segment h2').allInnerTexts(), ['Problems', 'station-0', 'station-1'])
     // The picture of docs/archive.md.
     if (PICTURES) {
       const { y, height } = await page.locator('section[data-station="station-1"]').boundingBox()
@@ -56,7 +56,7 @@ test('search and plant choose the stations', async () => {
     await page.getByLabel('Plant').selectOption('')
     await page.getByLabel('Search stations and gauges').fill('station-0 fore')
     await page.getByText('1 of 2 stations').waitFor()
-    assert.equal(await page.locator('section[data-station] [data-series]').count(), 1)
+    await becomes(() => page.locator('section[data-station] [data-series]').count(), 1)
     await page.getByLabel('Search stations and gauges').fill('nothing')
     await page.getByText('No station and no gauge matches.').waitFor()
   })
@@ -71,10 +71,30 @@ test('a reading leads to its trend, and other stations are added to it', async (
     await page.locator('.chart-table summary').click()
     const heads = page.locator('.chart-table th[scope=col]')
     await heads.first().waitFor()
-    assert.deepEqual(await heads.allInnerTexts(), ['Time', 'station-0/chamber', 'station-1/foreline'])
+    await becomes(() => heads.allInnerTexts(), ['Time', 'station-0/chamber', 'station-1/foreline'])
     const asked = page.waitForResponse((answer) => answer.url().includes('full=true'))
     await page.getByRole('button', { name: 'Full resolution' }).click()
     assert.equal((await asked).status(), 200)
+  })
+})
+
+test('points of a slave have charts with their units, and their values at the cursor', async () => {
+  await visit('/trends?range=1h&s=station-0%2Fchamber', async (page) => {
+    const list = page.getByRole('group', { name: 'Points of slaves' })
+    const charts = page.locator('.trend-chart + .trend-chart .chart')
+    await list.getByLabel('station-0/turbo.speed').check()
+    await list.getByLabel('station-0/turbo.state').check()
+    await charts.nth(1).waitFor()
+    await page.waitForFunction(() => {
+      const all = [...document.querySelectorAll('.trend-chart + .trend-chart .chart')]
+      return all.length === 2 && all.every((chart) => Number(chart.dataset.points) > 0)
+    })
+    assert.deepEqual(await charts.evaluateAll((all) => all.map((chart) => chart.dataset.unit)), ['Hz', ''])
+    assert.deepEqual(new URL(page.url()).searchParams.getAll('p'), ['station-0/turbo.speed', 'station-0/turbo.state'])
+    // Five minutes ago: the spans of the last 20 minutes end two minutes ago at the latest.
+    const plot = await charts.nth(0).locator('.u-over').boundingBox()
+    await page.mouse.move(plot.x + (plot.width * 55) / 60, plot.y + plot.height / 2)
+    await list.getByText('3 Hz').waitFor()
   })
 })
 
@@ -135,7 +155,7 @@ test('an operator logs in and acknowledges an alarm of a station', async () => {
 
 test('axe finds nothing on any page', async () => {
   for (const colorScheme of ['light', 'dark']) {
-    for (const path of ['/', '/trends?s=station-0%2Fchamber', '/alarms', '/events']) {
+    for (const path of ['/', '/trends?s=station-0%2Fchamber&p=station-0%2Fturbo.speed', '/alarms', '/events']) {
       await visit(
         path,
         async (page) => {

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
-import { openContext, openPage, runProgram, startBrowser, startLastingDemo, startPlant } from './setup.mjs'
+import { becomes, openContext, openPage, runProgram, startBrowser, startLastingDemo, startPlant } from './setup.mjs'
 
 let browser
 let demo
@@ -87,7 +87,7 @@ test('an operator has no button for a copy, and the station refuses it', async (
     await page.getByLabel('Password', { exact: true }).fill('tin whisker plateau')
     await page.getByLabel('Password', { exact: true }).press('Enter')
     await page.getByRole('link', { name: 'Save as CSV' }).waitFor()
-    assert.equal(await page.getByRole('button', { name: ENGLISH.open }).count(), 0)
+    await becomes(() => page.getByRole('button', { name: ENGLISH.open }).count(), 0)
     const status = await page.evaluate(async () => {
       const { token } = await (await fetch('/api/session')).json()
       return (await fetch('/api/backup', { method: 'POST', headers: { 'x-csrf-token': token } })).status

@@ -5,7 +5,7 @@ import { mkdtemp, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startStation } from './setup.mjs'
+import { becomes, openPage, startBrowser, startStation } from './setup.mjs'
 
 let browser
 let station
@@ -36,8 +36,8 @@ test('the statistics of the bus show stations, times and events, and a viewer ma
     const statistics = page.locator('details.statistics').first()
     const rows = statistics.locator('table', { hasText: 'Stations, with their counts' }).locator('tbody tr')
     await rows.filter({ hasText: 'exchanging' }).waitFor()
-    assert.deepEqual(await rows.locator('th').allInnerTexts(), ['1', '5'])
-    assert.deepEqual(await rows.locator('td:nth-of-type(1)').allInnerTexts(), ['master', 'exchanging'])
+    await becomes(() => rows.locator('th').allInnerTexts(), ['1', '5'])
+    await becomes(() => rows.locator('td:nth-of-type(1)').allInnerTexts(), ['master', 'exchanging'])
     await statistics.getByText('Cycle time').waitFor()
     const bar = statistics.locator('.histogram .bar-of-counts rect').first()
     await bar.waitFor({ state: 'attached' })
@@ -49,7 +49,7 @@ test('the statistics of the bus show stations, times and events, and a viewer ma
     assert.equal(fill, neutral)
     await statistics.getByRole('heading', { name: 'Events on the bus' }).waitFor()
     assert.ok((await statistics.locator('ul[aria-label="Events on the bus"] li').count()) <= 20)
-    assert.equal(await statistics.getByRole('button', { name: 'Make capture' }).count(), 0)
+    await becomes(() => statistics.getByRole('button', { name: 'Make capture' }).count(), 0)
     assert.deepEqual(complaints, [])
   } finally {
     await close()

@@ -5,7 +5,7 @@ import { mkdtemp, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startLastingDemo } from './setup.mjs'
+import { becomes, openPage, startBrowser, startLastingDemo } from './setup.mjs'
 
 let browser
 let station
@@ -64,12 +64,12 @@ test('a setting that differs from another gauge of the model is taken over, and 
     await page.goto(`${station.url}/gauge/pcg550%206`)
     const choice = page.getByLabel('Compare settings with')
     await choice.waitFor()
-    assert.deepEqual(await choice.locator('option').allInnerTexts(), ['Compare settings with …', 'pcg550 5'])
+    await becomes(() => choice.locator('option').allInnerTexts(), ['Compare settings with …', 'pcg550 5'])
     await choice.selectOption('pcg550 5')
     const comparison = page.getByRole('region', { name: 'Settings beside those of pcg550 5' })
     await comparison.getByText(/^1 of \d\d settings differ\.$/).waitFor()
     const found = comparison.locator('[data-difference]')
-    assert.deepEqual(await found.locator('td').allInnerTexts(), ['zero', 'hold-last-value', 'Take over …'])
+    await becomes(() => found.locator('td').allInnerTexts(), ['zero', 'hold-last-value', 'Take over …'])
     // A phone has no head of the table, so each value has the name of its gauge.
     await page.setViewportSize({ width: 360, height: 740 })
     const names = await found
@@ -80,7 +80,7 @@ test('a setting that differs from another gauge of the model is taken over, and 
     await found.getByRole('button', { name: 'Take over Safe State' }).click()
     await send(page)
     await comparison.getByText(/^All \d\d settings are the same\.$/).waitFor()
-    assert.equal(await found.count(), 0)
+    await becomes(() => found.count(), 0)
 
     const rows = await station.json('/api/audit?gauge=pcg550+6')
     const told = rows.filter(({ target }) => target?.startsWith('Safe State'))
@@ -101,7 +101,7 @@ test('a gauge without another one of its model is compared with none', async () 
   const { page, close } = await openPage(browser, `${station.url}/gauge/bcg450%207`)
   try {
     await page.locator('.parameters').first().waitFor()
-    assert.equal(await page.getByLabel('Compare settings with').count(), 0)
+    await becomes(() => page.getByLabel('Compare settings with').count(), 0)
   } finally {
     await close()
   }

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { drawn, openPage, startActing, startBrowser } from './setup.mjs'
+import { becomes, drawn, openPage, startActing, startBrowser } from './setup.mjs'
 
 const OPERATOR = 'Otto'
 const ENGINEER = 'Erna'
@@ -101,12 +101,12 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     await drawn(page)
     await page.goto(`${plant.url}/gauge/chamber`)
     await page.locator('.control', { hasText: 'No one has control' }).waitFor()
-    assert.equal(await command(page, 'ba.degas-on').isDisabled(), true)
+    await becomes(() => command(page, 'ba.degas-on').isDisabled(), true)
     await page.locator('.control').getByRole('button', { name: 'Request control' }).click()
     await page.locator('.control', { hasText: 'You have control' }).waitFor()
     await command(page, 'ba.degas-on').click()
     await dialog(page).getByRole('button', { name: 'Send' }).waitFor()
-    assert.equal(await dialog(page).locator('.conditions .met').count(), 4)
+    await becomes(() => dialog(page).locator('.conditions .met').count(), 4)
     const said = await text(dialog(page))
     assert.match(said, /heats the electrodes/)
     assert.match(said, /ba\.process-value is below 7\.20 × 10⁻⁶ mbar · it is 1\.00 × 10⁻⁶ mbar/)
@@ -136,7 +136,7 @@ test('a degas above its pressure limit is refused with the condition', async () 
       await text(dialog(page).locator('.conditions .unmet').last()),
       /ba\.process-value is below 7\.20 × 10⁻⁶ mbar · it is 5\.00 × 10⁻⁴ mbar/,
     )
-    assert.equal(await dialog(page).getByRole('button', { name: 'Send' }).count(), 0)
+    await becomes(() => dialog(page).getByRole('button', { name: 'Send' }).count(), 0)
     await page.keyboard.press('1')
     assert.equal(new URL(page.url()).pathname, '/gauge/chamber', 'a shortcut leads away from an open dialog')
   })
@@ -147,9 +147,9 @@ test('a viewer sees all commands and the role they need', async () => {
   await as(VIEWER, '/gauge/chamber', async (page) => {
     await page.locator('.commands .permission', { hasText: 'Commands need the role operator' }).waitFor()
     await page.locator('.parameters').first().waitFor()
-    assert.equal(await page.locator('.commands li button:enabled').count(), 0)
-    assert.equal(await page.getByRole('button', { name: /^Change/ }).count(), 0)
-    assert.equal(await page.locator('.control button').count(), 0)
+    await becomes(() => page.locator('.commands li button:enabled').count(), 0)
+    await becomes(() => page.getByRole('button', { name: /^Change/ }).count(), 0)
+    await becomes(() => page.locator('.control button').count(), 0)
     assert.match(await text(page.locator('[data-command="ba.degas-on"]')), /needs the role operator/)
   })
 })

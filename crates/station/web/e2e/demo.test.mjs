@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { drawn, openPage, startBrowser, startDemo } from './setup.mjs'
+import { becomes, drawn, openPage, startBrowser, startDemo } from './setup.mjs'
 
 let browser
 let demo
@@ -58,7 +58,7 @@ test('the page of a TPG has its channels, and its parameters through the paramet
     const filter = page.locator('[data-target="a1.filter-time-constant"]')
     await filter.waitFor()
     assert.match(await filter.innerText(), /medium/)
-    assert.equal(await page.locator('[data-command="device.store"]').count(), 1)
+    await becomes(() => page.locator('[data-command="device.store"]').count(), 1)
     const details = await page.locator('.readings .reading-channel').allInnerTexts()
     assert.deepEqual(
       details.map((text) => text.slice(0, 'channel 1'.length)),
@@ -100,7 +100,7 @@ test('a gauge below its range is under range and no fault, and an ion gauge with
     const pirani = page.locator('[data-gauge="pcg550 8"]')
     await pirani.locator('.big', { hasText: '< 5.00 × 10⁻⁵ mbar' }).waitFor()
     assert.match(await pirani.innerText(), /under range/)
-    assert.equal(await pirani.locator('.faults').count(), 0)
+    await becomes(() => pirani.locator('.faults').count(), 0)
   })
   const gauges = await demo.json('/api/gauges')
   for (const { readings } of gauges) {

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startPlant } from './setup.mjs'
+import { becomes, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -89,7 +89,7 @@ test('a change of the volume takes the result away, and the address keeps it', a
     await page.getByRole('spinbutton', { name: 'Volume L' }).fill('60')
     await page.getByRole('heading', { name: 'The fit describes the record' }).waitFor({ state: 'detached' })
     await page.reload()
-    assert.equal(await page.getByRole('spinbutton', { name: 'Volume L' }).inputValue(), '60')
+    await becomes(() => page.getByRole('spinbutton', { name: 'Volume L' }).inputValue(), '60')
   })
 })
 
@@ -105,7 +105,7 @@ test('a time that is being typed stays when the page is drawn again', async () =
     })
     await page.waitForFunction(() => new URLSearchParams(location.search).get('litres') === '60')
     await page.evaluate(() => new Promise(requestAnimationFrame))
-    assert.equal(await end.inputValue(), '2026-05-01 12:')
+    await becomes(() => end.inputValue(), '2026-05-01 12:')
     await end.pressSequentially('30:00')
     await end.press('Tab')
     await page.waitForFunction(() => new URLSearchParams(location.search).get('to') === '2026-05-01 12:30:00')
@@ -155,7 +155,7 @@ test('the pages about rises and pump-downs link to it', async () => {
     await visit(path, async (page) => {
       await page.getByRole('link', { name: 'Identify the plant' }).click()
       await page.getByRole('heading', { name: 'Plant from its record' }).waitFor()
-      assert.equal(await page.locator('nav [aria-current]').innerText(), 'Rate of rise')
+      await becomes(() => page.locator('nav [aria-current]').innerText(), 'Rate of rise')
     })
   }
 })

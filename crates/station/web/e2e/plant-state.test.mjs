@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
-import { openContext, startBrowser, startPlant } from './setup.mjs'
+import { becomes, openContext, startBrowser, startPlant } from './setup.mjs'
 
 const PASSWORD = 'tin whisker plateau'
 
@@ -43,7 +43,7 @@ test('a declared plant state suppresses its alarms until an operator ends it', a
   await as('olga', async (page) => {
     plant.tell('vessel=5e4')
     await active(page, 'vessel vented').waitFor()
-    assert.equal(await mark(page).count(), 0)
+    await becomes(() => mark(page).count(), 0)
     await state(page, 'Vented').getByRole('button', { name: 'Declare: Vented' }).click()
     const dialog = page.getByRole('dialog')
     assert.match(await dialog.innerText(), /suppresses 2 alarms until its end/)
@@ -115,7 +115,7 @@ test('the dialog of a plant state names its alarms, active ones first, and all o
     const dialog = page.getByRole('dialog')
     const first = dialog.locator('.alarm-names').first().getByRole('listitem')
     await first.filter({ hasText: /gate 2 not evacuated\s+active/ }).waitFor()
-    assert.equal(await first.count(), 8)
+    await becomes(() => first.count(), 8)
     assert.match(await first.first().innerText(), /^1\s+high\s+gate 2 not evacuated\s+active$/)
     const more = dialog.getByText(`and ${names.length - 8} more`)
     await more.focus()

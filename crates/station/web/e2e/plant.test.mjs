@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 import { violations } from './axe.mjs'
-import { openContext, openPage, startBrowser, startLastingDemo, startPlant, startStation } from './setup.mjs'
+import { becomes, openContext, openPage, startBrowser, startLastingDemo, startPlant, startStation } from './setup.mjs'
 
 let browser
 let demo
@@ -197,7 +197,7 @@ test('the list has what the picture has', async () => {
     const chamber = page.locator('[data-list-volume="chamber"]')
     for (const series of ['bcg450 5', 'tpg500 15.1', 'img400 16.4'])
       await chamber.getByRole('link', { name: series, exact: true }).waitFor()
-    assert.equal(await chamber.getByRole('link', { name: 'tpg500 15.2', exact: true }).count(), 0)
+    await becomes(() => chamber.getByRole('link', { name: 'tpg500 15.2', exact: true }).count(), 0)
     const foreLine = page.locator('[data-list-volume="fore-line"]')
     await foreLine.getByRole('link', { name: 'tpg500 15.2', exact: true }).waitFor()
     assert.match(await page.locator('[data-list-part="turbo"]').innerText(), /turbo pump\s+runs/)
@@ -331,7 +331,7 @@ test('the end of a range is hatched, as the scale says, also on the overview, an
       assert.deepEqual([lock[2], chamber[2]], [false, true])
       assert.ok(lock[1] > chamber[1], `${lock[1]} and ${chamber[1]}`)
       await page.locator('.shade-scale').getByText('< or >, end of the range').waitFor()
-      assert.equal(await page.locator('.shade-scale #hatching').count(), 1)
+      await becomes(() => page.locator('.shade-scale #hatching').count(), 1)
     })
   }
 })
@@ -347,7 +347,7 @@ test('a file may describe the plant; what nothing reports is named, and names ar
     await volume(page, 'chamber').getByText('no data').waitFor()
     await state(page, 'gate').getByText('not reported').waitFor()
     await page.locator('[data-zone="target <b>"]').getByText('target <b>').waitFor()
-    assert.equal(await page.locator('.plant-picture script, .plant-picture b').count(), 0)
+    await becomes(() => page.locator('.plant-picture script, .plant-picture b').count(), 0)
   })
 })
 
@@ -410,7 +410,7 @@ test('without a connection valves and pumps are not reported, in the picture and
     assert.equal(await weight('flange'), await weight('gate'), 'a leak that is not reported is no incident')
     const told = (selector) => page.locator(selector).allTextContents()
     assert.deepEqual([...new Set(await told('.plant-picture .part:not(.tube) .state'))], ['not reported'])
-    assert.equal(await page.locator('.plant-picture .line:is(.open, .closed)').count(), 0)
+    await becomes(() => page.locator('.plant-picture .line:is(.open, .closed)').count(), 0)
     assert.deepEqual([...new Set(await told('[data-list-part] td:nth-child(3)'))], ['not reported'])
   } finally {
     for (const { close } of phones) await close()

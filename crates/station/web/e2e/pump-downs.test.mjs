@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
-import { openPage, startBrowser, startPlant } from './setup.mjs'
+import { becomes, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -33,8 +33,8 @@ const PAGE = '/trends/pump-downs?series=transfer%20lock'
 test('a late pump-down lies over the last ten, with its deviation in words and its times in a table', async () => {
   await visit(PAGE, async (page) => {
     await page.locator('svg polyline.shown').waitFor()
-    assert.equal(await page.locator('nav [aria-current]').innerText(), 'Trends')
-    assert.equal(await page.locator('svg polyline').count(), 11)
+    await becomes(() => page.locator('nav [aria-current]').innerText(), 'Trends')
+    await becomes(() => page.locator('svg polyline').count(), 11)
     const verdict = await page.locator('.verdict').innerText()
     assert.match(
       verdict,
@@ -123,11 +123,11 @@ test('helium at a leak is a sentence with its size and its time', async () => {
     const found = page.getByRole('region', { name: 'Like helium at a leak' })
     await found.waitFor()
     assert.match(await found.innerText(), /falls by .*mbar.*helium sprayed on a leak/s)
-    assert.equal(await found.locator('p').count(), 1)
+    await becomes(() => found.locator('p').count(), 1)
   })
   await visit(PAGE, async (page) => {
     await page.locator('.verdict').waitFor()
-    assert.equal(await page.getByRole('region', { name: 'Like helium at a leak' }).count(), 0)
+    await becomes(() => page.getByRole('region', { name: 'Like helium at a leak' }).count(), 0)
   })
 })
 

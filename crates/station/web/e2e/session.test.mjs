@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { readFile, rename, writeFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
-import { openContext, startBrowser, startPlant } from './setup.mjs'
+import { becomes, openContext, startBrowser, startPlant } from './setup.mjs'
 
 const PASSWORD = 'tin whisker plateau'
 
@@ -47,11 +47,11 @@ test('the station shows nothing before the login, and afterwards the page of the
   await visit('/events', async (page) => {
     await loggedOut(page)
     assert.equal(await page.title(), 'Log in · profivac')
-    assert.equal(await page.locator('nav').count(), 0)
+    await becomes(() => page.locator('nav').count(), 0)
     assert.ok(!(await page.locator('body').innerText()).includes('Target hall'))
     await login(page, 'ada')
     await live(page)
-    assert.equal(await page.locator('nav [aria-current]').innerText(), 'Events')
+    await becomes(() => page.locator('nav [aria-current]').innerText(), 'Events')
     assert.match(await page.locator('header .user').innerText(), /ada\s+engineer/)
     await page.locator('.events td').getByText('ada (engineer) logged in from 127.0.0.1').first().waitFor()
   })
@@ -67,9 +67,9 @@ test('the login works with the keyboard alone, and with a password manager', asy
     await page.keyboard.insertText(PASSWORD)
     await page.keyboard.press('Tab')
     await page.keyboard.press('Space')
-    assert.equal(await page.getByLabel('Password', { exact: true }).getAttribute('type'), 'text')
+    await becomes(() => page.getByLabel('Password', { exact: true }).getAttribute('type'), 'text')
     await page.keyboard.press('Space')
-    assert.equal(await page.getByLabel('Password', { exact: true }).getAttribute('type'), 'password')
+    await becomes(() => page.getByLabel('Password', { exact: true }).getAttribute('type'), 'password')
     await page.keyboard.press('Tab')
     await page.keyboard.press('Enter')
     await live(page)
@@ -124,7 +124,7 @@ test('a logout holds for every window', async () => {
     await live(other)
     await page.getByRole('button', { name: 'Log out' }).click()
     await loggedOut(page)
-    assert.equal(await page.getByText('Your session has ended').count(), 0)
+    await becomes(() => page.getByText('Your session has ended').count(), 0)
     await other.getByText('Your session has ended').waitFor()
     await other.goBack().catch(() => {})
     await page.reload()
@@ -141,7 +141,7 @@ test('after a session has ended, a new login returns to the same page', async ()
     await page.context().clearCookies()
     await again.click()
     await page.getByText('Your session has ended').waitFor()
-    assert.equal(await page.getByLabel('Name').inputValue(), 'vera')
+    await becomes(() => page.getByLabel('Name').inputValue(), 'vera')
     assert.equal(await page.evaluate(() => document.activeElement.autocomplete), 'current-password')
     await page.keyboard.insertText(PASSWORD)
     await page.keyboard.press('Enter')

@@ -1,10 +1,12 @@
 // What the tests in a browser share: stations with made-up data, and the Chromium of the system.
 
+import assert from 'node:assert/strict'
 import { spawn } from 'node:child_process'
 import { once } from 'node:events'
 import { existsSync } from 'node:fs'
 import { createInterface } from 'node:readline'
 import { fileURLToPath } from 'node:url'
+import { isDeepStrictEqual } from 'node:util'
 import { chromium } from 'playwright-core'
 
 /** The one without windows takes a third less processor time. */
@@ -137,12 +139,12 @@ async function startWith(words) {
   }
 }
 
-export function startBrowser() {
+export function startBrowser(more = {}) {
   const executablePath = BROWSERS.find((path) => existsSync(path))
   if (!executablePath) throw new Error(`expected a browser at one of ${BROWSERS.join(', ')}`)
   // The sandbox of Chromium does not start for root.
   const args = process.getuid?.() === 0 ? ['--no-sandbox'] : []
-  return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' } })
+  return chromium.launch({ executablePath, args, env: { ...process.env, LANGUAGE: 'en_GB' }, ...more })
 }
 
 /** An empty page that collects its complaints: script errors, errors on the console, dialogs. */
@@ -177,6 +179,7 @@ export async function openPage(browser, url, options = {}) {
   const opened = await openContext(browser, options)
   await opened.page.goto(url)
   await opened.page.locator('header .connection.good').waitFor()
+  assert.equal(await opened.page.getByText('If this sentence stays').count(), 0, 'nothing is loading any more')
   return opened
 }
 
@@ -184,4 +187,15 @@ export async function openPage(browser, url, options = {}) {
 export async function drawn(page) {
   await page.waitForFunction(() => Number(document.querySelector('.chart')?.dataset.points) > 1)
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))))
+}
+
+/** Waits for a page that is drawn a little later than it is asked: until `read` gives `expected`, or the time limit of a page is over. */
+export async function becomes(read, expected) {
+  const until = performance.now() + 60_000
+  for (;;) {
+    const actual = await read()
+    if (isDeepStrictEqual(actual, expected)) return
+    if (performance.now() > until) assert.deepEqual(actual, expected)
+    await new Promise((done) => setTimeout(done, 50))
+  }
 }

@@ -47,7 +47,9 @@ test('a press in the chart sets a reference, and the list compares the cursor wi
     await page.locator('.reference strong', { hasText: /^Reference \d{4}-/ }).waitFor()
     await page.mouse.move(...at(0.9))
     // Its pressure does not change.
-    const parts = await differenceOf(page, 'turbo outlet').filter({ hasText: '× 1' }).locator('> div').allTextContents()
+    const difference = differenceOf(page, 'turbo outlet').filter({ hasText: '× 1' })
+    await difference.waitFor()
+    const parts = await difference.locator('> div').allTextContents()
     assert.deepEqual(parts, ['Ratio× 1 ', 'Difference0 mbar', 'Slope0 decades/min', 'Slope0 mbar/min'])
     await page.getByText(/the values are 1[12] min( \d+ s)? after it/).waitFor()
     const { searchParams } = new URL(page.url())

@@ -3,11 +3,13 @@
 import './app.css'
 import type { JSX } from 'preact'
 import { useEffect, useLayoutEffect, useState } from 'preact/hooks'
+import { Boundary } from './components/boundary.tsx'
 import { Header } from './components/header.tsx'
 import { Help } from './components/help.tsx'
 import { useLanguage } from './language.ts'
+import { summary } from './lib/alarms.ts'
 import { clock } from './lib/format.ts'
-import { lostSentence } from './lib/labels.ts'
+import { lostSentence, recorderProblem } from './lib/labels.ts'
 import { type Live, useLive } from './live.ts'
 import { pageOf } from './navigation.ts'
 import { Alarms } from './pages/alarms/alarms.tsx'
@@ -60,10 +62,13 @@ export function App(): JSX.Element {
   const station = live.snapshot?.station.name
   const gauge = gaugeIn(path)
   const isWall = path === '/wall' && !isLoggedOut
+  const unacknowledged = (live.snapshot && summary(live.snapshot.alarms)?.unacknowledged) ?? 0
   useEffect(() => {
     const shown = isWall ? t.wall.title : page ? t.pages[page.path] : t.app.notFound
-    document.title = [isLoggedOut ? t.login.title : (gauge ?? shown), station ?? 'profivac'].join(' · ')
-  }, [page, gauge, station, isLoggedOut, isWall, language])
+    const words = [isLoggedOut ? t.login.title : (gauge ?? shown), station ?? 'profivac'].join(' · ')
+    // A window in the background shows only this.
+    document.title = unacknowledged > 0 && !isLoggedOut ? `(${unacknowledged}) ${words}` : words
+  }, [page, gauge, station, isLoggedOut, isWall, language, unacknowledged])
   const isLost = live.snapshot !== null && !live.connected
   useLayoutEffect(() => {
     document.documentElement.toggleAttribute('data-lost', isLost)
@@ -83,7 +88,13 @@ export function App(): JSX.Element {
         ) : (
           <>
             <StationProblem live={live} />
-            {live.snapshot ? <Page path={path in PARTS ? path : page?.path} /> : <p class="waiting">{t.app.waiting}</p>}
+            {live.snapshot ? (
+              <Boundary page={path}>
+                <Page path={path in PARTS ? path : page?.path} />
+              </Boundary>
+            ) : (
+              <p class="waiting">{t.app.waiting}</p>
+            )}
           </>
         )}
       </main>
@@ -102,7 +113,7 @@ function Page({ path }: { path: string | undefined }): JSX.Element {
   )
 }
 
-/** A problem that affects all pages: no connection, or the recorder does not write. */
+/** A problem that affects all pages: no connection, the recorder does not write, or its database is damaged. */
 function StationProblem({ live }: { live: Live }): JSX.Element | null {
   const recorder = live.snapshot?.station.recorder
   if (live.snapshot && !live.connected) {
@@ -112,10 +123,11 @@ function StationProblem({ live }: { live: Live }): JSX.Element | null {
       </p>
     )
   }
-  if (recorder?.error) {
+  const problem = recorder && recorderProblem(recorder)
+  if (problem) {
     return (
       <p class="error" role="alert">
-        {t.app.recorder(recorder.error)}
+        {problem}
       </p>
     )
   }

@@ -58,6 +58,14 @@ export function startLive(): void {
     else if (!stream) connect()
   })
   if (canView()) connect()
+  // A page that the browser keeps for its back button would hold its connection, and a browser has six of them for all its windows.
+  addEventListener('pagehide', () => {
+    stream?.close()
+    stream = null
+  })
+  addEventListener('pageshow', ({ persisted }) => {
+    if (persisted && canView()) void reconnect()
+  })
   setInterval(() => {
     if (!stream) return
     const silent = performance.now() - Math.max(receivedAt, openedAt) > 2 * SILENCE_MS
@@ -80,7 +88,8 @@ function connect(): void {
   // Each connection begins with the whole state, also when the browser connects again by itself.
   stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as LiveState))
   stream.addEventListener('change', (event: MessageEvent<string>) => {
-    if (state) receive(changed(state, JSON.parse(event.data) as Partial<LiveState>, ['segments', 'gauges']))
+    if (state)
+      receive(changed(state, JSON.parse(event.data) as Partial<LiveState>, ['segments', 'gauges', 'standing_alarms']))
   })
   stream.addEventListener('error', () => void refreshSession())
 }

@@ -1,3 +1,4 @@
+import './locale.ts'
 import './styles/tokens.css'
 import './styles/base.css'
 import './styles/controls.css'
@@ -5,6 +6,7 @@ import './styles/tables.css'
 
 import { render } from 'preact'
 import { App } from './app.tsx'
+import { Boundary } from './components/boundary.tsx'
 import { startLanguage } from './language.ts'
 import { startLive } from './live.ts'
 import { startSession } from './session.ts'
@@ -14,4 +16,13 @@ applyTheme()
 startLive()
 void startSession()
 const root = document.getElementById('app')
-void startLanguage().then(() => root && render(<App />, root))
+const drawn = (
+  <Boundary>
+    <App />
+  </Boundary>
+)
+void startLanguage().then(() => {
+  // The sentence for browsers in which nothing is drawn.
+  root?.replaceChildren()
+  if (root) render(drawn, root)
+})

@@ -5,7 +5,6 @@ import {
   FEW_ALARMS,
   hasHeading,
   isFiltered,
-  listedAlarms,
   mustAsk,
   NO_FILTER,
   openGroups,
@@ -13,6 +12,7 @@ import {
   passing,
   placeOf,
   summaryOf,
+  withValues,
 } from '../dist/test/lib/alarm-groups.js'
 import { volumesOfAlarms } from '../dist/test/lib/picture.js'
 
@@ -162,15 +162,19 @@ test('the page asks before it acknowledges what a user may not have seen', () =>
   )
 })
 
-test('alarms beyond those of a snapshot are taken from all alarms', () => {
-  const all = [
-    alarm('a'),
-    alarm('b'),
-    alarm('c', { state: 'returned' }),
-    alarm('d', { state: 'shelved' }),
-    alarm('e', { state: 'normal' }),
+test('an alarm without a value in the snapshot has that of the list of all alarms', () => {
+  const all = [alarm('a', { value: 1 }), alarm('b', { value: 2 }), alarm('c', { value: null })]
+  const shown = [
+    alarm('b', { value: null }),
+    alarm('a', { value: 9 }),
+    alarm('c', { value: null }),
+    alarm('new', { value: null }),
   ]
-  const listed = (not_listed) => listedAlarms({ alarms: [alarm('b')], not_listed }, all).map(({ name }) => name)
-  assert.deepEqual(listed(0), ['b'])
-  assert.deepEqual(listed(2), ['b', 'a', 'c'])
+  const values = withValues(shown, all).map(({ name, value }) => [name, value])
+  assert.deepEqual(values, [
+    ['b', 2],
+    ['a', 9],
+    ['c', null],
+    ['new', null],
+  ])
 })

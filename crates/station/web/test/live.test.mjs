@@ -9,9 +9,11 @@ const state = () => ({
   segments: { hall: { name: 'hall' } },
   gauges: { a: gauge('a', 3), b: gauge('b', 1) },
   gauge_order: ['b', 'a'],
+  alarms: { problem: null },
+  standing_alarms: {},
   plant: { revision: 1, states: { gate: { state: 'open', detail: null } }, story: [] },
 })
-const after = (before, change) => changed(before, change, ['segments', 'gauges'])
+const after = (before, change) => changed(before, change, ['segments', 'gauges', 'standing_alarms'])
 const names = ({ gauges }) => gauges.map(({ name }) => name)
 
 test('a change replaces the parts and the gauges that it has and keeps the rest', () => {
@@ -38,6 +40,17 @@ test('a part of the plant that reports no state any more has none', () => {
 test('gauges have the order of the station, and segments are a list', () => {
   const snapshot = snapshotOf(state())
   assert.deepEqual([names(snapshot), snapshot.segments], [['b', 'a'], [{ name: 'hall' }]])
+})
+
+test('each alarm of a flood is in the snapshot, the most urgent first, and one that has ended is gone', () => {
+  const alarm = (name, priority) => ({ name, priority, state: 'unacknowledged', since_ms: 1 })
+  const low = Array.from({ length: 400 }, (_, number) => alarm(`low ${number}`, 'low'))
+  const flood = Object.fromEntries([...low, alarm('vented', 'high')].map((alarm) => [alarm.name, alarm]))
+  const flooded = after(state(), { standing_alarms: flood })
+  const listed = snapshotOf(flooded).alarms.alarms
+  assert.deepEqual([listed.length, listed[0].name], [401, 'vented'])
+  const ended = after(flooded, { standing_alarms: { vented: null, 'low 7': null } })
+  assert.deepEqual([snapshotOf(ended).alarms.alarms.length, snapshotOf(ended).alarms.alarms[0].priority], [399, 'low'])
 })
 
 test('a gauge without a change is not drawn again', () => {

@@ -2,9 +2,11 @@ import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { csvAddress } from '../dist/test/api/calls.js'
 import { summary } from '../dist/test/lib/alarms.js'
+import { moment } from '../dist/test/lib/format.js'
 import { gatewayState, gatewayTitle } from '../dist/test/lib/gateways.js'
 import { baud, changeText, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
 import { boundsText } from '../dist/test/lib/plant.js'
+import { usualness } from '../dist/test/lib/pump-downs.js'
 import {
   aligned,
   fittingRange,
@@ -17,7 +19,7 @@ import {
   windowOf,
   zoomed,
 } from '../dist/test/lib/range.js'
-import { fitted, verdict } from '../dist/test/lib/rise.js'
+import { fitted, scaleFrom, verdict } from '../dist/test/lib/rise.js'
 import { matchingBlocks } from '../dist/test/lib/search.js'
 import { ageOf, currentQuality, isStale } from '../dist/test/lib/stale.js'
 
@@ -92,9 +94,28 @@ test('a recording that has just begun fills the chart', () => {
   assert.equal(fittingSpan(now - 900_000, now, 600_000), 600_000)
 })
 
+test('a run without a deviation is as usual only if it was compared', () => {
+  assert.equal(usualness({ levels: [{ pa: 1, s: 3, usual: null }] }), 'not compared')
+  assert.equal(usualness({ levels: [{ pa: 1, s: 3, usual: { s: 3, least_s: 2, most_s: 4, runs: 5 } }] }), 'as usual')
+})
+
+test('the scale of a rise is not that of the pump-down before it', () => {
+  const [times, means] = [
+    [0, 10, 20, 30, 40],
+    [1000, 1, 1e-6, 2e-6, 3e-6],
+  ]
+  assert.equal(scaleFrom(times, means, [0, 40], null), 20)
+  assert.equal(scaleFrom(times, means, [25, 40], null), 30)
+  assert.equal(scaleFrom(times, means, [0, 40], 15), 15, 'from the beginning of the measurement')
+  assert.equal(scaleFrom([0, 10], [1000, 1], [0, 10], null), 9, 'the pressure falls')
+  assert.equal(scaleFrom([], [], [0, 10], null), 0)
+})
+
 test('the audit trail names states of alarms as the other pages, and values as they are', () => {
   assert.equal(changeText('unacknowledged', 'out-of-service'), 'not acknowledged → out of service')
   assert.equal(changeText('5 Pa', null), '5 Pa → unknown')
+  const utc = '2026-11-28T18:52:58Z'
+  assert.equal(changeText(null, `declared until ${utc}`), `declared until ${moment(Date.parse(utc))}`)
   assert.equal(changeText(null, 'toString'), 'toString')
   assert.equal(changeText(null, null), '')
 })
@@ -187,7 +208,7 @@ test('texts for gases and baud rates', () => {
 
 test('lost samples and events are counted in a sentence', () => {
   const sentence = (lost_samples, lost_events) =>
-    lostSentence({ last_write_ms: 1, error: null, lost_samples, lost_events })
+    lostSentence({ last_write_ms: 1, error: null, lost_samples, lost_events, last_check_ms: null, damage: null })
   assert.equal(sentence(0, 0), null)
   assert.equal(sentence(7, 0), '7 samples could not be recorded.')
   assert.equal(sentence(0, 1), '1 event could not be recorded.')

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { snapshotOf } from '../dist/test/lib/merge.js'
-import { pointText, slaveValue } from '../dist/test/lib/points.js'
+import { pointCause, pointText, slaveValue } from '../dist/test/lib/points.js'
 
 const point = (text, quality = 'valid') => ({
   target: 'speed',
@@ -18,6 +18,12 @@ test('a point has its text with the unit, and none once it is stale', () => {
   assert.equal(pointText(point('1000 Hz'), false), '1000 Hz')
   assert.equal(pointText(point('1000 Hz'), true), null)
   assert.equal(pointText(point('', 'stale'), false), null)
+})
+
+test('a point whose record was not read says why', () => {
+  assert.equal(pointCause(point('record 1/24 was not read: no answer', 'stale')), 'record 1/24 was not read: no answer')
+  assert.equal(pointCause(point('', 'stale')), null)
+  assert.equal(pointCause(point('1000 Hz')), null)
 })
 
 test('a point whose number is bad says why', () => {
@@ -39,7 +45,8 @@ test('the points of a slave keep the order of the file through the live stream',
     gauges: { turbo: { name: 'turbo', kind: 'slave', readings: [], parameters: points } },
     gauge_order: ['turbo'],
     segments: {},
-    alarms: { alarms: [] },
+    alarms: {},
+    standing_alarms: {},
     plant: { states: {} },
   }
   assert.deepEqual(

@@ -12,6 +12,7 @@ import {
   sampleAt,
   stretches,
   UNDER,
+  valuesOf,
   withoutData,
   withRecent,
 } from '../dist/test/lib/series.js'
@@ -27,6 +28,7 @@ function trend(...entries) {
     low: values.map((pa) => pa && pa / 2),
     high: values.map((pa) => pa && pa * 2),
     mean: values,
+    last: values.map(() => null),
     qualities: entries.map(([, , quality = VALID]) => quality),
   }
 }
@@ -75,6 +77,93 @@ test('a stretch outside the range reaches from its first to its last sample', ()
 test('no line is drawn outside the range', () => {
   const { curves } = join([trend([0, 1], [10, 5, OVER], [20, 5, VALID | OVER])], 1000)
   assert.deepEqual([...curves[0].mean], [1, null, 5])
+})
+
+/** A trend of single samples: each pixel ends with its value. */
+function sampled(...entries) {
+  const made = trend(...entries)
+  return { ...made, low: made.mean, high: made.mean, last: made.mean }
+}
+
+/** The points of a curve: [time in ms, value]. */
+function points({ times, curves }) {
+  return times.flatMap((time, index) => (curves[0].mean[index] === undefined ? [] : [[time, curves[0].mean[index]]]))
+}
+
+test('a held value is drawn as held until it jumps', () => {
+  // One sample a minute while nothing changes; the pixel of the jump has the mean of the values before and after it.
+  const jump = sampled([0, 1], [59, 4], [60, 4])
+  jump.mean = [1, 2, 4]
+  assert.deepEqual(points(join([jump], 1000)), [
+    [0, 1],
+    [58_999, 1],
+    [59_000, 2],
+    [60_000, 4],
+  ])
+  // The value behind a jump is held too.
+  const held = sampled([0, 4], [60, 4])
+  held.mean = [2, 4]
+  assert.deepEqual(points(join([held], 1000)), [
+    [0, 2],
+    [1000, 4],
+    [60_000, 4],
+  ])
+})
+
+test('a slow change within the deadband is a straight line', () => {
+  assert.deepEqual(points(join([sampled([0, 1], [60, 1.004])], 1000)), [
+    [0, 1],
+    [60_000, 1.004],
+  ])
+})
+
+test('a value is held until the gauge leaves its range, and not over a gap', () => {
+  assert.deepEqual(points(join([sampled([0, 1], [60, 5, OVER])], 1000)), [
+    [0, 1],
+    [59_999, 1],
+    [60_000, null],
+  ])
+  assert.deepEqual(points(join([sampled([0, 1], [400, 2])], 1000)), [
+    [0, 1],
+    [1000, null],
+    [400_000, 2],
+  ])
+})
+
+test('behind its pixel a sample is the last value of the pixel, which ended a gap within it', () => {
+  const mixed = { ...trend([0, 2, VALID | OVER | GAP], [60, 4]), low: [1, 4], high: [9, 4], last: [4, 4] }
+  assert.deepEqual(sampleAt(mixed, 500, 1000), { mean: 9, bits: VALID | OVER | GAP })
+  assert.deepEqual(sampleAt(mixed, 30_000, 1000), { mean: 4, bits: VALID })
+  assert.deepEqual(withoutData(mixed, 1000, [0, 60_000]), [])
+  assert.deepEqual(stretches(mixed, 1000), [{ from: 0, to: 1000, kind: 'over', limit: 9 }])
+  assert.deepEqual(points(join([mixed], 1000)), [
+    [0, 2],
+    [1000, 4],
+    [60_000, 4],
+  ])
+})
+
+test('no line is drawn from the pixel in which the gauge left its range to the next value', () => {
+  const left = { ...trend([0, 1], [60, 3, VALID | OVER], [120, 1]), last: [1, null, 1] }
+  const { times, curves } = join([left], 1000)
+  assert.deepEqual(times.slice(-3), [60_000, 61_000, 120_000])
+  assert.deepEqual([...curves[0].mean].slice(-3), [3, null, 1])
+  // Summaries alone do not tell how a pixel ended.
+  assert.deepEqual([...join([{ ...left, last: [null, null, null] }], 1000).curves[0].mean], [1, 3, 1])
+})
+
+test('without the last values of the pixels nothing is held', () => {
+  assert.deepEqual(points(join([trend([0, 1], [60, 2])], 1000)), [
+    [0, 1],
+    [60_000, 2],
+  ])
+})
+
+test('beyond the range a sample is the end of the range, and it is a value of the chart', () => {
+  const beyond = { ...trend([0, null, OVER], [10, 1, VALID | UNDER]), low: [9, 0.1], high: [9, 3] }
+  assert.deepEqual(sampleAt(beyond, 0, 1000), { mean: 9, bits: OVER })
+  assert.deepEqual(sampleAt(beyond, 10_000, 1000), { mean: 0.1, bits: VALID | UNDER })
+  assert.deepEqual(valuesOf(beyond), [null, 9, 1, 0.1])
 })
 
 test('a stretch ends where a gap begins in its pixel', () => {

@@ -6,7 +6,7 @@ import { test } from 'node:test'
 import { fileURLToPath } from 'node:url'
 import ts from 'typescript'
 import { age } from '../dist/test/lib/format.js'
-import { gas, lostSentence } from '../dist/test/lib/labels.js'
+import { gas, lostSentence, recorderProblem } from '../dist/test/lib/labels.js'
 import { de } from '../dist/test/texts/de.js'
 import { en } from '../dist/test/texts/en.js'
 import { languageOf, setTexts, t } from '../dist/test/texts/texts.js'
@@ -51,6 +51,22 @@ test('German has a text of its own for every English one', () => {
   assert.deepEqual([...german.keys()].sort(), english.map(([path]) => path).sort())
   const same = english.filter(([path, text]) => german.get(path) === text && /\p{L}{2}/u.test(text) && !SAME.has(text))
   assert.deepEqual(same, [])
+})
+
+test('a station of an archive says how many series it shows, and of how many', () => {
+  assert.equal(en.archive.series(18, 18), '18 series of the last 7 days')
+  assert.equal(en.archive.series(3, 18), '3 of 18 series of the last 7 days')
+  assert.match(de.archive.series(3, 18), /^3 von 18 Messreihen/)
+  assert.equal(en.archive.atLeast(en.archive.alarms(500)), 'at least 500 active alarms')
+})
+
+test('a recorder that does not write comes before a damaged database', () => {
+  assert.equal(recorderProblem({ error: null, damage: null }), null)
+  assert.match(
+    recorderProblem({ error: null, damage: 'page 7' }),
+    /^The database is damaged: page 7\. .*restore a backup/,
+  )
+  assert.equal(recorderProblem({ error: 'disk full', damage: 'page 7' }), 'The recorder does not write: disk full')
 })
 
 test('texts with values follow the language that is shown', () => {

@@ -13,6 +13,7 @@ import {
   quantities,
   ratio,
   readable,
+  withLocalTimes,
 } from '../dist/test/lib/format.js'
 import { inUnit, isUnit, nextUnit, UNIT_NAMES } from '../dist/test/lib/units.js'
 
@@ -92,6 +93,18 @@ test('long numbers of the station are rounded for reading', () => {
   assert.equal(
     readable('alarm "lock above 3e-5 mbar" raised: lock shows 6.04e-5 mbar'),
     'alarm "lock above 3e-5 mbar" raised: lock shows 6.04 × 10⁻⁵ mbar',
+  )
+})
+
+test('times of the station are those of the time zone of the browser, and the audit trail keeps its numbers', () => {
+  const at = new Date(2026, 10, 28, 18, 52, 58)
+  const [local, utc] = [moment(at.getTime()), at.toISOString().replace('.000', '')]
+  const words = utc.replace('T', ' ').replace('Z', ' UTC')
+  assert.equal(readable(`declared until ${utc}`), `declared until ${local}`)
+  assert.equal(readable(`${words}, for 90.0 s`), `${local}, for 90.0 s`)
+  assert.equal(
+    withLocalTimes(`"${utc}" 4.5095703e-8 mbar until ${utc}, ${words}`),
+    `"${utc}" 4.5095703e-8 mbar until ${local}, ${local}`,
   )
 })
 

@@ -23,13 +23,15 @@ pub struct Settings {
     pub transport: Transport,
     /// What users of the archive may ask the station for.
     pub requests: Requests,
+    /// The hours without an answer of the archive after which there is an alarm; `None` for no alarm.
+    pub alarm_hours: Option<f64>,
 }
 
 /// What users of the archive may ask a station for. Each permits what those before it permit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Requests {
-    /// Nothing: the station does not listen.
+    /// Nothing.
     #[default]
     Off,
     /// Trends from the database of the station.

@@ -6,7 +6,8 @@ use crate::segment::edge::SegmentCommand;
 use crate::segment::runner::{Line, Runner, RunnerSetup};
 use crate::services::Services;
 use crate::view::{BusStationState, Gauge, Segment};
-use profivac_recorder::{Event, Micros, Recorder, Sample, Settings};
+use profivac_devices::catalog::{KnownDevices, model_named};
+use profivac_recorder::{Event, Micros, PointSample, Recorder, Sample, Settings};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
@@ -29,13 +30,14 @@ pub struct Fixture<L: Line> {
 /// A gauge: `chamber bcg450 5`.
 pub fn gauge(text: &str) -> config::Gauge {
     let [name, device, address] = text.split(' ').collect::<Vec<_>>()[..] else { panic!("{text}") };
-    let plain = config::Gauge::plain(name.to_owned(), address.parse().unwrap(), device.to_owned());
+    let plain = config::Gauge::plain(name.to_owned(), address.parse().unwrap(), model_named(device).unwrap());
     config::Gauge { poll: POLL, ..plain }
 }
 
 /// A segment whose master polls these gauges.
 pub fn polled(gauges: &[&str]) -> config::Segment {
     config::Segment {
+        devices: KnownDevices::BUILT_IN,
         name: "hall".to_owned(),
         port: PORT.to_owned(),
         baud: BAUD,
@@ -121,6 +123,14 @@ impl<L: Line> Fixture<L> {
     pub fn samples(&self, name: &str) -> Vec<Sample> {
         assert!(self.services.recorder().flush());
         self.services.recorder().open_reader().unwrap().samples(name, Micros(0), Micros(i64::MAX)).unwrap()
+    }
+
+    /// The recorded values of a point.
+    pub fn point_samples(&self, slave: &str, name: &str) -> Vec<PointSample> {
+        assert!(self.services.recorder().flush());
+        let reader = self.services.recorder().open_reader().unwrap();
+        let point = reader.point(slave, name, None).unwrap().unwrap();
+        reader.point_page(&point, Micros(0), Micros(i64::MAX), u32::MAX).unwrap()
     }
 
     /// The number of samples of a gauge, those included that the recorder thins out.

@@ -47,6 +47,34 @@ fn gauges_that_are_absent_or_answer_no_class_2_master_do_not_slow_the_others() {
 }
 
 #[test]
+fn a_gauge_is_awaited_until_it_answers_or_its_search_ends() {
+    let gauges = ["chamber bcg450 5", "absent bcg450 6", "away bcg450 7"];
+    let mut fixture = fixture(&["bcg450@5"], &gauges);
+    assert!(["chamber", "absent", "away"].iter().all(|name| fixture.gauge(name).is_awaited), "no port is open yet");
+    assert!(!fixture.exchanging("chamber").is_awaited);
+    for name in ["absent", "away"] {
+        assert!(!fixture.until_problem(name, "no slave answers").is_awaited, "{name}");
+    }
+    fixture.change(|plant| plant.is_gone = true);
+    fixture.until_problem("away", "lost");
+    fixture.change(|plant| plant.is_gone = false);
+    fixture.until_problem("away", "no slave answers");
+}
+
+/// An adapter with a loose contact: each opening used to begin the wait again.
+#[test]
+fn a_gauge_is_missed_on_a_port_that_is_lost_every_few_seconds() {
+    let mut fixture = fixture(&[], &["absent bcg450 6", "away bcg450 7"]);
+    for _ in 0..12 {
+        fixture.change(|plant| plant.is_gone = false);
+        fixture.run_for(Duration::from_secs(5));
+        fixture.change(|plant| plant.is_gone = true);
+        fixture.run_for(Duration::from_millis(100));
+    }
+    assert!(["absent", "away"].iter().all(|name| !fixture.gauge(name).is_awaited));
+}
+
+#[test]
 fn a_port_that_is_lost_is_opened_again_after_growing_pauses() {
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
     fixture.exchanging("chamber");
@@ -236,6 +264,29 @@ fn a_gauge_with_another_name_ends_its_series_with_a_gap_and_begins_another_one_a
     assert_eq!(fixture.gauge("target").readings[0].series, "target");
     let [first] = fixture.samples("target")[..] else { panic!("{:?}", fixture.samples("target")) };
     assert_eq!(first.quality, Quality::Valid);
+}
+
+/// The emission status needs a move of the selector: the station reads it a few times a day.
+#[test]
+fn a_state_that_is_read_seldom_is_valid_for_a_minute_and_a_setting_for_good() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.services.snapshots().add_parameter_reader();
+    let of = |gauge: &Gauge, target: &str| gauge.parameters.iter().find(|it| it.target == target).unwrap().clone();
+    let (state, setting) = ("ba.emission-status", "setpoint-a.percentage-of-atmosphere");
+    let is_read = |gauge: &Gauge| {
+        let valid = gauge.parameters.iter().filter(|it| it.quality == Quality::Valid);
+        valid.filter(|it| [state, setting].contains(&it.target.as_str())).count() == 2
+    };
+    let read = fixture.until("chamber", Duration::from_secs(60), is_read);
+    fixture.run_for(Duration::from_secs(50));
+    let young = fixture.gauge("chamber");
+    assert_eq!(of(&young, state), of(&read, state));
+    fixture.run_for(Duration::from_secs(12));
+    let old = fixture.gauge("chamber");
+    let shown = of(&old, state);
+    assert_eq!((shown.quality, shown.number, shown.text.as_str()), (Quality::Stale, None, ""));
+    assert_eq!(shown.read_at, of(&read, state).read_at, "the time of the last reading");
+    assert_eq!(of(&old, setting), of(&read, setting));
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! A slave by a GSD file for tests: it takes parameters and configuration of the file, and shows what it got.
 
-use profivac_dp::slave::{CfgFault, Device, Diagnosis, Features, Outputs, PrmFault};
+use profivac_dp::slave::{CfgFault, Device, Diagnosis, Dpv1Error, Features, Outputs, PrmFault, Relation};
 use profivac_gsd_slave::GsdSlave;
 use profivac_wire::cfg::{self, Lengths};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 /// What a test sets and sees.
@@ -12,6 +13,8 @@ pub struct TestState {
     /// The outputs of each exchange that differ from those before; `None` for the safe state.
     pub outputs: Vec<Option<Vec<u8>>>,
     pub user_prm: Option<Vec<u8>>,
+    /// The DP-V1 records by slot and index. A slave without any has no MS2.
+    pub records: BTreeMap<(u8, u8), Vec<u8>>,
     /// The next diagnosis has these blocks.
     pub blocks: Vec<u8>,
     pub has_changed: bool,
@@ -56,6 +59,17 @@ impl Device for TestSlave {
 
     fn features(&self) -> Features {
         Features::default()
+    }
+
+    fn has_ms2(&self) -> bool {
+        !self.state().records.is_empty()
+    }
+
+    fn read(&mut self, _via: Relation, slot: u8, index: u8, record: &mut [u8]) -> Result<usize, Dpv1Error> {
+        let state = self.state();
+        let octets = state.records.get(&(slot, index)).ok_or(Dpv1Error::INVALID_INDEX)?;
+        record[..octets.len()].copy_from_slice(octets);
+        Ok(octets.len())
     }
 
     fn set_prm(&mut self, user: &[u8]) -> Result<(), PrmFault> {

@@ -27,6 +27,7 @@ import type {
   PlantPicture,
   PlantQuery,
   PlantState,
+  PointTrend,
   ProviderAddress,
   PumpDowns,
   Refusal,
@@ -39,6 +40,12 @@ import type {
   Trend,
   Webhook,
 } from './types.ts'
+
+/** The limit of requests during which the station talks to a gauge. chosen: a slow line in a ring of many masters takes some seconds for each. */
+const BUS_MS = 60_000
+
+/** The limit of what lasts as long as its data are large: all parameters of a gauge, a fit, a copy of the database. */
+const LONG_MS = 600_000
 
 export const fetchSession = (): Promise<Session> => get('/api/session', {})
 export const login = (name: string, password: string): Promise<Session> =>
@@ -63,10 +70,19 @@ export const fetchTrend = (
   signal?: AbortSignal,
 ): Promise<Trend> => get('/api/trend', { query: { series, from, to, pixels }, signal })
 
+export const fetchPointTrend = (
+  slave: string,
+  point: string,
+  from: number,
+  to: number,
+  pixels: number,
+  signal?: AbortSignal,
+): Promise<PointTrend> => get('/api/point-trend', { query: { slave, point, from, to, pixels }, signal })
+
 export const fetchEvents = (from: number, to: number, limit: number, signal?: AbortSignal): Promise<StationEvent[]> =>
   get('/api/events', { query: { from, to, limit }, signal })
 
-export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query })
+export const fitRise = (query: RiseQuery): Promise<Rise> => get('/api/rise', { query, limitMs: BUS_MS })
 
 export const fetchDirectory = (signal?: AbortSignal): Promise<Directory> => get('/api/directory', { signal })
 
@@ -74,7 +90,7 @@ export const fetchPlant = (signal?: AbortSignal): Promise<PlantPicture> => get('
 
 /** Takes seconds; ends in the station when the signal aborts it. */
 export const identifyPlant = (query: PlantQuery, signal?: AbortSignal): Promise<Plant> =>
-  get('/api/identify', { query, signal })
+  get('/api/identify', { query, signal, limitMs: LONG_MS })
 
 /** The pump-downs of a series, compared with the last ten before each, or with the one that begins at `reference`. */
 export const fetchPumpDowns = (
@@ -87,6 +103,7 @@ export const fetchPumpDowns = (
   get('/api/pump-downs', {
     query: { series, from, to, ...(reference === null ? {} : { reference: Number(reference) }) },
     signal,
+    limitMs: BUS_MS,
   })
 
 export const csvAddress = (series: string[], from: number, to: number): string =>
@@ -95,13 +112,19 @@ export const csvAddress = (series: string[], from: number, to: number): string =
 export const parquetAddress = (series: string[], from: number, to: number): string =>
   addressOf('/api/export.parquet', { query: { from, to, series } })
 
+export const pointsCsvAddress = (from: number, to: number): string =>
+  addressOf('/api/points.csv', { query: { from, to } })
+
+export const pointsParquetAddress = (from: number, to: number): string =>
+  addressOf('/api/points.parquet', { query: { from, to } })
+
 /** The file of a report about a pump-down, in the time zone of the browser. */
 export const reportAddress = (query: ReportQuery): string =>
   addressOf('/api/report.html', { query: { zone: Intl.DateTimeFormat().resolvedOptions().timeZone, ...query } })
 
 /** Reads all parameters from the gauge. */
 export const readBlocks = (gauge: string): Promise<Block[]> =>
-  get('/api/gauges/{name}/blocks', { path: { name: gauge } })
+  get('/api/gauges/{name}/blocks', { path: { name: gauge }, limitMs: LONG_MS })
 
 export const fetchBus = (segment: string, signal?: AbortSignal): Promise<BusReport> =>
   get('/api/segments/{name}/bus', { path: { name: segment }, signal })
@@ -194,12 +217,13 @@ export const changeDefaultAlarm = (
 export const changeControl = (action: ControlAction): Promise<Control> => post(`/api/control-authority/${action}`, {})
 
 export const fetchCommands = (gauge: string, signal?: AbortSignal): Promise<Command[]> =>
-  get('/api/gauges/{name}/commands', { path: { name: gauge }, signal })
+  get('/api/gauges/{name}/commands', { path: { name: gauge }, signal, limitMs: BUS_MS })
 
 export const arm = (gauge: string, request: Request): Promise<ArmedCommand> =>
-  post('/api/gauges/{name}/arm', { path: { name: gauge }, body: request })
+  post('/api/gauges/{name}/arm', { path: { name: gauge }, body: request, limitMs: BUS_MS })
 
-export const sendArmed = (id: string): Promise<Outcome> => post('/api/armed-commands/{id}/execute', { path: { id } })
+export const sendArmed = (id: string): Promise<Outcome> =>
+  post('/api/armed-commands/{id}/execute', { path: { id }, limitMs: BUS_MS })
 export const disarm = (id: string): Promise<undefined> => remove('/api/armed-commands/{id}', { path: { id } })
 
 /** The conditions that a refusal lists. */
@@ -208,7 +232,7 @@ export function conditionsOf(error: unknown): Condition[] {
 }
 
 /** Makes a copy of the database; takes as long as the disk of the station needs. */
-export const makeBackup = (): Promise<Backup> => post('/api/backup', {})
+export const makeBackup = (): Promise<Backup> => post('/api/backup', { limitMs: LONG_MS })
 
 export const backupAddress = (id: string): string => addressOf('/api/backup/{id}', { path: { id } })
 

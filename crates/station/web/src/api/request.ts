@@ -1,5 +1,6 @@
 // Requests to the API. Paths, parameters, bodies and answers are checked against the generated description.
 
+import { withLocalTimes } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
 import type { paths } from './schema.d.ts'
 
@@ -21,7 +22,14 @@ type ParametersOf<Operation> = Operation extends { parameters: infer All }
 
 type BodyOf<Operation> = Operation extends { requestBody: infer Body } ? { body: JsonOf<Body> } : { body?: never }
 
-type Signal = { signal?: AbortSignal | undefined }
+/** A request without an answer ends after this time. chosen: longer than any usual request over a slow line takes. */
+const LIMIT_MS = 10_000
+
+interface Options {
+  signal?: AbortSignal | undefined
+  /** Another limit than {@link LIMIT_MS}, for what takes long at the station. */
+  limitMs?: number
+}
 
 /** The station refused a request, or did not answer. The message is the station's own sentence. */
 export class RequestError extends Error {
@@ -47,30 +55,35 @@ export const csrf = {
 
 export function get<P extends PathOf<'get'>>(
   path: P,
-  input: ParametersOf<paths[P]['get']> & Signal,
+  input: ParametersOf<paths[P]['get']> & Options,
 ): Promise<AnswerOf<paths[P]['get']>> {
-  return send(addressOf(path, input), input.signal ? { signal: input.signal } : {})
+  return send(addressOf(path, input), {}, input)
 }
 
 export function post<P extends PathOf<'post'>>(
   path: P,
-  input: ParametersOf<paths[P]['post']> & BodyOf<paths[P]['post']>,
+  input: ParametersOf<paths[P]['post']> & BodyOf<paths[P]['post']> & Options,
 ): Promise<AnswerOf<paths[P]['post']>> {
-  return change('POST', addressOf(path, input), input.body ?? null)
+  return change('POST', addressOf(path, input), input.body ?? null, input)
 }
 
 export function remove<P extends PathOf<'delete'>>(
   path: P,
   input: ParametersOf<paths[P]['delete']>,
 ): Promise<AnswerOf<paths[P]['delete']>> {
-  return change('DELETE', addressOf(path, input), null)
+  return change('DELETE', addressOf(path, input), null, {})
 }
 
+/** The limit of requests to an archive: it waits for a connection to the database, for the statement, and for the answer of a station. */
+const ARCHIVE_MS = 45_000
+
 /** An answer of another API than the station's. */
-export const getFrom = <T>(address: string, signal: AbortSignal): Promise<T> => send(address, { signal })
+export const getFrom = <T>(address: string, signal: AbortSignal): Promise<T> =>
+  send(address, {}, { signal, limitMs: ARCHIVE_MS })
 
 /** A change through another API than the station's. */
-export const postTo = (address: string, body: unknown): Promise<unknown> => change('POST', address, body)
+export const postTo = (address: string, body: unknown): Promise<unknown> =>
+  change('POST', address, body, { limitMs: ARCHIVE_MS })
 
 type Scalar = string | number
 type Values = Record<string, Scalar | readonly Scalar[] | null | undefined>
@@ -86,10 +99,10 @@ export function addressOf(path: keyof paths, { path: inPath, query }: { path?: V
   return search ? `${filled}?${search}` : filled
 }
 
-async function change<T>(method: string, address: string, body: unknown): Promise<T> {
+async function change<T>(method: string, address: string, body: unknown, options: Options): Promise<T> {
   const once = (): Promise<T> => {
     const headers = { 'content-type': 'application/json', 'x-csrf-token': csrf.token }
-    return send(address, { method, headers, body: JSON.stringify(body) })
+    return send(address, { method, headers, body: JSON.stringify(body) }, options)
   }
   return once().catch(async (error: unknown) => {
     if (error instanceof RequestError && error.status === 403 && (await csrf.refresh())) return once()
@@ -99,13 +112,23 @@ async function change<T>(method: string, address: string, body: unknown): Promis
 
 const LOGIN: PathOf<'post'> = '/api/login'
 
-async function send<T>(address: string, request: RequestInit): Promise<T> {
-  const answer = await fetch(address, request).catch((error: unknown) => {
-    throw request.signal?.aborted ? error : new RequestError(t.app.noAnswer)
+async function send<T>(address: string, request: RequestInit, { signal, limitMs = LIMIT_MS }: Options): Promise<T> {
+  const limit = AbortSignal.timeout(limitMs)
+  const failed = (error: unknown, otherwise: RequestError): unknown => {
+    if (signal?.aborted) return error
+    return limit.aborted ? new RequestError(t.app.slow(limitMs / 1000)) : otherwise
+  }
+  const ends = signal ? AbortSignal.any([signal, limit]) : limit
+  const answer = await fetch(address, { ...request, signal: ends }).catch((error: unknown) => {
+    throw failed(error, new RequestError(t.app.noAnswer))
   })
-  const body: unknown = await answer.json().catch(() => null)
+  const body: unknown = await answer.json().catch((error: unknown) => {
+    if (ends.aborted) throw failed(error, new RequestError(t.app.noAnswer))
+    return null
+  })
   if (answer.ok) return body as T
   if (answer.status === 401 && address !== LOGIN) csrf.onSessionEnd()
   const problem = (body as { detail?: string } | null)?.detail
-  throw new RequestError(problem ?? t.app.answer(answer.status), answer.status, body)
+  const text = typeof problem === 'string' ? withLocalTimes(problem) : t.app.answer(answer.status)
+  throw new RequestError(text, answer.status, body)
 }

@@ -878,6 +878,77 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/point-trend": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The trend of a point in its unit: minimum, maximum, mean and last value of each pixel */
+        get: operations["point_trend"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/points": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The points of slaves whose values were recorded, with their units, and the texts of codes in the station's file */
+        get: operations["points"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/points.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The values of points of a time range as CSV: time (ISO 8601, UTC), slave, point, unit, value, quality, text of a code */
+        get: operations["export_points"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/points.parquet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The values of points of a time range as a Parquet file: time (UTC), slave, point, unit, value, quality, text of a code
+         * @description A program that is built without the feature `parquet` answers 501.
+         */
+        get: operations["export_points_parquet"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/pump-downs": {
         parameters: {
             query?: never;
@@ -1154,18 +1225,14 @@ export interface components {
              */
             value: number | null;
         };
-        /** @description The alarms at one moment. */
+        /** @description The alarms at one moment, in numbers. */
         AlarmOverview: {
-            /** @description Alarms that are neither normal nor shelved nor out of service nor suppressed, the most urgent first, up to 50. */
-            alarms: components["schemas"]["AlarmView"][];
             /** @description Alarms of high priority. */
             high: components["schemas"]["AlarmCount"];
             /** @description Alarms of low priority. */
             low: components["schemas"]["AlarmCount"];
             /** @description Alarms of medium priority. */
             medium: components["schemas"]["AlarmCount"];
-            /** @description The number of such alarms beyond the list. */
-            not_listed: number;
             /** @description The number of alarms out of service. */
             out_of_service: number;
             /** @description The declared plant states, in the order of the station's file. */
@@ -1353,6 +1420,36 @@ export interface components {
              */
             value: number | null;
         };
+        /** @description What waits for the archive, and what it says about the station. */
+        ArchiveView: {
+            /**
+             * Format: int64
+             * @description When the archive last said what its database has, in milliseconds since 1970.
+             */
+            last_answer_ms: number | null;
+            /**
+             * Format: int64
+             * @description Batches that were deleted since the last one was taken, because too many wait.
+             */
+            lost: number;
+            /**
+             * Format: int64
+             * @description When the first of them was made, in milliseconds since 1970.
+             */
+            oldest_ms: number | null;
+            /**
+             * Format: int64
+             * @description Batches of the station that the archive has put aside.
+             */
+            put_aside: number;
+            /** @description Why it has put the last one aside, in a sentence. */
+            put_aside_reason: string | null;
+            /**
+             * Format: int64
+             * @description Batches that wait in the database of the station.
+             */
+            waiting: number;
+        };
         /** @description An armed command or write. */
         ArmedCommandView: {
             /** @description The requested value with its unit. */
@@ -1366,6 +1463,8 @@ export interface components {
              * @description The time until it is disarmed, in milliseconds.
              */
             expires_in_ms: number;
+            /** @description Whether a device file describes it: its conditions and its risk are as good as the file. */
+            from_device_file: boolean;
             /** @description The gauge. */
             gauge: string;
             /** @description Its identifier. */
@@ -1580,8 +1679,8 @@ export interface components {
             octets: number;
         };
         /**
-         * @description The parts of the snapshot that have changed. `segments` and `gauges` have the entries that have changed, and `null` for one that is gone;
-         *     the other parts are whole.
+         * @description The parts of the snapshot that have changed. `segments`, `gauges` and `standing_alarms` have the entries that have changed, and `null` for
+         *     one that is gone; the other parts are whole.
          */
         Change: Record<string, never>;
         /** @description New settings of a default alarm. */
@@ -1628,6 +1727,16 @@ export interface components {
              */
             opened_s: number;
         };
+        /** @description The text of a code or of a bit. */
+        CodeText: {
+            /**
+             * Format: double
+             * @description The number that is recorded for it.
+             */
+            number: number;
+            /** @description The text of the station's file; `off` or `on` of a bit without one. */
+            text: string;
+        };
         /** @description A command of a gauge. */
         Command: {
             /** @description Why it cannot be executed from the station; `null` if it can. */
@@ -1639,6 +1748,8 @@ export interface components {
             command: string;
             /** @description The conditions that must be met. */
             conditions: string[];
+            /** @description Whether a device file describes it: its conditions and its risk are as good as the file. */
+            from_device_file: boolean;
             /** @description The manual's name of the parameter that carries it. */
             name: string;
             /** @description Slot and index of that parameter. */
@@ -1652,7 +1763,7 @@ export interface components {
          * @description The kind of the condition of an alarm.
          * @enum {string}
          */
-        ConditionKind: "above" | "below" | "rise" | "several" | "point" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording";
+        ConditionKind: "above" | "below" | "rise" | "several" | "point" | "not-measurable" | "fault" | "stale" | "segment-down" | "damaged-telegrams" | "bus-rate" | "not-recording" | "database-damaged" | "not-archived";
         /** @description A condition of a command, and whether it is met. */
         ConditionView: {
             /** @description The expected state. */
@@ -1795,6 +1906,11 @@ export interface components {
             name: string;
             /** @description The settings, as the file writes them. */
             settings: components["schemas"]["DefaultAlarmSettings"];
+        };
+        /** @description A point with the texts of its codes. The recorder stores numbers; the texts are those of the station's file. */
+        DescribedPoint: components["schemas"]["RecordedPoint"] & {
+            /** @description The texts of its codes; empty for a number, and for a point that the station's file does not have. */
+            texts: components["schemas"]["CodeText"][];
         };
         /** @description A deviation from the usual pump-downs. */
         DeviationView: {
@@ -1960,6 +2076,7 @@ export interface components {
         GatewayView: {
             /** @description Where it listens, or the broker to which it connects. */
             address: string | null;
+            archive: components["schemas"]["ArchiveView"] | null;
             /**
              * Format: int64
              * @description Connected clients; for a broker 1 while it is connected.
@@ -2403,6 +2520,30 @@ export interface components {
             /** @description The zone that it belongs to. */
             zone: string | null;
         };
+        /**
+         * @description What the values of a point of a slave are.
+         * @enum {string}
+         */
+        PointKind: "number" | "code";
+        /** @description The trend of a point, in its unit: each list has one entry for every pixel with values. */
+        PointTrend: {
+            /** @description The highest number. */
+            high: (number | null)[];
+            /** @description The number that was recorded last in the pixel. */
+            last: (number | null)[];
+            /** @description The lowest number; `null` without a number. */
+            low: (number | null)[];
+            /** @description The arithmetic mean; always `null` for a code or a bit. */
+            mean: (number | null)[];
+            /** @description The point, with its unit. */
+            point: components["schemas"]["RecordedPoint"];
+            /** @description The qualities that occurred: bit 0 valid, 3 fault, 4 stale. */
+            qualities: number[];
+            /** @description The start of each pixel, in milliseconds since 1970, rising. */
+            start_ms: number[];
+            /** @description The texts of its codes in the station's file; empty for a number, and in an archive. */
+            texts: components["schemas"]["CodeText"][];
+        };
         /** @description A predicted pressure. */
         PredictionView: {
             /** @description The pressure in Pa with its 95 % band. */
@@ -2568,10 +2709,28 @@ export interface components {
          * @enum {string}
          */
         ReceiverKind: "webhook" | "email";
+        /** @description A point whose values are recorded. With another unit, or as another kind, it is another point: numbers in two units are never mixed. */
+        RecordedPoint: {
+            /** @description What the values are. */
+            kind: components["schemas"]["PointKind"];
+            /** @description The name of the point, unique for its slave. */
+            name: string;
+            /** @description The slave. */
+            slave: string;
+            /** @description The unit of the values; `null` without one. */
+            unit: string | null;
+        };
         /** @description The recorder. */
         RecorderView: {
+            /** @description The damage that the last check has found, if it has found any. */
+            damage: string | null;
             /** @description Why it does not write, if it does not. */
             error: string | null;
+            /**
+             * Format: int64
+             * @description When the last check of the whole database ended, in milliseconds since 1970; `null` before the first one.
+             */
+            last_check_ms: number | null;
             /**
              * Format: int64
              * @description The time of the last write, in milliseconds since 1970.
@@ -2835,7 +2994,7 @@ export interface components {
         };
         /** @description The state of the station at one moment. */
         Snapshot: {
-            /** @description The active alarms. */
+            /** @description The number of alarms by state and priority. */
             alarms: components["schemas"]["AlarmOverview"];
             /** @description The user with control authority, and a request for it. */
             control_authority: components["schemas"]["ControlAuthorityView"];
@@ -2860,6 +3019,13 @@ export interface components {
             /** @description Its segments, by name. */
             segments: {
                 [key: string]: components["schemas"]["Segment"];
+            };
+            /**
+             * @description All alarms that are neither normal nor shelved nor out of service nor suppressed, by name. The 50 most urgent have a present value, with
+             *     five digits; `/api/alarms` has the others.
+             */
+            standing_alarms: {
+                [key: string]: components["schemas"]["AlarmView"];
             };
             /** @description The station. */
             station: components["schemas"]["Station"];
@@ -2899,6 +3065,8 @@ export interface components {
         };
         /** @description The station. */
         Station: {
+            /** @description What the archive does not have of the station, in a sentence: it does not answer, or has put batches aside. */
+            archive_problem: string | null;
             /** @description The name. */
             name: string;
             /**
@@ -3053,11 +3221,16 @@ export interface components {
         };
         /** @description A trend: each list has one entry for every pixel with samples. */
         Trend: {
-            /** @description The highest pressure in Pa. */
+            /** @description The highest pressure in Pa. Where the gauge was above its range, the end of the range. */
             high: (number | null)[];
-            /** @description The lowest pressure in Pa; `null` without a pressure. */
+            /**
+             * @description The pressure in Pa that was recorded last in the pixel, which the gauge held until the next pixel of the list; `null` if the pixel
+             *     ends without a measured pressure, and where only summaries are stored.
+             */
+            last: (number | null)[];
+            /** @description The lowest pressure in Pa; `null` without a pressure. Where the gauge was below its range, the end of the range. */
             low: (number | null)[];
-            /** @description The geometric mean in Pa. */
+            /** @description The geometric mean of the measured pressures in Pa; `null` without one. The end of a range is in no mean. */
             mean: (number | null)[];
             /**
              * @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
@@ -3110,7 +3283,7 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description The value in this unit; `null` if it was not read, or the gauge did not answer the last time.
+             * @description The value in this unit; `null` if it was not read, the gauge did not answer the last time, or a state was read more than 60 s ago.
              */
             number: number | null;
             /** @description The quality: `valid`; `stale` without a value; `fault` for a point whose number is bad. */
@@ -3122,7 +3295,7 @@ export interface components {
             read_ms: number | null;
             /** @description The name by which it is read and written: `trip-point.1/high-trip-point`; of a point its name. */
             target: string;
-            /** @description The value in the words of the manual, or of the station's file for a point. */
+            /** @description The value in the words of the manual, or of the station's file for a point; of a stale point why its record was not read. */
             text: string;
             /**
              * @description The unit of its number: `Pa` for a pressure, `%` for a percentage, `null` for a number or a code without a unit; of a point the
@@ -4550,6 +4723,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description No gauge and no entry has this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request is meant for another computer */
             421: {
                 headers: {
@@ -4633,6 +4815,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No gauge and no entry has this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5642,6 +5833,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no series of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request is meant for another computer */
             421: {
                 headers: {
@@ -5724,6 +5924,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no series of this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6305,6 +6514,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no series of this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7545,6 +7763,362 @@ export interface operations {
             };
         };
     };
+    point_trend: {
+        parameters: {
+            query: {
+                /**
+                 * @description The name of the slave.
+                 * @example turbo
+                 */
+                slave: string;
+                /**
+                 * @description The name of the point.
+                 * @example speed
+                 */
+                point: string;
+                /** @description The unit, if the point was recorded in several; empty for a point without a unit. Default: the unit of the last value. */
+                unit?: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+                /** @description The most entries of the trend, 1 to 20000. */
+                pixels?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PointTrend"];
+                };
+            };
+            /** @description A parameter is missing or out of range */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such point */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    points: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DescribedPoint"][];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_points: {
+        parameters: {
+            query: {
+                /** @description The name of a slave. Without it the export has the points of all slaves. */
+                slave?: string;
+                /** @description The name of a point. Without it the export has all points. */
+                point?: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description A parameter is missing or malformed */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_points_parquet: {
+        parameters: {
+            query: {
+                /** @description The name of a slave. Without it the export has the points of all slaves. */
+                slave?: string;
+                /** @description The name of a point. Without it the export has all points. */
+                point?: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.apache.parquet": string;
+                };
+            };
+            /** @description A parameter is missing or malformed */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has not logged in */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The user has no permission, or the request comes from a foreign page */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request is meant for another computer */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The client is above a rate limit; the header Retry-After gives the time to wait in seconds */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description This program was built without Parquet */
+            501: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database cannot be read */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     pump_downs: {
         parameters: {
             query: {
@@ -7605,6 +8179,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no series of this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7718,6 +8301,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description There is no series of this name */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request is meant for another computer */
             421: {
                 headers: {
@@ -7816,6 +8408,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no series of this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8383,6 +8984,15 @@ export interface operations {
             };
             /** @description The user has no permission, or the request comes from a foreign page */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no series of this name */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -5,7 +5,7 @@ import type { components, operations } from './schema.d.ts'
 
 type Schemas = components['schemas']
 
-/** The state of the station as /api/live sends it, with segments and gauges by name, so that a change needs only those that have changed. */
+/** The state of the station as /api/live sends it: segments, gauges and alarms by name, so that a change needs only those that have changed. */
 export type LiveState = Schemas['Snapshot']
 /** The same for pages. */
 export interface Snapshot {
@@ -42,6 +42,10 @@ export type Capture = Schemas['CaptureView']
 export type Gauge = Omit<Schemas['Gauge'], 'read_ms'>
 /** A value of a slave by its GSD file. */
 export type Point = Omit<Schemas['WatchedParameter'], 'read_ms'>
+/** A point as the station records it, with its unit. */
+export type RecordedPoint = Schemas['RecordedPoint']
+/** The trend of a point, in its unit. */
+export type PointTrend = Schemas['PointTrend']
 export type Reading = Schemas['Reading']
 export type Quality = Reading['quality']
 export type Principle = NonNullable<Reading['principle']>
@@ -90,7 +94,8 @@ export type FlowUnits = Schemas['FlowView']
 export type Alarm = Schemas['AlarmView']
 export type AlarmState = Schemas['AlarmState']
 export type AlarmCounts = Schemas['AlarmCount']
-export type ActiveAlarms = Schemas['AlarmOverview']
+/** The numbers of the alarms, and all those that are active or unacknowledged, the most urgent first. */
+export type ActiveAlarms = Schemas['AlarmOverview'] & { alarms: Alarm[] }
 export type AlarmEvent = Schemas['AlarmHistoryEntry']
 export type AlarmChange = AlarmEvent['change']
 export type AcknowledgedAlarms = Schemas['AcknowledgeAllResult']
@@ -107,6 +112,7 @@ export type Priority = Schemas['Priority']
 export type Webhook = Schemas['WebhookView']
 
 /** A gateway to a control system. */
+export type ArchiveLink = Schemas['ArchiveView']
 export type Gateway = Schemas['GatewayView']
 
 export type Session = Schemas['Session']

@@ -8,6 +8,7 @@ import { useEffect } from 'preact/hooks'
 import { AccountMenu } from '../components/account-menu.tsx'
 import { LanguageButton, ThemeButton, UnitChoice } from '../components/header.tsx'
 import { useLanguage } from '../language.ts'
+import { isActive } from '../lib/alarms.ts'
 import { Login } from '../pages/login.tsx'
 import { Link, useLocation } from '../router.tsx'
 import { useSessionState } from '../session.ts'
@@ -103,7 +104,7 @@ function Connection({ live }: { live: Live }): JSX.Element {
   )
 }
 
-/** In the header of all pages: the number of open alarms, and of those that are not acknowledged. */
+/** In the header of all pages: the number of active alarms, and of those that are not acknowledged, also cleared ones. */
 function AlarmCount({ live }: { live: Live }): JSX.Element {
   const open = live.state ? alarmsOf(live.state).filter(isOpen) : []
   const waiting = open.filter(({ state }) => state !== 'acknowledged').length
@@ -116,9 +117,12 @@ function AlarmCount({ live }: { live: Live }): JSX.Element {
     )
   }
   const worst = open[0]?.priority ?? 'low'
+  const active = t.archive.alarms(open.filter(isActive).length)
+  // The archive lists the most urgent ones.
+  const isCut = (live.state?.not_listed ?? 0) > 0
   return (
     <Link to="/alarms" class={`badge ${worst} ${waiting ? '' : 'acknowledged'}`}>
-      {t.archive.alarms(open.length)}
+      {isCut ? t.archive.atLeast(active) : active}
       {waiting > 0 && <span class="unacknowledged">{t.archive.notAcknowledged(waiting)}</span>}
     </Link>
   )

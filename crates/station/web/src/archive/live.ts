@@ -39,15 +39,26 @@ export function startLive(): void {
     else if (!stream) connect()
   })
   if (canView()) connect()
+  // A page that the browser keeps for its back button would hold its connection, and a browser has six of them for all its windows.
+  addEventListener('pagehide', () => {
+    stream?.close()
+    stream = null
+  })
+  addEventListener('pageshow', ({ persisted }) => {
+    if (persisted && canView()) void reconnect()
+  })
   setInterval(() => {
     const since = performance.now() - receivedAt
     // The browser reconnects by itself, except after an HTTP error and on a connection that is only silent.
-    if (stream && (stream.readyState === EventSource.CLOSED || since > 2 * SILENCE_MS)) {
-      connect()
-      void refreshSession()
-    }
+    if (stream && (stream.readyState === EventSource.CLOSED || since > 2 * SILENCE_MS)) void reconnect()
     if (since > TICK_MS) notify()
   }, TICK_MS)
+}
+
+/** The stream may have ended because the session has. */
+async function reconnect(): Promise<void> {
+  connect()
+  await refreshSession()
 }
 
 function connect(): void {

@@ -1,11 +1,13 @@
 // The page of an archive: all stations.
 
+import '../locale.ts'
 import '../styles/tokens.css'
 import '../styles/base.css'
 import '../styles/controls.css'
 import '../styles/tables.css'
 
 import { render } from 'preact'
+import { Boundary } from '../components/boundary.tsx'
 import { startLanguage } from '../language.ts'
 import { startSession } from '../session.ts'
 import { applyTheme } from '../settings.ts'
@@ -16,4 +18,13 @@ applyTheme()
 startLive()
 void startSession()
 const root = document.getElementById('app')
-void startLanguage().then(() => root && render(<App />, root))
+const drawn = (
+  <Boundary>
+    <App />
+  </Boundary>
+)
+void startLanguage().then(() => {
+  // The sentence for browsers in which nothing is drawn.
+  root?.replaceChildren()
+  if (root) render(drawn, root)
+})

@@ -56,6 +56,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/point-trend": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The trend of a point, in its unit
+         * @description Values where a pixel is shorter than two minutes, otherwise the spans of the station.
+         */
+        get: operations["get_point_trend"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/points": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The points of slaves, with their units */
+        get: operations["get_points"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/stations/{station}/alarms/{alarm}/acknowledge": {
         parameters: {
             query?: never;
@@ -150,6 +187,25 @@ export interface components {
             /** @description The station. */
             station: string;
         };
+        /** @description A point of a station of the archive. */
+        ArchivedPoint: {
+            /** @description The plant. */
+            plant: string;
+            /** @description The point, with its unit. */
+            point: components["schemas"]["RecordedPoint"];
+            /** @description The station. */
+            station: string;
+        };
+        /** @description The text of a code or of a bit. */
+        CodeText: {
+            /**
+             * Format: double
+             * @description The number that is recorded for it.
+             */
+            number: number;
+            /** @description The text of the station's file; `off` or `on` of a bit without one. */
+            text: string;
+        };
         /** @description Something that happened. */
         Event: {
             /**
@@ -194,6 +250,30 @@ export interface components {
             station: string;
         };
         /**
+         * @description What the values of a point of a slave are.
+         * @enum {string}
+         */
+        PointKind: "number" | "code";
+        /** @description The trend of a point, in its unit: each list has one entry for every pixel with values. */
+        PointTrend: {
+            /** @description The highest number. */
+            high: (number | null)[];
+            /** @description The number that was recorded last in the pixel. */
+            last: (number | null)[];
+            /** @description The lowest number; `null` without a number. */
+            low: (number | null)[];
+            /** @description The arithmetic mean; always `null` for a code or a bit. */
+            mean: (number | null)[];
+            /** @description The point, with its unit. */
+            point: components["schemas"]["RecordedPoint"];
+            /** @description The qualities that occurred: bit 0 valid, 3 fault, 4 stale. */
+            qualities: number[];
+            /** @description The start of each pixel, in milliseconds since 1970, rising. */
+            start_ms: number[];
+            /** @description The texts of its codes in the station's file; empty for a number, and in an archive. */
+            texts: components["schemas"]["CodeText"][];
+        };
+        /**
          * @description How soon an operator must respond. Ordered: `High` is the greatest.
          * @enum {string}
          */
@@ -222,6 +302,17 @@ export interface components {
          * @enum {string}
          */
         Quality: "valid" | "overrange" | "underrange" | "fault" | "stale" | "off" | "missing" | "assumed";
+        /** @description A point whose values are recorded. With another unit, or as another kind, it is another point: numbers in two units are never mixed. */
+        RecordedPoint: {
+            /** @description What the values are. */
+            kind: components["schemas"]["PointKind"];
+            /** @description The name of the point, unique for its slave. */
+            name: string;
+            /** @description The slave. */
+            slave: string;
+            /** @description The unit of the values; `null` without one. */
+            unit?: string | null;
+        };
         /** @description The state of all stations at one moment. */
         State: {
             /** @description Alarms that are not normal, by station and alarm: `hall-1/chamber limit`. */
@@ -261,8 +352,20 @@ export interface components {
              * @description When it made its last batch by its own clock, in milliseconds since 1970; `null` before the first one.
              */
             made_ms?: number | null;
+            /**
+             * Format: int64
+             * @description Batches that have not come.
+             */
+            missing: number;
             /** @description Its plant. */
             plant: string;
+            /**
+             * Format: int64
+             * @description Batches that were put aside.
+             */
+            put_aside: number;
+            /** @description Why the last one of them was put aside, in a sentence. */
+            put_aside_reason?: string | null;
             /**
              * Format: int64
              * @description When the archive stored its last batch, in milliseconds since 1970.
@@ -271,11 +374,16 @@ export interface components {
         };
         /** @description A trend: each list has one entry for every pixel with samples. */
         Trend: {
-            /** @description The highest pressure in Pa. */
+            /** @description The highest pressure in Pa. Where the gauge was above its range, the end of the range. */
             high: (number | null)[];
-            /** @description The lowest pressure in Pa; `null` without a pressure. */
+            /**
+             * @description The pressure in Pa that was recorded last in the pixel, which the gauge held until the next pixel of the list; `null` if the pixel
+             *     ends without a measured pressure, and where only summaries are stored.
+             */
+            last: (number | null)[];
+            /** @description The lowest pressure in Pa; `null` without a pressure. Where the gauge was below its range, the end of the range. */
             low: (number | null)[];
-            /** @description The geometric mean in Pa. */
+            /** @description The geometric mean of the measured pressures in Pa; `null` without one. The end of a range is in no mean. */
             mean: (number | null)[];
             /**
              * @description The qualities that occurred: bit 0 valid, 1 overrange, 2 underrange, 3 fault, 4 stale, 5 off, 6
@@ -385,6 +493,110 @@ export interface operations {
                 };
                 content: {
                     "text/event-stream": components["schemas"]["State"];
+                };
+            };
+        };
+    };
+    get_point_trend: {
+        parameters: {
+            query: {
+                /**
+                 * @description The station.
+                 * @example hall-1
+                 */
+                station: string;
+                /**
+                 * @description The slave.
+                 * @example turbo
+                 */
+                slave: string;
+                /**
+                 * @description The point.
+                 * @example speed
+                 */
+                point: string;
+                /** @description The unit, if the point was recorded in several; empty for a point without a unit. Default: the unit of the last value. */
+                unit?: string;
+                /**
+                 * @description The beginning, in milliseconds since 1970.
+                 * @example 0
+                 */
+                from: number;
+                /**
+                 * @description The end, in milliseconds since 1970.
+                 * @example 4102444800000
+                 */
+                to: number;
+                /** @description The most entries of the trend, 1 to 20000. */
+                pixels?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PointTrend"];
+                };
+            };
+            /** @description A parameter is wrong */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The archive has no such station or point */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_points: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ArchivedPoint"][];
+                };
+            };
+            /** @description The database does not answer */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
                 };
             };
         };

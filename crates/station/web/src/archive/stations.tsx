@@ -33,7 +33,10 @@ export function Stations(): JSX.Element {
   const isFiltered = text !== ''
   const shown = all
     .filter((station) => !plant || station.plant === plant)
-    .map((station) => ({ ...station, readings: station.readings.filter((reading) => matches(station, reading, text)) }))
+    .map((station) => {
+      const readings = station.readings.filter((reading) => matches(station, reading, text))
+      return { ...station, all: station.readings.length, readings }
+    })
     .filter((station) => !isFiltered || station.readings.length > 0 || matchesWords([station.name], text))
   const problems = shown.filter((station) => isSilent(station, now) || station.alarms.some(isOpen))
   return (
@@ -101,20 +104,34 @@ export function AlarmLine({ alarm }: { alarm: ActiveAlarm }): JSX.Element {
   )
 }
 
-function StationRows({ station, now, isOpen }: { station: Station; now: number; isOpen: boolean }): JSX.Element {
+interface StationProps {
+  /** The station with the readings that match, of `all`. */
+  station: Station & { all: number }
+  now: number
+  isOpen: boolean
+}
+
+function StationRows({ station, now, isOpen }: StationProps): JSX.Element {
   const [opened, setOpened] = useState(false)
   const unit = useUnit()
   const open = isOpen || opened
-  const { name, plant, readings, stored_ms } = station
+  const { name, plant, all, readings, stored_ms, missing, put_aside, put_aside_reason } = station
   return (
     <section class="segment" aria-label={t.archive.stationOf(name)} data-station={name}>
       <details open={open} onToggle={(event) => !isOpen && setOpened(event.currentTarget.open)}>
         <summary>
           <h2>{name}</h2>{' '}
           <span class="muted">
-            {plant}, {t.archive.gauges(readings.length)},{' '}
+            {plant}, {t.archive.series(readings.length, all)},{' '}
             {stored_ms ? t.archive.lastBatch(age(Math.max(0, now - stored_ms))) : t.archive.noBatch}
+            {missing > 0 && `, ${t.archive.missing(missing)}`}
           </span>
+          {put_aside > 0 && (
+            <span class="put-aside">
+              {' '}
+              {t.archive.putAside(put_aside)}: {put_aside_reason}
+            </span>
+          )}
         </summary>
         {open && (
           <ul class="rows">

@@ -8,6 +8,7 @@ type Schemas = components['schemas']
 export type StationState = Schemas['StationState']
 export type ActiveAlarm = Schemas['ActiveAlarm'] & { priority: Priority; state: AlarmState }
 export type ArchivedEvent = Schemas['ArchivedEvent']
+export type ArchivedPoint = Schemas['ArchivedPoint']
 export type LatestReading = Schemas['LatestReading'] & { quality: Quality }
 
 /** What the live stream shows. An entry that was removed is `null`. */

@@ -30,7 +30,7 @@ function PriorityShape({ priority }: { priority: Priority }): JSX.Element {
 export function PriorityMark({ priority, active }: { priority: Priority; active: boolean }): JSX.Element {
   return (
     <span class={`priority ${active ? priority : 'inactive'}`}>
-      <PriorityShape priority={priority} /> {t.priorities[priority]}
+      <PriorityShape priority={priority} /> {t.priorities[priority] ?? priority}
     </span>
   )
 }

@@ -10,6 +10,8 @@ export interface Line {
   name: string
   colour: string
   dashed?: boolean
+  /** A value holds until the next one: no line leads from one code to another. */
+  stepped?: boolean
   stretches: Stretch[]
 }
 

@@ -8,6 +8,7 @@ import uPlot from 'uplot'
 import 'uplot/dist/uPlot.min.css'
 import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
+import { shortNumber } from '../lib/point-trends.ts'
 import type { Curve } from '../lib/series.ts'
 import { drawNames } from './chart-names.ts'
 import {
@@ -31,6 +32,8 @@ export interface ChartProps {
   window: [number, number]
   scale: [number, number]
   log: boolean
+  /** A linear chart below a logarithmic one: their times are above each other. */
+  isBelow?: boolean
   unit: string
   levels?: Level[]
   marks?: TimeMark[]
@@ -47,7 +50,7 @@ export interface ChartProps {
   onKey?: (key: string) => boolean
 }
 
-/** The width of the pressure axis, and the margin at the other edge. */
+/** The width of the axis of values, and the margin at the other edge. */
 const AXIS_PX = { log: 58, linear: 84 }
 const EDGE_PX = 24
 
@@ -71,7 +74,7 @@ export function Chart(props: ChartProps): JSX.Element {
   const latest = useRef(props)
   latest.current = props
   const language = useLanguage()
-  const structure = `${language} ${props.dark} ${props.log} ${props.unit} ${props.lines.map((line) => line.colour + line.name).join()}`
+  const structure = `${language} ${props.dark} ${props.log} ${props.unit} ${props.lines.map((line) => line.colour + line.name + line.stepped).join()}`
   useEffect(() => {
     if (props.width === 0 || !box.current) return
     const chart = new uPlot(options(latest, language), data(latest.current), box.current)
@@ -151,10 +154,12 @@ function data(props: ChartProps): uPlot.AlignedData {
 }
 
 function options(latest: { current: ChartProps }, language: string): uPlot.Options {
-  const { width, height, log, lines } = latest.current
-  const series = lines.flatMap(({ colour, dashed }): uPlot.Series[] => {
-    const hidden = { stroke: 'transparent', width: 0, points: { show: false } }
-    return [hidden, hidden, { stroke: colour, width: 1.8, dash: dashed ? [8, 5] : [], points: { show: false } }]
+  const { width, height, log, isBelow = false, lines } = latest.current
+  const series = lines.flatMap(({ colour, dashed, stepped }): uPlot.Series[] => {
+    const steps = stepped ? uPlot.paths.stepped?.({ align: 1 }) : undefined
+    const usual = { points: { show: false }, ...(steps ? { paths: steps } : {}) }
+    const hidden = { stroke: 'transparent', width: 0, ...usual }
+    return [hidden, hidden, { stroke: colour, width: 1.8, dash: dashed ? [8, 5] : [], ...usual }]
   })
   const bands = lines.map(
     ({ colour }, index): uPlot.Band => ({ series: [3 * index + 2, 3 * index + 1], fill: `${colour}38` }),
@@ -170,7 +175,7 @@ function options(latest: { current: ChartProps }, language: string): uPlot.Optio
       x: { time: true, range: () => latest.current.window },
       y: { distr: log ? 3 : 1, range: () => latest.current.scale },
     },
-    axes: [lanes(latest), timeAxis(), pressureAxis(log)],
+    axes: [lanes(latest), timeAxis(), isBelow ? numberAxis() : pressureAxis(log)],
     series: [{}, ...series],
     bands,
     cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
@@ -221,14 +226,19 @@ function timeAxis(): uPlot.Axis {
   }
 }
 
+const valueAxis = (): uPlot.Axis => ({
+  stroke: tokenColour('muted'),
+  font: FONT,
+  grid: { stroke: tokenColour('grid'), width: 1 },
+  ticks: { show: false },
+  size: AXIS_PX.log,
+})
+
+/** Short numbers, so that the plot begins where that of the pressures begins. */
+const numberAxis = (): uPlot.Axis => ({ ...valueAxis(), values: (_, splits) => splits.map(shortNumber) })
+
 function pressureAxis(log: boolean): uPlot.Axis {
-  const axis: uPlot.Axis = {
-    stroke: tokenColour('muted'),
-    font: FONT,
-    grid: { stroke: tokenColour('grid'), width: 1 },
-    ticks: { show: false },
-    size: AXIS_PX.log,
-  }
+  const axis = valueAxis()
   if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: AXIS_PX.linear }
   return {
     ...axis,

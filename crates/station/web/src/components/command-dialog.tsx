@@ -122,7 +122,7 @@ function Body({ state }: { state: State }): JSX.Element {
 }
 
 function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
-  const { is_command, manual_name, before, after, octets, risk, conditions } = armed
+  const { is_command, manual_name, before, after, octets, risk, conditions, from_device_file } = armed
   return (
     <>
       <dl class="details">
@@ -139,7 +139,7 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
         </dd>
         <dt>{t.command.risk}</dt>
         <dd>
-          <RiskMark risk={risk} /> <span lang="en">{risk.description}</span>
+          <RiskMark risk={risk} /> <span lang="en">{risk.description}</span> {from_device_file && <DeviceFileMark />}
         </dd>
       </dl>
       <Conditions conditions={conditions} />
@@ -151,6 +151,16 @@ export function RiskMark({ risk }: { risk: Risk }): JSX.Element {
   const { label, sentence } = t.risks[risk.class]
   return (
     <span class={`risk ${risk.class}`} title={sentence}>
+      {label}
+    </span>
+  )
+}
+
+/** The mark of a command or parameter that a device file describes. */
+export function DeviceFileMark(): JSX.Element {
+  const { label, sentence } = t.deviceFile
+  return (
+    <span class="risk device-file" title={sentence}>
       {label}
     </span>
   )

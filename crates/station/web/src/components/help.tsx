@@ -9,7 +9,7 @@ import { setShortcuts, useShortcuts } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import { AlarmStateMark, PriorityMark } from './alarm-marks.tsx'
 import { BusStatusMark } from './bus-status.tsx'
-import { RiskMark } from './command-dialog.tsx'
+import { DeviceFileMark, RiskMark } from './command-dialog.tsx'
 import { useModal } from './hooks.ts'
 
 /** The single-key shortcuts, which can be switched off. */
@@ -68,6 +68,7 @@ export function Help({ close }: { close: () => void }): JSX.Element {
         {(Object.keys(t.risks) as RiskClass[]).map((risk) => (
           <Mark key={risk} mark={<RiskMark risk={{ class: risk, description: '' }} />} text={t.risks[risk].sentence} />
         ))}
+        <Mark mark={<DeviceFileMark />} text={t.deviceFile.sentence} />
       </dl>
     </dialog>
   )

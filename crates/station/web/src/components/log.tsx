@@ -74,6 +74,11 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
           ))}
         </tbody>
       </table>
+      {!log.isLoaded && !log.error && (
+        <p class="muted" role="status">
+          {t.log.loading}
+        </p>
+      )}
       {log.isLoaded && shown.length === 0 && <p class="muted">{empty.isFiltered ? empty.filtered : empty.none}</p>}
       {log.showOlder && (
         <button type="button" onClick={log.showOlder}>

@@ -3,7 +3,7 @@
 import './points.css'
 import type { JSX } from 'preact'
 import type { Gauge, Point } from '../api/types.ts'
-import { pointText } from '../lib/points.ts'
+import { pointCause, pointText } from '../lib/points.ts'
 import { isStale } from '../lib/stale.ts'
 import type { Live } from '../live.ts'
 import { t } from '../texts/texts.ts'
@@ -22,6 +22,7 @@ export function Points({ gauge, live }: { gauge: Gauge; live: Live }): JSX.Eleme
 
 function PointValue({ point, stale }: { point: Point; stale: boolean }): JSX.Element {
   const text = pointText(point, stale)
+  const cause = pointCause(point)
   return (
     <>
       <dt title={point.name}>{point.target}</dt>
@@ -30,7 +31,7 @@ function PointValue({ point, stale }: { point: Point; stale: boolean }): JSX.Ele
         data-point={point.target}
         data-quality={point.quality}
       >
-        {text ?? t.common.noData}
+        {text ?? (cause === null ? t.common.noData : `${t.common.noData}: ${cause}`)}
       </dd>
     </>
   )

@@ -7,7 +7,7 @@ import { fetchTrend } from '../api/calls.ts'
 import type { Trend } from '../api/types.ts'
 import { age, decade, number } from '../lib/format.ts'
 import { aligned, fittingSpan } from '../lib/range.ts'
-import { decades, join, type Stretch, stretches, withRecent } from '../lib/series.ts'
+import { decades, join, type Stretch, stretches, valuesOf, withRecent } from '../lib/series.ts'
 import { inUnit, type Unit } from '../lib/units.ts'
 import { live, recentSamples } from '../live.ts'
 import { useUnit } from '../settings.ts'
@@ -18,6 +18,9 @@ const WIDTH = 240
 const HEIGHT = 44
 const LONGEST_MS = 600_000
 const REFRESH_MS = 60_000
+
+/** The first sample of any series of the last ten minutes: all lines have one axis, so that they can be compared. */
+let earliest: number | null = null
 
 /** The time of a pixel. */
 const BIN_MS = LONGEST_MS / WIDTH
@@ -31,7 +34,17 @@ export function Sparkline({ series }: { series: string }): JSX.Element {
   })
   const trend = query.value && withRecent(query.value, recentSamples(series))
   const scale = trend && scaleOf(trend, unit)
-  const span = trend ? spanOf(trend, live().now) : LONGEST_MS
+  const first = trend?.start_ms[0]
+  if (first !== undefined) earliest = Math.min(first, earliest ?? first)
+  // Ten minutes, or less for a recording that has just begun.
+  const span = fittingSpan(earliest, live().now, LONGEST_MS)
+  if (trend === null) {
+    return (
+      <div class="sparkline">
+        {query.error ? <span class="error">{t.reading.notLoaded(query.error)}</span> : <span>{t.log.loading}</span>}
+      </div>
+    )
+  }
   return (
     <div class="sparkline">
       <svg
@@ -60,19 +73,16 @@ export function Sparkline({ series }: { series: string }): JSX.Element {
   )
 }
 
-/** Ten minutes, or less for a recording that has just begun. */
-const spanOf = ({ start_ms }: Trend, now: number): number => fittingSpan(start_ms[0] ?? null, now, LONGEST_MS)
-
 /** The whole decades around all values, in the unit; `null` without values. */
 function scaleOf(trend: Trend, unit: Unit): [number, number] | null {
-  const [low, high] = extent(trend.mean)
+  const [low, high] = extent(valuesOf(trend))
   return low === undefined || high === undefined ? null : decades(inUnit(low, unit), inUnit(high, unit))
 }
 
 /** The text for those who do not see the line. */
-function description(trend: Trend | null, series: string, unit: Unit): string {
-  const [low, high] = extent(trend?.mean ?? [])
-  if (trend === null || low === undefined || high === undefined) return t.reading.noRecent(series)
+function description(trend: Trend, series: string, unit: Unit): string {
+  const [low, high] = extent(valuesOf(trend))
+  if (low === undefined || high === undefined) return t.reading.noRecent(series)
   const text = t.reading.recent(series, number(inUnit(low, unit)), number(inUnit(high, unit)), unit)
   const kinds = new Set(stretchesOutside(trend).map(({ kind }) => kind))
   return [text, ...[...kinds].map((kind) => t.reading.atTimes(t.qualities[QUALITIES[kind]]))].join(', ')

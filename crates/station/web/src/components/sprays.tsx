@@ -2,6 +2,7 @@
 
 import type { JSX } from 'preact'
 import type { Spray } from '../api/types.ts'
+import { readable } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
 
 export function Sprays({ sprays }: { sprays: Spray[] }): JSX.Element | null {
@@ -10,7 +11,7 @@ export function Sprays({ sprays }: { sprays: Spray[] }): JSX.Element | null {
     <section class="sprays" aria-label={t.reading.likeHelium}>
       {sprays.map(({ start_ms, text }) => (
         <p key={start_ms} lang="en">
-          {text}.
+          {readable(text)}.
         </p>
       ))}
     </section>

@@ -1,8 +1,10 @@
 // The trends of several series in a window of time, fetched for the pixels of the chart and again for every zoom.
 
 import { useEffect, useMemo, useState } from 'preact/hooks'
-import { fetchEvents, fetchTrend } from '../api/calls.ts'
-import type { Gauge, StationEvent, Trend } from '../api/types.ts'
+import { fetchEvents, fetchPointTrend, fetchTrend } from '../api/calls.ts'
+import { RequestError } from '../api/request.ts'
+import type { Gauge, PointTrend, StationEvent, Trend } from '../api/types.ts'
+import type { OfferedPoint } from '../lib/point-trends.ts'
 import { aligned, isLive, moved, type Range, windowOf, zoomed } from '../lib/range.ts'
 import {
   type Curve,
@@ -75,6 +77,52 @@ export function useTrends(
       ...names.map((name) => trendOf(name, from, to, count, signal)),
     ])
     return { trends, events, binMs, window: [from, to] }
+  })
+}
+
+/** The fetched trends of points. A point of which nothing was recorded yet has none. */
+export interface FetchedPoints {
+  trends: PointTrend[]
+  binMs: number
+}
+
+/** Fetches the trend of a point. */
+export type PointTrendSource<P> = (
+  point: P,
+  from: number,
+  to: number,
+  pixels: number,
+  signal: AbortSignal,
+) => Promise<PointTrend>
+
+/** The trend of a point of this station. */
+export const stationPointTrend: PointTrendSource<OfferedPoint> = ({ slave, point }, from, to, pixels, signal) =>
+  fetchPointTrend(slave, point.target, from, to, pixels, signal)
+
+/** The trends of points in the same pixels as those of pressures. */
+export function usePointTrends<P extends { key: string }>(
+  points: P[],
+  range: Range,
+  pixels: number,
+  trendOf: PointTrendSource<P>,
+): Query<FetchedPoints> {
+  const key = JSON.stringify([points.map(({ key }) => key), range, pixels])
+  const settled = useSettled({ points, range, pixels, key }, key)
+  const live = useLive()
+  const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
+  return useQuery(settled.key, settled.points.length === 0 ? null : period, async (signal) => {
+    const { points, range, pixels } = settled
+    if (pixels === 0) return { trends: [], binMs: 1 }
+    const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
+    const fetched = points.map(async (point) => {
+      try {
+        return await trendOf(point, from, to, count, signal)
+      } catch (error) {
+        if (error instanceof RequestError && error.status === 404) return null
+        throw error
+      }
+    })
+    return { trends: (await Promise.all(fetched)).filter((trend) => trend !== null), binMs }
   })
 }
 

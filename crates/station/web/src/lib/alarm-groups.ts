@@ -1,6 +1,6 @@
 // Groups of active alarms: those of a volume of the plant, otherwise those of a gauge, of a segment, or of the station.
 
-import type { ActiveAlarms, Alarm, Priority } from '../api/types.ts'
+import type { Alarm, Priority } from '../api/types.ts'
 import { type AlarmSummary, activeCounts, byUrgency, countsBy, isActive, isUnacknowledged } from './alarms.ts'
 import { matchesWords } from './search.ts'
 
@@ -126,12 +126,9 @@ export const mustAsk = (
   unacknowledged.length > FEW_ALARMS ||
   groups.some((group) => !isOpen(group) && group.alarms.some((alarm) => unacknowledged.includes(alarm)))
 
-/** The alarms of the list. A snapshot has only the most urgent ones; those beyond are taken from all alarms, which are fetched less often. */
-export function listedAlarms(
-  { alarms, not_listed }: Pick<ActiveAlarms, 'alarms' | 'not_listed'>,
-  all: Alarm[],
-): Alarm[] {
-  if (not_listed === 0) return alarms
-  const names = new Set(alarms.map(({ name }) => name))
-  return [...alarms, ...all.filter((alarm) => (isActive(alarm) || isUnacknowledged(alarm)) && !names.has(alarm.name))]
+/** The alarms with values. A snapshot has them for the most urgent alarms; the others are taken from all alarms, which are fetched less often. */
+export function withValues(alarms: Alarm[], all: Alarm[]): Alarm[] {
+  if (alarms.every(({ value }) => value !== null)) return alarms
+  const fetched = new Map(all.map((alarm) => [alarm.name, alarm.value]))
+  return alarms.map((alarm) => ({ ...alarm, value: alarm.value ?? fetched.get(alarm.name) ?? null }))
 }

@@ -115,7 +115,7 @@ export function conditionText(alarm: Alarm, shown: Unit): string {
       return severalText(alarm, shown)
     case 'point':
       // Its name says point, comparison and limit.
-      return alarm.name
+      return alarm.name + clearedText(alarm, shown)
     case 'not-measurable':
       return words.notMeasurable(place)
     case 'fault':
@@ -130,14 +130,18 @@ export function conditionText(alarm: Alarm, shown: Unit): string {
       return words.damagedTelegrams(place, at)
     case 'not-recording':
       return words.notRecording
+    case 'database-damaged':
+      return words.databaseDamaged
+    case 'not-archived':
+      return words.notArchived
   }
 }
 
 /** Where the condition ends, if that is not its limit. */
-function clearedText({ condition, limit, reset, unit }: Alarm, shown: Unit): string {
-  if (reset === null || reset === limit) return ''
+function clearedText({ limit, reset, unit }: Alarm, shown: Unit): string {
+  if (limit === null || reset === null || reset === limit) return ''
   const { untilAbove, untilBelow } = t.alarms.conditions
-  return (condition === 'below' ? untilAbove : untilBelow)(quantity(reset, unit, shown))
+  return (reset > limit ? untilAbove : untilBelow)(quantity(reset, unit, shown))
 }
 
 function severalText({ several, limit }: Alarm, shown: Unit): string {

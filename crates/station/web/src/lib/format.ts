@@ -119,9 +119,11 @@ export function fileSize(octets: number): string {
   return unbroken(`${parts(octets / size).mantissa} ${name}`)
 }
 
-const RFC_3339 = /\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?Z/
+/** A time in UTC: `2026-01-31T14:03:22Z`, or `2026-01-31 14:03:22 UTC` in a sentence. */
+const UTC = /\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?(?:Z| UTC)/
 const NUMBER = /\d+(\.\d+)?e[+-]?\d+/
-const READ = new RegExp(`"[^"]*"|${RFC_3339.source}|${NUMBER.source}`, 'g')
+const READ = new RegExp(`"[^"]*"|${UTC.source}|${NUMBER.source}`, 'g')
+const TIMES = new RegExp(`"[^"]*"|${UTC.source}`, 'g')
 
 /**
  * A text of the station for reading: long numbers are rounded, `4.5095703e-8 mbar` becomes `4.51 × 10⁻⁸ mbar`, and times are those of the time
@@ -130,6 +132,12 @@ const READ = new RegExp(`"[^"]*"|${RFC_3339.source}|${NUMBER.source}`, 'g')
 export function readable(text: string): string {
   return text.replace(READ, (found) => {
     if (found.startsWith('"')) return found
-    return RFC_3339.test(found) ? moment(Date.parse(found)) : number(Number(found))
+    return UTC.test(found) ? localTime(found) : number(Number(found))
   })
 }
+
+/** A text of the station with the times of the time zone of the browser. Its numbers and the names in quotation marks stay as they were recorded. */
+export const withLocalTimes = (text: string): string =>
+  text.replace(TIMES, (found) => (found.startsWith('"') ? found : localTime(found)))
+
+const localTime = (utc: string): string => moment(Date.parse(utc.replace(' UTC', 'Z').replace(' ', 'T')))

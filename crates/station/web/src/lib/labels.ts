@@ -2,6 +2,7 @@
 
 import type { AlarmState, Recorder, Segment } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
+import { withLocalTimes } from './format.ts'
 
 const GASES: Record<string, string> = { n2: 'N₂', h2: 'H₂', co2: 'CO₂', h2o: 'H₂O', o2: 'O₂', co: 'CO' }
 
@@ -15,6 +16,12 @@ export function baud(bitsPerSecond: number): string {
   return bitsPerSecond >= 1e6 ? `${bitsPerSecond / 1e6} Mbit/s` : `${bitsPerSecond / 1e3} kbit/s`
 }
 
+/** Why the recorder does not write, or what is damaged in its database, in a sentence; `null` if all is well. */
+export function recorderProblem({ error, damage }: Recorder): string | null {
+  if (error) return t.app.recorder(error)
+  return damage ? t.app.damaged(damage) : null
+}
+
 /** The number of samples and events that the recorder lost, in one sentence; `null` if it lost none. */
 export function lostSentence({ lost_samples, lost_events }: Recorder): string | null {
   return lost_samples + lost_events > 0 ? t.app.notRecorded(lost_samples, lost_events) : null
@@ -23,7 +30,7 @@ export function lostSentence({ lost_samples, lost_events }: Recorder): string | 
 /** The value before and after an entry of the audit trail; states of alarms in the language of the page. */
 export function changeText(before: string | null, after: string | null): string {
   const text = (value: string): string =>
-    Object.hasOwn(t.alarms.states, value) ? t.alarms.states[value as AlarmState].label : value
+    Object.hasOwn(t.alarms.states, value) ? t.alarms.states[value as AlarmState].label : withLocalTimes(value)
   const changed = after === null ? t.common.unknown : text(after)
   return before === null ? (after === null ? '' : changed) : `${text(before)} → ${changed}`
 }

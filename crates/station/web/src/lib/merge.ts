@@ -1,6 +1,7 @@
 // The state of the station, kept up to date by the changes of the live stream.
 
 import type { LiveState, Snapshot } from '../api/types.ts'
+import { byUrgency } from './alarms.ts'
 
 /** The entries with those of a change; `null` removes one. */
 function withEntries<T>(entries: Record<string, T>, change: Record<string, T | null>): Record<string, T> {
@@ -26,10 +27,11 @@ export function changed<T extends object, K extends keyof T>(state: T, change: P
 }
 
 /** The state with lists instead of objects. */
-export function snapshotOf({ gauges, gauge_order, segments, ...rest }: LiveState): Snapshot {
+export function snapshotOf({ gauges, gauge_order, segments, alarms, standing_alarms, ...rest }: LiveState): Snapshot {
   const inOrder = gauge_order.flatMap((name) => {
     const gauge = Object.hasOwn(gauges, name) ? gauges[name] : undefined
     return gauge ? [gauge] : []
   })
-  return { ...rest, segments: Object.values(segments), gauges: inOrder }
+  const standing = Object.values(standing_alarms).sort(byUrgency)
+  return { ...rest, segments: Object.values(segments), gauges: inOrder, alarms: { ...alarms, alarms: standing } }
 }

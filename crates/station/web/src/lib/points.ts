@@ -7,6 +7,11 @@ export function pointText({ text, quality }: Point, isStale: boolean): string | 
   return isStale || quality === 'stale' ? null : text
 }
 
+/** Why a point has no value, if the station knows it: its record was not read. */
+export function pointCause({ text, quality }: Point): string | null {
+  return quality === 'stale' && text !== '' ? text : null
+}
+
 /** What the wall shows of a slave: that it reports a fault, or its first point, which is the most important one of the station's file. */
 export function slaveValue(
   { state, parameters }: Pick<Gauge, 'state' | 'parameters'>,

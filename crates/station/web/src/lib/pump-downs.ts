@@ -37,6 +37,10 @@ export function polyline(run: PumpDown, axes: Axes, width: number, height: numbe
     .join(' ')
 }
 
+/** What the list says of a run without a deviation: a run that was compared with no other one is not as usual. */
+export const usualness = ({ levels }: Pick<PumpDown, 'levels'>): string =>
+  levels.some(({ usual }) => usual) ? t.pumpDowns.notDeviating : t.pumpDowns.notCompared
+
 const seconds = (s: number): string => age(s * 1000)
 
 /** `1 h 20 min`, or why there is none. */

@@ -35,6 +35,9 @@ export interface Joined {
   curves: Curve[]
 }
 
+/** The gauge shows the same value within this part of it: 0.002 decades, the deadband of the recorder. */
+const SAME = 0.0046
+
 /** A time in which a gauge was outside its range, off, reported a fault, or was not recorded. */
 export interface Stretch {
   from: number
@@ -44,32 +47,76 @@ export interface Stretch {
   limit: number | null
 }
 
+/** Whether two values differ by more than the deadband: between them the recorder left out no slope, so the first one was held. */
+function isJump(one: number, other: number | null): boolean {
+  return other === null || Math.abs(one - other) > SAME * Math.max(Math.abs(one), Math.abs(other))
+}
+
+/** The end of the range where the gauge was beyond it in the pixel; above the range first. */
+function boundAt({ low, high, qualities }: Trend, index: number): number | null {
+  const bits = qualities[index] ?? 0
+  return (bits & OVER ? high[index] : bits & UNDER ? low[index] : null) ?? null
+}
+
+/** All values of a trend that a chart shows: means, and the ends of ranges. */
+export function valuesOf(trend: Trend): (number | null)[] {
+  return trend.mean.flatMap((mean, index) => [mean, boundAt(trend, index)])
+}
+
 /** Whether the gauge was outside its range all the time: no line is drawn. */
 export function isOutside(bits: number): boolean {
   return (bits & (OVER | UNDER)) !== 0 && (bits & VALID) === 0
 }
 
+/** Whether the data ended in a pixel. One with a last value had a gap before it. */
+function endsInGap({ qualities, last }: Trend, index: number): boolean {
+  return ((qualities[index] ?? 0) & GAP) !== 0 && (last[index] ?? null) === null
+}
+
 /** Whether there are no data between a sample and the next one: it is distant, or the data ended in the pixel of the sample. */
-function isGap({ start_ms, qualities }: Trend, index: number, next: number, binMs: number): boolean {
-  const time = next - (start_ms[index] ?? next)
-  const hasEnded = ((qualities[index] ?? 0) & GAP) !== 0 && time > 1.5 * binMs
+function isGap(trend: Trend, index: number, next: number, binMs: number): boolean {
+  const time = next - (trend.start_ms[index] ?? next)
+  const hasEnded = endsInGap(trend, index) && time > 1.5 * binMs
   return hasEnded || time > Math.max(LONGEST_MS, 2.5 * binMs)
 }
 
-/** A trend with a gap wherever the line must break: between distant samples, and outside the range. */
+/** Whether the gauge left its range, or failed, in a pixel and had not measured again when it ended. Spans do not tell it. */
+function endsOutside({ qualities, last }: Trend, index: number, hasLast: boolean): boolean {
+  return hasLast && (last[index] ?? null) === null && ((qualities[index] ?? 0) & ~(VALID | GAP)) !== 0
+}
+
+/**
+ * A trend with a gap wherever the line must break: between distant samples, and outside the range. Between two pixels without a gap the
+ * last value of the first one is held: a straight line to the mean of the second one would be a slope that was never measured.
+ */
 function withGaps(trend: Trend, binMs: number): Trend {
-  const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], qualities: [] }
+  const made: Trend = { series: trend.series, start_ms: [], low: [], high: [], mean: [], last: [], qualities: [] }
+  const hasLast = trend.last.some((value) => value !== null)
   trend.start_ms.forEach((start, index) => {
     const before = trend.start_ms[index - 1]
     const isDrawn = before !== undefined && (trend.mean[index - 1] ?? null) !== null
     if (isDrawn && isGap(trend, index - 1, start, binMs)) {
       push(made, before + Math.min(binMs, (start - before) / 2), null, null, null, GAP)
+    } else if (isDrawn && start - before > 1.5 * binMs && endsOutside(trend, index - 1, hasLast)) {
+      push(made, before + binMs, null, null, null, trend.qualities[index - 1]!)
+    } else if (isDrawn) {
+      hold(made, trend, index, binMs)
     }
     const bits = trend.qualities[index]!
     if (isOutside(bits)) push(made, start, null, null, null, bits)
     else push(made, start, trend.low[index]!, trend.high[index]!, trend.mean[index]!, bits)
   })
   return made
+}
+
+/** Holds the last value of the pixel before `index` where the curve would be another one. */
+function hold(made: Trend, trend: Trend, index: number, binMs: number): void {
+  const held = trend.last[index - 1] ?? null
+  const [before, start] = [trend.start_ms[index - 1]!, trend.start_ms[index]!]
+  if (held === null || start - before <= 1.5 * binMs) return
+  // A pixel has a mean of the values before and after a jump.
+  if (isJump(held, trend.mean[index - 1]!)) push(made, before + binMs, held, held, held, VALID)
+  if (isJump(held, trend.mean[index] ?? null)) push(made, start - 1, held, held, held, VALID)
 }
 
 function push(
@@ -84,6 +131,7 @@ function push(
   trend.low.push(low)
   trend.high.push(high)
   trend.mean.push(mean)
+  trend.last.push(mean)
   trend.qualities.push(bits)
 }
 
@@ -143,7 +191,9 @@ export function stretches(trend: Trend, binMs: number): Stretch[] {
         return
       }
       const next = trend.start_ms[index + 1] ?? start + binMs
-      const to = isGap(trend, index, next, binMs) ? start + binMs : next
+      // A pixel with a last value ends within the range.
+      const isOver = isGap(trend, index, next, binMs) || (trend.last[index] ?? null) !== null
+      const to = isOver ? Math.min(next, start + binMs) : next
       const limit = kind === 'over' ? trend.high[index]! : kind === 'under' ? trend.low[index]! : null
       if (open && start <= open.to) {
         open.to = to
@@ -201,6 +251,8 @@ export function withRecent(trend: Trend, recent: { at: number; pa: number | null
     low: [...trend.low, ...values],
     high: [...trend.high, ...values],
     mean: [...trend.mean, ...values],
+    // Each of these samples holds for a second.
+    last: [...trend.last, ...newer.map(() => null)],
     qualities: [...trend.qualities, ...newer.map(({ bits }) => bits)],
   }
 }
@@ -222,6 +274,7 @@ export function indexAt(times: number[], at: number): number {
 }
 
 export interface Sample {
+  /** The mean of the measured values; beyond the range the end of the range. */
   mean: number | null
   /** The qualities that occurred. */
   bits: number
@@ -232,9 +285,11 @@ export function sampleAt(trend: Trend, at: number, binMs: number): Sample | null
   const index = indexAt(trend.start_ms, at)
   const start = trend.start_ms[index]
   if (start === undefined || at - start > Math.max(LONGEST_MS, 2.5 * binMs)) return null
-  const found = { mean: trend.mean[index]!, bits: trend.qualities[index]! }
+  const held = trend.last[index] ?? null
+  if (held !== null && at - start >= binMs) return { mean: held, bits: VALID }
+  const found = { mean: boundAt(trend, index) ?? trend.mean[index]!, bits: trend.qualities[index]! }
   // A gap begins after its pixel.
-  return (found.bits & GAP) !== 0 && at - start > 1.5 * binMs ? { mean: null, bits: GAP } : found
+  return endsInGap(trend, index) && at - start > 1.5 * binMs ? { mean: null, bits: GAP } : found
 }
 
 /** The quality of a sample: the worst that applies to its mean. */

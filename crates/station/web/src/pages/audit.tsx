@@ -7,6 +7,7 @@ import type { AuditEntry } from '../api/types.ts'
 import { BackupDialog } from '../components/backup-dialog.tsx'
 import { Choice, SearchField, sameText } from '../components/fields.tsx'
 import { type Column, LogTable, Time, useLog } from '../components/log.tsx'
+import { withLocalTimes } from '../lib/format.ts'
 import { changeText } from '../lib/labels.ts'
 import { useSnapshot } from '../live.ts'
 import { gaugePath, Link } from '../router.tsx'
@@ -36,7 +37,7 @@ const columns = (): Column<AuditEntry>[] => [
     title: t.common.user,
     cell: ({ user, role, peer }) => (
       <>
-        {user} <span class="muted">{[t.roles[role], peer].filter(Boolean).join(', ')}</span>
+        {user} <span class="muted">{[t.roles[role] ?? role, peer].filter(Boolean).join(', ')}</span>
       </>
     ),
   },
@@ -44,7 +45,7 @@ const columns = (): Column<AuditEntry>[] => [
     title: t.audit.action,
     cell: ({ action, refers_to }) => (
       <>
-        <span class={`kind ${action}`}>{t.audit.actions[action]}</span>
+        <span class={`kind ${action}`}>{t.audit.actions[action] ?? action}</span>
         {refers_to !== null && <span class="muted">{t.audit.of(refers_to)}</span>}
       </>
     ),
@@ -64,7 +65,7 @@ const columns = (): Column<AuditEntry>[] => [
     title: t.audit.beforeAfter,
     cell: ({ before, after }) => changeText(before, after),
   },
-  { title: t.audit.outcome, cell: ({ outcome }) => outcome && <span lang="en">{outcome}</span> },
+  { title: t.audit.outcome, cell: ({ outcome }) => outcome && <span lang="en">{withLocalTimes(outcome)}</span> },
 ]
 
 export function Audit(): JSX.Element {

@@ -24,7 +24,7 @@ export function Statistics({ segment }: { segment: string }): JSX.Element {
 
 function Report({ segment }: { segment: string }): JSX.Element {
   const { value, error } = useQuery(segment, PERIOD_MS, (signal) => fetchBus(segment, signal))
-  if (!value) return <p class="muted">{error ?? t.bus.loading}</p>
+  if (!value) return error ? <p class="error">{error}</p> : <p class="muted">{t.bus.loading}</p>
   return (
     <>
       {error && <p class="error">{error}</p>}
@@ -181,6 +181,8 @@ function Captures({ segment }: { segment: string }): JSX.Element {
         </button>
       )}
       {(refusal ?? error) && <p class="error">{refusal ?? error}</p>}
+      {value === null && !error && <p class="muted">{t.bus.loading}</p>}
+      {value?.length === 0 && <p class="muted">{t.bus.noCaptures}</p>}
       <ul aria-label={t.bus.captures}>
         {(value ?? []).map(({ name, octets }: Capture) => (
           <li key={name}>

@@ -21,7 +21,7 @@ const kinds = (): [string, string][] => [['', t.events.allKinds], ...Object.entr
 
 const columns = (): Column<StationEvent>[] => [
   { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
-  { title: t.events.kind, cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind]}</span> },
+  { title: t.events.kind, cell: ({ kind }) => <span class={`kind ${kind}`}>{t.eventKinds[kind] ?? kind}</span> },
   { title: t.common.gauge, cell: ({ gauge }) => gauge && <Link to={gaugePath(gauge)}>{gauge}</Link> },
   {
     title: t.events.event,

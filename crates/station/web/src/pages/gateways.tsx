@@ -3,7 +3,7 @@
 import './gateways.css'
 import type { JSX } from 'preact'
 import { fetchGateways } from '../api/calls.ts'
-import type { Gateway } from '../api/types.ts'
+import type { ArchiveLink, Gateway } from '../api/types.ts'
 import { useQuery } from '../components/hooks.ts'
 import { type Column, LogTable, Time } from '../components/log.tsx'
 import { grouped } from '../lib/format.ts'
@@ -22,7 +22,12 @@ const columns = (): Column<Gateway>[] => [
   { title: t.gateways.gateway, cell: ({ name }) => <strong>{gatewayTitle(name)}</strong> },
   {
     title: t.common.state,
-    cell: (gateway) => <span class={gateway.is_running ? '' : 'stopped'}>{gatewayState(gateway)}</span>,
+    cell: (gateway) => (
+      <>
+        <span class={gateway.is_running ? '' : 'stopped'}>{gatewayState(gateway)}</span>
+        {gateway.archive && <Batches archive={gateway.archive} />}
+      </>
+    ),
   },
   { title: t.gateways.address, cell: ({ address }) => address },
   count(t.gateways.clients, ({ clients }) => clients),
@@ -39,6 +44,31 @@ const columns = (): Column<Gateway>[] => [
       ),
   },
 ]
+
+/** What waits for the archive, since when, and when it answered last. */
+function Batches({ archive }: { archive: ArchiveLink }): JSX.Element {
+  const { waiting, oldest_ms, last_answer_ms, put_aside, put_aside_reason } = archive
+  return (
+    <div class="muted batches">
+      {t.gateways.waiting(grouped(waiting))}
+      {oldest_ms !== null && (
+        <>
+          , {t.gateways.oldest} <Time at={oldest_ms} />
+        </>
+      )}
+      {last_answer_ms !== null && (
+        <>
+          ; {t.gateways.answered} <Time at={last_answer_ms} />
+        </>
+      )}
+      {put_aside > 0 && (
+        <span class="stopped">
+          ; {t.gateways.putAside(grouped(put_aside))}: {put_aside_reason}
+        </span>
+      )}
+    </div>
+  )
+}
 
 export function Gateways(): JSX.Element {
   const { value, error } = useQuery('gateways', REFRESH_MS, (signal) => fetchGateways(signal))

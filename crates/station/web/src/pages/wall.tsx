@@ -11,6 +11,7 @@ import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { countsText, summary } from '../lib/alarms.ts'
 import { needsLabels } from '../lib/filter.ts'
 import { age, clock, day } from '../lib/format.ts'
+import { recorderProblem } from '../lib/labels.ts'
 import { slaveValue } from '../lib/points.ts'
 import { pressureRange } from '../lib/pressure-range.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
@@ -215,9 +216,7 @@ function WallAlarms(): JSX.Element {
 /** What makes the whole display doubtful. */
 function WallProblem({ live }: { live: Live }): JSX.Element | null {
   const { station } = useSnapshot()
-  const text = live.connected
-    ? station.recorder.error && t.app.recorder(station.recorder.error)
-    : t.wall.noConnection(age(live.since))
+  const text = live.connected ? recorderProblem(station.recorder) : t.wall.noConnection(age(live.since))
   return text ? (
     <p class="wall-problem" role="alert">
       {text}

@@ -25,7 +25,9 @@ export const de: Texts = {
     toOverview: 'Zur Übersicht',
     lost: (time) =>
       `Die Verbindung zur Station ist seit ${time} unterbrochen. Drücke, Ventile und Pumpen sind unbekannt; Alarme und Busstatus sind die von dieser Zeit. Die Seite verbindet sich von selbst wieder.`,
-    recorder: (error) => `Die Aufzeichnung schreibt nicht: ${error}`,
+    recorder: (error) => `Die Station zeichnet nicht auf: ${error}`,
+    damaged: (damage) =>
+      `Die Datenbank ist beschädigt: ${damage}. Mit profivac doctor prüfen, die Station anhalten und eine Kopie wiederherstellen.`,
     notRecorded: (samples, events) => {
       const parts = [
         samples && counted(samples, 'Messwert', 'Messwerte'),
@@ -33,7 +35,12 @@ export const de: Texts = {
       ]
       return `${parts.filter(Boolean).join(' und ')} ${samples + events === 1 ? 'konnte' : 'konnten'} nicht aufgezeichnet werden.`
     },
+    broken: (problem) =>
+      `Diese Seite lässt sich nicht anzeigen: ${problem}. Laden Sie sie neu; tritt der Fehler wieder auf, melden Sie ihn bitte.`,
+    reload: 'Neu laden',
     noAnswer: 'Die Station antwortet nicht.',
+    slow: (seconds) =>
+      `Die Station hat innerhalb von ${seconds} s nicht auf diese Anfrage geantwortet. Sie kann sie ausgeführt haben: vor einer Wiederholung nachsehen.`,
     answer: (status) => `Die Station antwortet mit ${status}.`,
   },
 
@@ -168,7 +175,7 @@ export const de: Texts = {
       suppressed: { label: 'unterdrückt', sentence: 'Ein gesetzter Anlagenzustand unterdrückt den Alarm.' },
     },
     changes: {
-      raised: 'gekommen',
+      raised: 'ausgelöst',
       returned: 'gegangen',
       acknowledged: 'quittiert',
       shelved: 'zurückgestellt',
@@ -200,25 +207,25 @@ export const de: Texts = {
       rise: (place, limit) => `${place} steigt schneller als ${limit}`,
       several: (count, list, side, limit) =>
         `mindestens ${count} von ${list} ${{ above: 'über', below: 'unter', rise: 'mit einem Anstieg schneller als' }[side]} ${limit}`,
-      notMeasurable: (place) => `${place} hat einen Grenzwert, über den die Messung nicht entscheidet`,
+      notMeasurable: (place) => `${place}: ein Grenzwert lässt sich mit dieser Messung nicht überwachen`,
       fault: (place) => `${place} meldet eine Störung`,
       stale: (place) => `${place} liefert keine neuen Daten`,
-      segmentDown: (place) => `Segment ${place} läuft nicht`,
+      segmentDown: (place) => `Segment ${place} läuft nicht oder liefert keine Daten`,
       busRate: (place, limit) =>
-        `Segment ${place}: eine Station, von deren Anfragen mehr als ${limit} wiederholt, verloren oder beschädigt sind`,
+        `Segment ${place}: mehr als ${limit} der Anfragen an eine Station sind wiederholt, verloren oder beschädigt`,
       damagedTelegrams: (place, limit) => `Segment ${place}: mehr als ${limit} kommen beschädigt an`,
-      notRecording: 'die Aufzeichnung schreibt nicht',
+      notRecording: 'die Station zeichnet nicht auf',
+      databaseDamaged: 'die letzte Prüfung der Datenbank hat einen Schaden gefunden',
+      notArchived: 'das Archiv antwortet oder speichert nicht',
     },
     limitOf: { above: 'über', below: 'unter' },
     active: 'Anstehende Alarme',
-    mayBeWrong: (problem) => `Diese Liste kann falsch sein: ${problem}.`,
+    mayBeWrong: (problem) => `Diese Liste ist möglicherweise falsch: ${problem}.`,
     noneActive: 'Keine anstehenden Alarme.',
-    notListed: (count) =>
-      `${counted(count, 'weiterer anstehender Alarm steht', 'weitere anstehende Alarme stehen')} unter „Alle Alarme“.`,
     acknowledgeAll: (count) => `Alle ${count} quittieren`,
     shelveAll: (count) => `Alle ${count} zurückstellen …`,
     acknowledgeThese: 'Diese Alarme werden quittiert, auch die in geschlossenen Gruppen.',
-    first: (name) => `zuerst von den anstehenden: ${name}`,
+    first: (name) => `Erstmeldung der anstehenden: ${name}`,
     shownOf: (shown, all) => `${shown} von ${all} Alarmen`,
     searchActive: 'Anstehende Alarme suchen',
     allPriorities: 'alle Prioritäten',
@@ -228,12 +235,12 @@ export const de: Texts = {
     shelveOf: (name) => `Zurückstellen: ${name}`,
     outOfService: 'Außer Betrieb …',
     outOfServiceOf: (name) => `Außer Betrieb: ${name}`,
-    whenRaised: (condition, value) => `${condition}: ${value} beim Kommen`,
+    whenRaised: (condition, value) => `${condition}: ${value} bei Auslösung`,
     nowAt: (raised, value) => `${raised}, jetzt ${value}`,
     lastAt: (raised, value) => `${raised}, zuletzt bekannt ${value}`,
-    raised: (time, age) => `gekommen ${time}, vor ${age}`,
+    raised: (time, age) => `ausgelöst ${time}, vor ${age}`,
     cleared: (time) => `gegangen ${time}`,
-    whenItWasRaised: 'beim Kommen:',
+    whenItWasRaised: 'bei Auslösung:',
     acknowledgedBy: (user, time) => `quittiert von ${user} ${time}`,
     all: 'Alle Alarme',
     allOf: (count) => `Alle ${count || ''} Alarme`,
@@ -263,7 +270,7 @@ export const de: Texts = {
     takeOutTitle: (what) => `Außer Betrieb nehmen: ${what}`,
     alarms: (count) => counted(count, 'Alarm', 'Alarme'),
     silent: (count) =>
-      `${count === 1 ? 'Der Alarm schweigt' : 'Die Alarme schweigen'} so lange. Ein Alarm, dessen Bedingung am Ende erfüllt ist, kommt sofort.`,
+      `In dieser Zeit ${count === 1 ? 'wird der Alarm' : 'werden die Alarme'} nicht gemeldet. Ein Alarm, dessen Bedingung am Ende erfüllt ist, wird sofort ausgelöst.`,
     duration: 'Dauer',
     minutes: (count) => counted(count, 'Minute', 'Minuten'),
     hours: (count) => counted(count, 'Stunde', 'Stunden'),
@@ -276,7 +283,7 @@ export const de: Texts = {
     of: (name) => `Einstellungen: ${name}`,
     button: 'Einstellungen …',
     apply:
-      'Die neuen Einstellungen gelten sofort und werden in die Datei der Station geschrieben. Der Zustand des Alarms bleibt. Ein leeres Feld hat seine Vorgabe.',
+      'Die neuen Einstellungen gelten sofort und werden in die Datei der Station geschrieben. Der Zustand des Alarms bleibt. Für ein leeres Feld gilt die Vorgabe.',
     submit: 'Ändern',
     defaultPriority: 'mittel (Vorgabe)',
     pressureAt: (series, time) => `${series} um ${time}`,
@@ -313,7 +320,7 @@ export const de: Texts = {
         verb: 'Setzen',
         title: 'Anlagenzustand setzen',
         sentence: (alarms) =>
-          `Der Anlagenzustand unterdrückt ${alarms} bis zu seinem Ende. Ein Alarm, dessen Bedingung dann erfüllt ist, kommt sofort.`,
+          `Der Anlagenzustand unterdrückt ${alarms} bis zu seinem Ende. Ein Alarm, dessen Bedingung dann erfüllt ist, wird sofort ausgelöst.`,
       },
       extend: {
         verb: 'Verlängern',
@@ -323,7 +330,7 @@ export const de: Texts = {
       end: {
         verb: 'Beenden',
         title: 'Anlagenzustand beenden',
-        sentence: (alarms) => `Betroffen: ${alarms}. Alarme, deren Bedingung erfüllt ist, kommen sofort.`,
+        sentence: (alarms) => `Betroffen: ${alarms}. Alarme, deren Bedingung erfüllt ist, werden sofort ausgelöst.`,
       },
     },
     reasonOptional: 'Grund (optional)',
@@ -337,7 +344,7 @@ export const de: Texts = {
     settings: 'Einstellungen',
     dialog: 'Einstellungen eines Standardalarms',
     apply:
-      'Die neuen Einstellungen gelten sofort für alle Alarme dieser Art und werden in die Datei der Station geschrieben. Die Zustände der Alarme bleiben. Ein leeres Feld hat seine Vorgabe.',
+      'Die neuen Einstellungen gelten sofort für alle Alarme dieser Art und werden in die Datei der Station geschrieben. Die Zustände der Alarme bleiben. Für ein leeres Feld gilt die Vorgabe.',
     limit: 'Telegramme je Minute',
     default: (priority) => `${priority} (Vorgabe)`,
     off: 'aus',
@@ -350,10 +357,11 @@ export const de: Texts = {
     about: {
       fault: 'Ein Messgerät meldet eine Störung.',
       stale: 'Ein Messgerät liefert keine neuen Daten.',
-      'not-measurable': 'Die Messung entscheidet nicht über einen Grenzwert.',
-      segment: 'Ein Segment läuft nicht.',
+      'not-measurable': 'Ein Grenzwert lässt sich mit der Messung nicht überwachen.',
+      segment: 'Ein Segment läuft nicht oder liefert keine Daten.',
       damage: 'Viele Telegramme eines Segments kommen beschädigt an.',
       database: 'Die Station zeichnet nicht auf.',
+      'database-damage': 'Die tägliche Prüfung hat einen Schaden in der Datenbank gefunden.',
     },
   },
 
@@ -373,10 +381,10 @@ export const de: Texts = {
     suppressed: 'durch einen Anlagenzustand unterdrückt, nicht darunter',
     perHour: 'je Stunde',
     perHourTarget: 'etwa 6, höchstens 12',
-    worst: 'die meisten in zehn Minuten',
+    worst: 'höchste Anzahl in zehn Minuten',
     worstAt: (count, from) => `${count}, ab ${from}`,
     worstTarget: 'höchstens 10',
-    flood: 'Zeit mit mehr als zehn in zehn Minuten',
+    flood: 'Alarmschauer: Zeit mit mehr als zehn in zehn Minuten',
     floodTarget: 'unter 1 %',
     share: (priority) => `mit der Priorität ${priority}`,
     shareTarget: (percent) => `etwa ${percent} %`,
@@ -385,7 +393,7 @@ export const de: Texts = {
     longActiveTarget: 'weniger als 5',
     beyond: 'außerhalb des Ziels',
     frequent: 'Häufigste Alarme',
-    raised: 'Gekommen',
+    raised: 'Ausgelöst',
     part: 'Anteil',
   },
 
@@ -496,15 +504,21 @@ export const de: Texts = {
     dangerous: { label: 'Risiko', sentence: 'Der Text daneben beschreibt das Risiko.' },
   },
 
+  deviceFile: {
+    label: 'Gerätedatei',
+    sentence: 'Eine Gerätedatei beschreibt dies: Bedingungen und Risiko sind so gut wie die Datei.',
+  },
+
   reading: {
     air: 'Luft',
     channel: (number) => `Kanal ${number}`,
     noFactor: (gas) => `kein Korrekturfaktor für ${gas} in diesem Bereich`,
     noDataSince: (time, age) => `keine Daten seit ${time} (${age})`,
-    overdue: (day) => `Kalibrierung überfällig seit ${day}`,
+    overdue: (day) => `Kalibrierung überfällig, gültig bis ${day}`,
     recent: (series, low, high, unit) => `${series} in den letzten zehn Minuten: ${low} bis ${high} ${unit}`,
     atTimes: (quality) => `zeitweise ${quality}`,
     noRecent: (series) => `Keine Daten von ${series} in den letzten zehn Minuten`,
+    notLoaded: (error) => `nicht geladen: ${error}`,
     likeHelium: 'Wie Helium an einem Leck',
   },
 
@@ -543,6 +557,7 @@ export const de: Texts = {
 
   log: {
     older: 'Ältere Einträge zeigen',
+    loading: 'Wird geladen …',
   },
 
   chartTable: {
@@ -678,8 +693,8 @@ export const de: Texts = {
     difference: 'Differenz',
     slope: 'Steigung',
     removeReference: 'Referenz entfernen',
-    before: (age) => `die Werte liegen ${age} davor`,
-    after: (age) => `die Werte liegen ${age} danach`,
+    before: (age) => `Werte ${age} davor`,
+    after: (age) => `Werte ${age} danach`,
     events: 'Ereignisse in diesem Zeitfenster',
     lane: 'Ereign.',
     moreEvents: (count) => `${count} weitere`,
@@ -693,6 +708,11 @@ export const de: Texts = {
     noPng: 'dieser Browser kann kein PNG schreiben',
     compare: 'Abpumpvorgänge vergleichen',
     pressures: 'Drücke',
+    points: 'Messpunkte der Slaves',
+    pointChart: (names, unit) =>
+      `${names}${unit && ` in ${unit}`} über der Zeit. Die Pfeiltasten bewegen das Zeitfenster, mit Umschalt den Cursor; Plus und Minus vergrößern und verkleinern, Pos1 zeigt die Gegenwart.`,
+    savePointsCsv: 'Messpunkte als CSV speichern',
+    savePointsParquet: 'Messpunkte als Parquet speichern',
   },
 
   pumpDowns: {
@@ -718,6 +738,7 @@ export const de: Texts = {
     deviations: { later: '▲ später', earlier: '▼ früher' },
     all: 'Alle Abpumpvorgänge',
     notDeviating: 'wie üblich',
+    notCompared: 'nicht verglichen',
     notReached: 'nicht erreicht',
     usualText: (usual, least, most, runs) =>
       `${usual} (${least} bis ${most}, ${runs === 1 ? 'die Referenz' : `${runs} Abpumpvorgänge`})`,
@@ -779,6 +800,7 @@ export const de: Texts = {
     showAll: (count) => `Alle ${count} zeigen`,
     captures: 'Mitschnitte',
     makeCapture: 'Mitschnitt erstellen',
+    noCaptures: 'Noch keine Mitschnitte.',
   },
 
   gauge: {
@@ -1062,6 +1084,11 @@ export const de: Texts = {
     starting: 'läuft an',
     failed: (problem) => `läuft nicht, versucht es wieder: ${problem}`,
     stopped: (names) => `läuft nicht: ${names}`,
+    notArchived: 'nicht archiviert',
+    waiting: (batches) => `${batches} Datenpakete warten`,
+    oldest: 'das älteste ist von',
+    answered: 'letzte Antwort des Archivs',
+    putAside: (batches) => `${batches} ausgesondert`,
   },
 
   archive: {
@@ -1071,7 +1098,8 @@ export const de: Texts = {
     waiting: 'Warten auf das Archiv …',
     toStations: 'Zu den Stationen',
     lost: 'Die Verbindung zum Archiv ist unterbrochen. Die Seite zeigt die zuletzt empfangenen Daten und verbindet sich von selbst wieder.',
-    alarms: (count) => counted(count, 'Alarm', 'Alarme'),
+    alarms: (count) => counted(count, 'anstehender Alarm', 'anstehende Alarme'),
+    atLeast: (alarms) => `mindestens ${alarms}`,
     notAcknowledged: (count) => `, ${count} nicht quittiert`,
     search: 'Stationen und Messgeräte suchen',
     allPlants: 'alle Anlagen',
@@ -1084,17 +1112,20 @@ export const de: Texts = {
     silent: 'hat noch nichts gesendet, oder seit Tagen nichts',
     station: 'Station',
     stationOf: (name) => `Station ${name}`,
-    gauges: (count) => counted(count, 'Messgerät', 'Messgeräte'),
-    lastBatch: (age) => `letzte Sendung vor ${age}`,
-    noBatch: 'noch keine Sendung',
+    series: (shown, all) =>
+      `${shown === all ? '' : `${shown} von `}${counted(all, 'Messreihe', 'Messreihen')} der letzten 7 Tage`,
+    lastBatch: (age) => `letzte Übertragung vor ${age}`,
+    noBatch: 'noch keine Übertragung',
+    missing: (count) => `${counted(count, 'Datenpaket fehlt', 'Datenpakete fehlen')}`,
+    putAside: (count) => `${counted(count, 'Datenpaket', 'Datenpakete')} ausgesondert`,
     meanOf: (time) => `Mittel über ${time}`,
     allStations: 'alle Stationen',
     since: 'Seit',
-    happened: 'Was geschah',
+    happened: 'Meldung',
     action: 'Aktion',
-    operator: 'Ein Bediener quittiert Alarme hier oder an ihrer Station.',
+    operator: 'Alarme quittiert ein Bediener hier oder an ihrer Station.',
     caption: 'Alarme, der dringendste zuerst',
-    allNormal: 'Alle Alarme sind normal.',
+    allNormal: 'Kein Alarm steht an oder wartet auf eine Quittierung.',
     notListed: (count) => `${counted(count, 'weiterer Alarm ist', 'weitere Alarme sind')} nicht aufgeführt.`,
     point: 'Zeigen Sie auf das Diagramm für die Werte zu einer Zeit.',
     full: 'Volle Auflösung',

@@ -59,12 +59,18 @@ export const en = {
     lost: (time: string) =>
       `The connection to the station has been lost since ${time}. Pressures, valves and pumps are unknown; alarms and the bus status are those of that time. The page reconnects by itself.`,
     recorder: (error: string) => `The recorder does not write: ${error}`,
+    damaged: (damage: string) =>
+      `The database is damaged: ${damage}. Check it with profivac doctor, stop the station and restore a backup.`,
     /** The number of samples and events that the recorder lost, of which at least one is not zero. */
     notRecorded: (samples: number, events: number): string => {
       const parts = [samples && counted(samples, 'sample', 'samples'), events && counted(events, 'event', 'events')]
       return `${parts.filter(Boolean).join(' and ')} could not be recorded.`
     },
+    broken: (problem: string) => `This page cannot be drawn: ${problem}. Load it again; if it comes back, report it.`,
+    reload: 'Load again',
     noAnswer: 'The station does not answer.',
+    slow: (seconds: number) =>
+      `The station has not answered this request within ${seconds} s. It may have carried it out: look before you repeat it.`,
     answer: (status: number) => `The station answers with ${status}.`,
   },
 
@@ -230,18 +236,19 @@ export const en = {
       notMeasurable: (place: string) => `${place} has a limit that its reading does not decide`,
       fault: (place: string) => `${place} reports a fault`,
       stale: (place: string) => `${place} delivers no new data`,
-      segmentDown: (place: string) => `segment ${place} is not running`,
+      segmentDown: (place: string) => `segment ${place} is not running or gives no data`,
       busRate: (place: string, limit: string) =>
         `segment ${place}: a station with more than ${limit} of its requests repeated, lost or damaged`,
       damagedTelegrams: (place: string, limit: string) => `segment ${place}: more than ${limit} arrive damaged`,
       notRecording: 'the recorder does not write',
+      databaseDamaged: 'the last check of the database has found damage',
+      notArchived: 'the archive does not answer or store',
     },
     /** The kind of a limit beside its value. */
     limitOf: { above: 'above', below: 'below' },
     active: 'Active alarms',
     mayBeWrong: (problem: string) => `This list may be wrong: ${problem}.`,
     noneActive: 'No active alarms.',
-    notListed: (count: number) => `${count} more active alarms are under All alarms.`,
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
     shelveAll: (count: number) => `Shelve all ${count} …`,
     acknowledgeThese: 'These alarms are acknowledged, also those in closed groups.',
@@ -382,9 +389,10 @@ export const en = {
       fault: 'A gauge reports a fault.',
       stale: 'A gauge delivers no new data.',
       'not-measurable': 'The reading of a gauge does not decide a limit.',
-      segment: 'A segment is not running.',
+      segment: 'A segment is not running or gives no data.',
       damage: 'Many telegrams of a segment arrive damaged.',
       database: 'The station does not record.',
+      'database-damage': 'The daily check has found damage in the database.',
     },
   },
 
@@ -518,16 +526,22 @@ export const en = {
     dangerous: { label: 'risk', sentence: 'The text beside it describes the risk.' },
   } satisfies Record<RiskClass, Label>,
 
+  deviceFile: {
+    label: 'device file',
+    sentence: 'A device file describes this: its conditions and its risk are as good as the file.',
+  },
+
   reading: {
     air: 'air',
     channel: (number: number) => `channel ${number}`,
     noFactor: (gas: string) => `no correction factor for ${gas} in this range`,
     noDataSince: (time: string, age: string) => `no data since ${time} (${age})`,
-    overdue: (day: string) => `calibration overdue since ${day}`,
+    overdue: (day: string) => `calibration overdue, was valid until ${day}`,
     recent: (series: string, low: string, high: string, unit: string) =>
       `${series} in the last ten minutes: ${low} to ${high} ${unit}`,
     atTimes: (quality: string) => `${quality} at times`,
     noRecent: (series: string) => `No data of ${series} in the last ten minutes`,
+    notLoaded: (error: string) => `not loaded: ${error}`,
     likeHelium: 'Like helium at a leak',
   },
 
@@ -566,6 +580,7 @@ export const en = {
 
   log: {
     older: 'Show older entries',
+    loading: 'Loading …',
   },
 
   chartTable: {
@@ -719,6 +734,11 @@ export const en = {
     noPng: 'this browser cannot write PNG',
     compare: 'Compare pump-downs',
     pressures: 'Pressures',
+    points: 'Points of slaves',
+    pointChart: (names: string, unit: string) =>
+      `${names}${unit && ` in ${unit}`} over time. The arrow keys move the window, with Shift the cursor; plus and minus zoom, Home shows the present.`,
+    savePointsCsv: 'Save points as CSV',
+    savePointsParquet: 'Save points as Parquet',
   },
 
   pumpDowns: {
@@ -747,6 +767,7 @@ export const en = {
     >,
     all: 'All pump-downs',
     notDeviating: 'as usual',
+    notCompared: 'not compared',
     notReached: 'not reached',
     usualText: (usual: string, least: string, most: string, runs: number) =>
       `${usual} (${least} to ${most}, ${runs === 1 ? 'the reference' : `${runs} pump-downs`})`,
@@ -798,6 +819,7 @@ export const en = {
     showAll: (count: number) => `Show all ${count}`,
     captures: 'Captures',
     makeCapture: 'Make capture',
+    noCaptures: 'No captures yet.',
   },
 
   gauge: {
@@ -1079,6 +1101,11 @@ export const en = {
     starting: 'starting',
     failed: (problem: string) => `does not run, tries again: ${problem}`,
     stopped: (names: string) => `not running: ${names}`,
+    notArchived: 'not archived',
+    waiting: (batches: string) => `${batches} batches wait`,
+    oldest: 'the first is of',
+    answered: 'the archive answered',
+    putAside: (batches: string) => `${batches} put aside`,
   },
 
   archive: {
@@ -1088,7 +1115,8 @@ export const en = {
     waiting: 'Waiting for the archive …',
     toStations: 'Go to the stations',
     lost: 'The connection to the archive is lost. The page shows the last data received and reconnects by itself.',
-    alarms: (count: number) => counted(count, 'alarm', 'alarms'),
+    alarms: (count: number) => counted(count, 'active alarm', 'active alarms'),
+    atLeast: (alarms: string) => `at least ${alarms}`,
     notAcknowledged: (count: number) => `, ${count} not acknowledged`,
     search: 'Search stations and gauges',
     allPlants: 'all plants',
@@ -1101,9 +1129,12 @@ export const en = {
     silent: 'has sent nothing yet, or nothing for days',
     station: 'Station',
     stationOf: (name: string) => `Station ${name}`,
-    gauges: (count: number) => counted(count, 'gauge', 'gauges'),
+    series: (shown: number, all: number) =>
+      `${shown === all ? '' : `${shown} of `}${counted(all, 'series', 'series')} of the last 7 days`,
     lastBatch: (age: string) => `last batch ${age} ago`,
     noBatch: 'no batch yet',
+    missing: (count: number) => `${counted(count, 'batch', 'batches')} missing`,
+    putAside: (count: number) => `${counted(count, 'batch', 'batches')} put aside`,
     meanOf: (time: string) => `mean of ${time}`,
     allStations: 'all stations',
     since: 'Since',

@@ -18,7 +18,6 @@ import {
   FEW_ALARMS,
   hasHeading,
   isFiltered,
-  listedAlarms,
   mustAsk,
   NO_FILTER,
   type Opened,
@@ -28,6 +27,7 @@ import {
   passing,
   placeOf,
   summaryOf,
+  withValues,
 } from '../../lib/alarm-groups.ts'
 import { conditionText, countsText, isActive, isUnacknowledged, PRIORITIES, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
@@ -59,7 +59,7 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
   const { directory } = useDirectory()
   const volumeOf = useVolumeOf()
   const [filter, setFilter] = useState(NO_FILTER)
-  const list = listedAlarms(alarms, all)
+  const list = withValues(alarms.alarms, all)
   const groups = alarmGroups(list, (alarm) => placeOf(alarm, volumeOf))
   const [opened, open] = useOpenGroups(groups, list.length <= FEW_ALARMS)
   const shown = passing(groups, (alarm, place) =>
@@ -69,7 +69,6 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
   const acknowledgeAll = (unacknowledged: Alarm[]): void =>
     mustAsk(unacknowledged, shown, isOpen) ? ask(unacknowledged) : run(() => acknowledgeThese(unacknowledged))
   const passed = shown.flatMap(({ alarms }) => alarms)
-  const notListed = alarms.alarms.length + alarms.not_listed - list.length
   return (
     <section class="panel" aria-label={t.alarms.active}>
       <Head list={passed} acknowledge={acknowledgeAll} suppress={suppress} />
@@ -103,7 +102,6 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
           )
         })}
       </ul>
-      {notListed > 0 && <p class="muted">{t.alarms.notListed(notListed)}</p>}
     </section>
   )
 }

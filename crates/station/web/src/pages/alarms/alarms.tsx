@@ -47,7 +47,13 @@ export function Alarms(): JSX.Element {
         <SuppressedList alarms={alarms} />
         <ShelvedList alarms={alarms} run={run} />
         <OutOfServiceList alarms={alarms} run={run} />
-        <AllAlarms alarms={alarms} error={query.error} suppress={setChosen} edit={setEdited} />
+        <AllAlarms
+          alarms={alarms}
+          isLoaded={query.value !== null}
+          error={query.error}
+          suppress={setChosen}
+          edit={setEdited}
+        />
       </Actions>
       <DefaultAlarms done={() => setActions((count) => count + 1)} />
       <AlarmHistory />

@@ -16,12 +16,13 @@ import type { Suppress } from './suppress-dialog.tsx'
 
 interface Props {
   alarms: Alarm[]
+  isLoaded: boolean
   error: string | null
   suppress: (suppress: Suppress) => void
   edit: (alarm: Alarm) => void
 }
 
-export function AllAlarms({ alarms, error, suppress, edit }: Props): JSX.Element {
+export function AllAlarms({ alarms, isLoaded, error, suppress, edit }: Props): JSX.Element {
   const unit = useUnit()
   const [text, setText] = useState('')
   const shown = alarms.filter((alarm) =>
@@ -44,6 +45,7 @@ export function AllAlarms({ alarms, error, suppress, edit }: Props): JSX.Element
           )}
         </div>
         {error && <p class="error">{error}</p>}
+        {!isLoaded && !error && <p class="muted">{t.log.loading}</p>}
         {alarms.length > 0 && shown.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
         <table class="all-alarms">
           <caption class="visually-hidden">{t.alarms.all}</caption>

@@ -141,7 +141,7 @@ function DefaultAlarmDialog({ alarm, done, close }: DialogProps): JSX.Element {
             </select>
           </label>
         </div>
-        {name !== 'database' && (
+        {!name.startsWith('database') && (
           <label>
             {name === 'segment' || name === 'damage' ? t.defaultAlarms.exceptSegments : t.defaultAlarms.exceptGauges}
             <textarea rows={3} value={form.except} onInput={(event) => set('except', event.currentTarget.value)} />

@@ -23,7 +23,7 @@ const changes = (): [string, string][] => [['', t.alarms.allChanges], ...Object.
 const columns = (unit: Unit): Column<AlarmEvent>[] => [
   { title: t.common.time, class: 'time', cell: ({ at_ms }) => <Time at={at_ms} /> },
   { title: t.common.priority, cell: ({ priority }) => <PriorityMark priority={priority} active={false} /> },
-  { title: t.alarms.change, cell: ({ change }) => t.alarms.changes[change] },
+  { title: t.alarms.change, cell: ({ change }) => t.alarms.changes[change] ?? change },
   {
     title: t.common.alarm,
     cell: ({ alarm, text, value }) => (

@@ -37,6 +37,7 @@ export function Performance(): JSX.Element {
           <span class="muted">{t.performance.targets}</span>
         </div>
         {query.error && <p class="error">{query.error}</p>}
+        {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
         {query.value && <Figures figures={query.value} />}
       </details>
     </section>

@@ -4,7 +4,7 @@ import './commands.css'
 import type { JSX } from 'preact'
 import { changeControl, fetchCommands } from '../../api/calls.ts'
 import type { Command, Gauge, Request } from '../../api/types.ts'
-import { RiskMark } from '../../components/command-dialog.tsx'
+import { DeviceFileMark, RiskMark } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { readable } from '../../lib/format.ts'
@@ -24,6 +24,7 @@ export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Reques
       </div>
       <Permission />
       {query.error && <p class="error">{query.error}</p>}
+      {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
       {query.value && commands.length === 0 && <p class="muted">{t.gauge.noCommands}</p>}
       {commands.length > 0 && (
         <ul>
@@ -80,7 +81,7 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
         {command.command} …
       </button>
       <span class="command-facts" id={id}>
-        <RiskMark risk={command.risk} />{' '}
+        <RiskMark risk={command.risk} /> {command.from_device_file && <DeviceFileMark />}{' '}
         {command.risk.class === 'dangerous' && <span lang="en">{command.risk.description}</span>}
         {command.conditions.length > 0 && (
           <span class="muted">

@@ -19,7 +19,7 @@ import {
 } from '../../components/use-trends.ts'
 import { curveColour } from '../../lib/curves.ts'
 import { isLive, type Range, windowOf, zoomed } from '../../lib/range.ts'
-import { fitted } from '../../lib/rise.ts'
+import { fitted, scaleFrom } from '../../lib/rise.ts'
 import type { Curve } from '../../lib/series.ts'
 import { inUnit, type Unit } from '../../lib/units.ts'
 import { useLive } from '../../live.ts'
@@ -49,6 +49,10 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
   const fitAt = fitFunction(measurement, fit, live.now)
   const { curves, lines } = withFit(data, fitAt, unit, dark)
   const marks = marksOf(measurement)
+  const shown: [number, number] = [
+    scaleFrom(data.times, data.curves[0]?.mean ?? [], window, measurement.begin),
+    window[1],
+  ]
   return (
     <div class="panel" ref={box}>
       <p class="muted hint">
@@ -65,7 +69,7 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
         curves={curves}
         lines={lines}
         window={window}
-        scale={linearScale(extent(data, window), marksHeight(marks.length) / HEIGHT)}
+        scale={linearScale(extent(data, shown), marksHeight(marks.length) / HEIGHT)}
         log={false}
         unit={unit}
         marks={marks}
@@ -92,7 +96,7 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
         ]}
       />
       <p class="load-error" role="status">
-        {query.error}
+        {query.error ?? (query.value === null && t.log.loading)}
       </p>
     </div>
   )

@@ -8,6 +8,8 @@ import { setQuery, useLocation } from '../../router.tsx'
 
 export interface TrendChoice {
   series: string[]
+  /** The points of slaves, by their keys. */
+  points: string[]
   range: Range
   /** Whether the pressure axis has all decades. */
   isAllDecades: boolean
@@ -19,21 +21,26 @@ export interface TrendChoice {
 const FIRST_SERIES = 4
 
 /** The choice in the address, and a function that changes it. */
-export function useTrendChoice(names: string[]): [TrendChoice, (change: Partial<TrendChoice>) => void] {
+export function useTrendChoice(
+  names: string[],
+  keys: string[] = [],
+): [TrendChoice, (change: Partial<TrendChoice>) => void] {
   const { query } = useLocation()
   const usual = useUsualRange(names)
   const named = query.getAll('s').filter((name) => names.includes(name))
   const choice = {
     series: query.has('s') || query.has('none') ? named : names.slice(0, FIRST_SERIES),
+    points: keys.filter((key) => query.getAll('p').includes(key)),
     range: rangeOf(query, usual),
     isAllDecades: query.has('whole'),
     reference: momentIn(query.get('reference')),
   }
   const change = (changed: Partial<TrendChoice>): void => {
-    const { series, range, isAllDecades, reference } = { ...choice, ...changed }
+    const { series, points, range, isAllDecades, reference } = { ...choice, ...changed }
     const next = new URLSearchParams(rangeText(range))
     for (const name of series) next.append('s', name)
     if (series.length === 0) next.set('none', '')
+    for (const key of points) next.append('p', key)
     if (isAllDecades) next.set('whole', '')
     if (reference !== null) next.set('reference', String(reference))
     setQuery(next)

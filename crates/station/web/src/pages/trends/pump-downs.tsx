@@ -11,7 +11,7 @@ import { Pressure } from '../../components/pressure.tsx'
 import { Sprays } from '../../components/sprays.tsx'
 import { allSeries } from '../../components/use-trends.ts'
 import { moment, readable } from '../../lib/format.ts'
-import { axesOf, polyline, timeText, usualText } from '../../lib/pump-downs.ts'
+import { axesOf, polyline, timeText, usualness, usualText } from '../../lib/pump-downs.ts'
 import { live, useSnapshot } from '../../live.ts'
 import { Link, setQuery, useLocation } from '../../router.tsx'
 import { useUnit } from '../../settings.ts'
@@ -94,7 +94,7 @@ export function PumpDowns(): JSX.Element {
         <p class="muted">{fetched.value ? t.pumpDowns.none : '…'}</p>
       )}
       <p class="load-error" role="status">
-        {fetched.error}
+        {fetched.error ?? (fetched.value === null && t.log.loading)}
       </p>
     </div>
   )
@@ -196,11 +196,7 @@ function Runs({ runs, shown, show }: RunsProps): JSX.Element {
             <button type="button" aria-pressed={run === shown} onClick={() => show(run)}>
               {moment(run.start_ms)}
             </button>
-            {run.deviation ? (
-              <span lang="en">{readable(run.deviation.text)}</span>
-            ) : (
-              <span>{t.pumpDowns.notDeviating}</span>
-            )}
+            {run.deviation ? <span lang="en">{readable(run.deviation.text)}</span> : <span>{usualness(run)}</span>}
           </li>
         ))}
       </ul>

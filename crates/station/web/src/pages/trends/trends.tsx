@@ -1,4 +1,4 @@
-// Trends: the pressures of several series over time, on a logarithmic scale.
+// Trends: the pressures of several series over time, on a logarithmic scale; below them points of slaves, each unit on an axis of its own.
 
 import './trends.css'
 import type { JSX } from 'preact'
@@ -7,16 +7,25 @@ import { csvAddress, fetchAlarms, parquetAddress } from '../../api/calls.ts'
 import type { Alarm, StationEvent } from '../../api/types.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
 import { useDirectory } from '../../components/gauge-filter.tsx'
-import { useQuery, useWidth } from '../../components/hooks.ts'
+import { type Query, useQuery, useWidth } from '../../components/hooks.ts'
 import { SampleText } from '../../components/pressure.tsx'
 import { SeriesList } from '../../components/series-list.tsx'
-import { allSeries, seriesAt, useChartData, useTrends } from '../../components/use-trends.ts'
+import {
+  allSeries,
+  seriesAt,
+  stationPointTrend,
+  useChartData,
+  usePointTrends,
+  useTrends,
+} from '../../components/use-trends.ts'
 import { Views } from '../../components/views.tsx'
 import { limitsOf } from '../../lib/alarms.ts'
 import { curveColours } from '../../lib/curves.ts'
 import { type Difference, differenceOf, differenceText } from '../../lib/difference.ts'
 import { day, moment } from '../../lib/format.ts'
+import { offeredPoints } from '../../lib/point-trends.ts'
 import { isLive, type Range, windowOf } from '../../lib/range.ts'
+import { isStale } from '../../lib/stale.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { Link } from '../../router.tsx'
 import { useDark, useUnit } from '../../settings.ts'
@@ -26,6 +35,7 @@ import { useTrendChoice } from './choice.ts'
 import { EventLane } from './event-lane.tsx'
 import { AlarmLimits } from './limits.tsx'
 import { type PictureText, savePng } from './png.ts'
+import { PointCharts, PointList } from './points.tsx'
 import { Reference, useReferenceSamples } from './reference.tsx'
 import { CustomWindow, Toolbar } from './toolbar.tsx'
 
@@ -33,13 +43,17 @@ import { CustomWindow, Toolbar } from './toolbar.tsx'
 const LIMITS_MS = 10_000
 
 export function Trends(): JSX.Element {
-  const { now } = useLive()
+  const { now, since } = useLive()
   const unit = useUnit()
   const { gauges, station } = useSnapshot()
   const all = allSeries(gauges)
   const names = all.map(({ series }) => series)
-  const [choice, change] = useTrendChoice(names)
-  const { series: chosen, range, reference } = choice
+  const points = offeredPoints(gauges)
+  const [choice, change] = useTrendChoice(
+    names,
+    points.map(({ key }) => key),
+  )
+  const { series: chosen, points: chosenPoints, range, reference } = choice
   const [box, width] = useWidth()
   const panel = useRef<HTMLDivElement>(null)
   /** The position of the cursor, 0 to 1. */
@@ -47,18 +61,28 @@ export function Trends(): JSX.Element {
   const [notes, setNotes] = useState(0)
   const query = useTrends(chosen, range, trendPixels(width), notes)
   const data = useChartData(query.value, range, unit, now)
+  const drawnPoints = points.filter(({ key }) => chosenPoints.includes(key))
+  const pointQuery = usePointTrends(drawnPoints, range, trendPixels(width), stationPointTrend)
+  const fetchedPoints = drawnPoints.length === 0 ? null : pointQuery.value
+  const presentOf = (key: string): number | null => {
+    const offered = points.find((one) => one.key === key)
+    return offered?.point.quality === 'valid' && !isStale(offered.gauge, since) ? offered.point.number : null
+  }
   const events = query.value?.events ?? []
   const window = windowOf(range, now)
   const whole: [number, number] = [Math.floor(window[0]), Math.ceil(window[1])]
   const at = cursor === null ? null : window[0] + cursor * (window[1] - window[0])
   const colours = curveColours(names, chosen, useDark())
   const colourOf = (series: string): string => colours.get(series) ?? 'gray'
-  const limits = limitsOf(useAlarms(), chosen)
+  const alarms = useAlarms()
+  const limits = limitsOf(alarms.value ?? [], chosen)
   const setRange = (range: Range): void => change({ range })
   const setReference = (at: number | null): void =>
     change({ reference: at === null ? null : Math.round(Math.min(at, now)) })
   const toggle = (series: string): void =>
     change({ series: names.filter((name) => chosen.includes(name) !== (name === series)) })
+  const togglePoint = (key: string): void =>
+    change({ points: points.map((one) => one.key).filter((one) => chosenPoints.includes(one) !== (one === key)) })
   const referenceSample = useReferenceSamples(chosen, reference)
   // Without a cursor the list has the present values, which a fixed window need not contain.
   const comparedAt = at ?? (isLive(range) ? now : null)
@@ -97,6 +121,20 @@ export function Trends(): JSX.Element {
           <EventLane events={events} window={window} width={width} />
         </div>
       </div>
+      {fetchedPoints !== null && (
+        <div class="trend-chart panel">
+          <PointCharts
+            all={points}
+            fetched={fetchedPoints}
+            choice={choice}
+            now={now}
+            presentOf={presentOf}
+            width={width}
+            setRange={setRange}
+            setCursor={setCursor}
+          />
+        </div>
+      )}
       <Reference reference={reference} at={comparedAt} set={setReference} noted={() => setNotes(notes + 1)} />
       <SeriesList
         all={all}
@@ -109,9 +147,19 @@ export function Trends(): JSX.Element {
         events={eventsNear(events, at, window, width)}
         differenceOf={differenceAt}
       />
+      {points.length > 0 && (
+        <PointList
+          all={points}
+          chosen={chosenPoints}
+          fetched={fetchedPoints}
+          at={at}
+          window={whole}
+          toggle={togglePoint}
+        />
+      )}
       <AlarmLimits limits={limits} unit={unit} />
       <p class="load-error" role="status">
-        {query.error}
+        {query.error ?? pointQuery.error ?? alarms.error ?? (query.value === null && t.log.loading)}
       </p>
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
@@ -146,8 +194,8 @@ export function Trends(): JSX.Element {
   )
 }
 
-function useAlarms(): Alarm[] {
-  return useQuery('limits', LIMITS_MS, (signal) => fetchAlarms(signal)).value ?? []
+function useAlarms(): Query<Alarm[]> {
+  return useQuery('limits', LIMITS_MS, (signal) => fetchAlarms(signal))
 }
 
 /** The width around the cursor in which events are listed, to each side. */

@@ -1,0 +1,125 @@
+// What must not stop an operator: many alarms, many page loads, a browser without a language, a slow station, a fault in a page.
+
+import assert from 'node:assert/strict'
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { after, before, test } from 'node:test'
+import { becomes, openContext, openPage, startBrowser, startGauges, startPlant, startStation } from './setup.mjs'
+
+let browser
+let plant
+
+before(async () => {
+  ;[browser, plant] = await Promise.all([startBrowser(), startPlant()])
+})
+
+after(async () => {
+  await browser?.close()
+  await plant?.stop()
+})
+
+test('a gauge shows its alarm however many more urgent ones there are', async (t) => {
+  const folder = mkdtempSync(join(tmpdir(), 'flood-'))
+  t.after(() => rmSync(folder, { recursive: true }))
+  const gauges = await startGauges('--pressure', '1e-3 mbar', 'bcg450@5', 'pcg550@6')
+  t.after(gauges.stop)
+  const alarm = (name, gauge, priority) =>
+    `[[alarm]]\nname = "${name}"\ngauge = "${gauge}"\nabove = "1e-9 mbar"\ndelay = "0 s"\npriority = "${priority}"\n`
+  const many = Array.from({ length: 60 }, (_, number) => alarm(`chamber ${number}`, 'chamber', 'high'))
+  const file = join(folder, 'plant.toml')
+  writeFileSync(
+    file,
+    `[station]
+database = "plant.db"
+[[segment]]
+name = "hall"
+port = "${gauges.port}"
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+[[segment.gauge]]
+name = "foreline"
+address = 6
+device = "pcg550"
+${[...many, alarm('foreline is vented', 'foreline', 'low')].join('')}`,
+  )
+  const station = await startStation(file)
+  t.after(station.stop)
+  const { page, complaints, close } = await openPage(browser, station.url)
+  await page.locator('[data-gauge="foreline"]').getByText('foreline is vented').first().waitFor()
+  await page.goto(`${station.url}/wall`)
+  await page.getByText('foreline is vented').first().waitFor()
+  assert.deepEqual(complaints, [])
+  await close()
+})
+
+test('pages that the browser keeps for its back button hold no connection', async () => {
+  const keeping = await startBrowser({ ignoreDefaultArgs: ['--disable-back-forward-cache'] })
+  try {
+    const { page, close } = await openContext(keeping)
+    // A browser opens six connections to a station.
+    for (const path of ['/', '/alarms', '/events', '/bus', '/trends', '/plant', '/audit', '/']) {
+      await page.goto(plant.url + path)
+      await page.locator('header .connection.good').waitFor()
+    }
+    await page.goBack()
+    await page.locator('header .connection.good').waitFor()
+    await close()
+  } finally {
+    await keeping.close()
+  }
+})
+
+test('a browser that calls its language "C" draws the pages', async () => {
+  const { page, complaints, close } = await openContext(browser)
+  await page.addInitScript(() => {
+    for (const [name, value] of [
+      ['language', 'C'],
+      ['languages', ['C']],
+    ])
+      Object.defineProperty(Navigator.prototype, name, { get: () => value, configurable: true })
+  })
+  await page.goto(`${plant.url}/trends`)
+  await page.locator('header .connection.good').waitFor()
+  assert.deepEqual(complaints, [])
+  await close()
+})
+
+test('a table says that it waits, and that it is empty only after the answer', async () => {
+  const { page, close } = await openContext(browser)
+  let answer = null
+  await page.route('**/api/audit*', (route) => {
+    answer = () => route.fulfill({ json: [] })
+  })
+  await page.goto(`${plant.url}/audit`)
+  await page.getByText('Loading …').waitFor()
+  await becomes(() => page.getByText('No entries').count(), 0)
+  await answer()
+  await page.getByText('No entries').waitFor()
+  await becomes(() => page.getByText('Loading …').count(), 0)
+  await close()
+})
+
+test('a fault in a page becomes words below a header that works', async () => {
+  const { page, close } = await openContext(browser)
+  // No station answers so.
+  await page.route('**/api/audit*', (route) => route.fulfill({ json: [null] }))
+  await page.goto(`${plant.url}/audit`)
+  await page.getByRole('alert').getByRole('button', { name: 'Load again' }).waitFor()
+  await page.getByRole('link', { name: 'Overview' }).first().click()
+  await page.locator('[data-gauge]').first().waitFor()
+  await becomes(() => page.getByRole('button', { name: 'Load again' }).count(), 0)
+  await close()
+})
+
+test('the title of a window counts the alarms that nobody has acknowledged', async () => {
+  const waiting = (await plant.json('/api/alarms')).filter(({ state }) =>
+    ['unacknowledged', 'returned'].includes(state),
+  )
+  assert.ok(waiting.length > 0)
+  const { page, close } = await openPage(browser, plant.url)
+  await becomes(() => page.title(), `(${waiting.length}) Overview · Target hall`)
+  await close()
+})
