@@ -2,13 +2,13 @@
 
 use crate::advice;
 use crate::bus::BusOptions;
+use crate::device_files::names_with_ident;
 use crate::failure::Failure;
 use crate::gauge::confirm;
 use crate::output::{json, out};
 use crate::values;
 use clap::Args;
 use profivac_client::address::{AddressError, change, check};
-use profivac_client::identify::device_names;
 use profivac_host::session::BusSession;
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ use serde::Serialize;
 pub struct Arguments {
     #[command(flatten)]
     bus: BusOptions,
-    /// The present address; 126 for a slave without an address of its own
+    /// The present address; 126 if the slave has none yet
     #[arg(long, value_name = "N", value_parser = values::any_address)]
     from: u8,
     /// The new address
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         confirm(&risk, arguments.yes)?;
     }
     set(&mut session, (from, to), slave.ident, lock)?;
-    let devices = device_names(slave.ident);
+    let devices = names_with_ident(slave.ident);
     let row = Row { from, to, ident: format!("0x{:04X}", slave.ident), devices, locked: lock };
     let name = if row.devices.is_empty() { "unknown".to_owned() } else { row.devices.join(" or ") };
     let locked = if lock { ", locked" } else { "" };

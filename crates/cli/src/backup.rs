@@ -5,14 +5,15 @@ use crate::failure::Failure;
 use crate::output::{Progress, json, notice, out};
 use clap::Args;
 use profivac_recorder::backup::{BackupError, Existing};
-use profivac_station::report::series::known;
+use profivac_recorder::export::iso;
+use profivac_recorder::{Micros, Point, Reader};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Copy the database of a station, also while it runs: samples, spans, events, alarms and the audit trail
 ///
 /// The copy is one state of the database: everything that was written before it began, nothing later. It is checked, and gets its name
-/// when it is whole, so a failed or interrupted copy leaves the file as it was. To go back to a copy, stop the station and put the copy
+/// when it is complete, so a failed or interrupted copy leaves an existing file unchanged. To go back to a copy, stop the station and put the copy
 /// where the station's file says `database`; remove the files of the old database with the endings -wal and -shm. The station's file and
 /// its users are separate files: copy them as well.
 #[derive(Args, Debug)]
@@ -46,6 +47,8 @@ struct Copied<'p> {
     octets: u64,
     /// The number of series: one for each gauge, or for each channel of a controller.
     series: usize,
+    /// The number of points of slaves.
+    points: usize,
     /// The first and the last recorded time (RFC 3339), if anything was recorded.
     first: Option<String>,
     last: Option<String>,
@@ -62,14 +65,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // The copy is opened as a station or a report would open it.
     let copy = Database::open_database(&arguments.to)?;
     let names = copy.series(&[])?;
-    let span = known(&copy.reader, &names)?;
+    let points = copy.reader.points()?;
+    let range = time_range(&copy.reader, &names, &points)?;
     let copied = Copied {
         database: &database.path,
         copy: &arguments.to,
         octets: std::fs::metadata(&arguments.to)?.len(),
         series: names.len(),
-        first: span.map(|span| profivac_recorder::export::iso(span.start)),
-        last: span.map(|span| profivac_recorder::export::iso(span.end)),
+        points: points.len(),
+        first: range.map(|(first, _)| iso(first)),
+        last: range.map(|(_, last)| iso(last)),
     };
     if arguments.json {
         out(&json(&copied));
@@ -79,9 +84,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The first and the last time of all series and points.
+fn time_range(reader: &Reader, names: &[String], points: &[Point]) -> Result<Option<(Micros, Micros)>, Failure> {
+    let of_series = names.iter().map(|name| reader.time_range(name));
+    let of_points = points.iter().map(|point| reader.point_time_range(point));
+    let ranges = of_series.chain(of_points).collect::<Result<Vec<_>, _>>()?;
+    let all = ranges.into_iter().flatten();
+    Ok(all.reduce(|one, two| (one.0.min(two.0), one.1.max(two.1))))
+}
+
 fn sentence(copied: &Copied<'_>) -> String {
     let range = match (&copied.first, &copied.last) {
-        (Some(first), Some(last)) => format!("{} series from {first} to {last}", copied.series),
+        (Some(first), Some(last)) if copied.points == 0 => format!("{} series from {first} to {last}", copied.series),
+        (Some(first), Some(last)) => {
+            format!("{} series and {} points of slaves from {first} to {last}", copied.series, copied.points)
+        }
         _ => "no samples yet".to_owned(),
     };
     let [from, to] = [copied.database, copied.copy].map(Path::display);

@@ -1,6 +1,7 @@
 //! The options of every command that acts as a master.
 
 use crate::console::Signals;
+use crate::device_files::DeviceFileOptions;
 use crate::failure::Failure;
 use crate::output::{notice, notices};
 use crate::values::{self, Rate};
@@ -47,22 +48,25 @@ pub struct MasterOptions {
     /// The highest station address (HSA) that is searched
     #[arg(long, value_name = "N", default_value_t = 126)]
     hsa: u8,
-    /// The slot time in bit times; default: that of the rate, and the delay of the port
+    /// The slot time in bit times; default: the standard's value for the rate plus the latency of the port
     #[arg(long, value_name = "BITS")]
     slot_time: Option<u32>,
     /// Print the latency of the port and the bus timing derived from it
     #[arg(long, short)]
     verbose: bool,
-    /// The longest wait for the line and for an answer; default: 5, and longer for the line where a token ring needs more to
-    /// admit a master
+    /// The longest wait for an answer, in seconds; default: 5. It also limits the wait until the token ring admits the master; without
+    /// the option that wait is longer where the ring needs more time
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     timeout: Option<Duration>,
+    #[command(flatten)]
+    device_files: DeviceFileOptions,
 }
 
 impl MasterOptions {
     /// A master at this address, with defaults for the rest.
     pub const fn new(baud: Baud, master: u8, hsa: u8) -> Self {
-        Self { baud: Rate::Known(baud), master, hsa, slot_time: None, verbose: false, timeout: None }
+        let device_files = DeviceFileOptions::none();
+        Self { baud: Rate::Known(baud), master, hsa, slot_time: None, verbose: false, timeout: None, device_files }
     }
 }
 
@@ -109,6 +113,7 @@ impl BusOptions {
 
     /// Opens the port to listen, and finds its rate if that is `auto`.
     pub fn open_to_listen(&self) -> Result<(Box<dyn Port>, Baud), Failure> {
+        self.options.device_files.read()?;
         open_port_to_listen(&self.port, self.options.baud)
     }
 
@@ -147,6 +152,7 @@ impl BusOptions {
     }
 
     fn open_session(&self) -> Result<(BusSession, Baud), Failure> {
+        self.options.device_files.read()?;
         self.check()?;
         let (port, baud) = open_port(&self.port, self.options.baud)?;
         Ok((self.session_on(port, baud)?, baud))
@@ -254,13 +260,17 @@ pub fn present_cfg(session: &mut BusSession, address: u8) -> Result<Option<Vec<u
 
 /// Opens a port, and finds its rate if that is `auto`.
 pub fn open_port(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
-    at_rate(open::port(name, rate.initial())?, name, rate)
+    at_rate(open::port_unless(name, rate.initial(), &Signals::have_arrived)?, name, rate)
 }
 
 /// Opens a port to listen, a serial device for reading alone. With `auto` listens at each rate until it receives a telegram.
 pub fn open_port_to_listen(name: &str, rate: Rate) -> Result<(Box<dyn Port>, Baud), Failure> {
     let initial = rate.initial();
-    let port = if name.starts_with("sim:") { open::port(name, initial)? } else { port::open_to_listen(name, initial)? };
+    let port = if name.starts_with("sim:") {
+        open::port(name, initial)?
+    } else {
+        port::open_to_listen_unless(name, initial, &Signals::have_arrived)?
+    };
     at_rate(port, name, rate)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::bus::{self, BusOptions};
 use crate::console::Signals;
+use crate::device_files::known;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
 use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
@@ -12,7 +13,6 @@ use clap::Args;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
-use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{LoggedCycle, SlaveUnderTest, Stated};
 use profivac_conform::expected::Reason;
@@ -30,12 +30,14 @@ use std::time::Duration;
 ///
 /// The slave may be any DP slave, not only a gauge. The command sets its parameters, exchanges data with outputs of zero, and releases
 /// it, many times: the relays of a gauge open and close. It shows the outputs of any other slave and asks first, because zeros can stop a
-/// pump or close a valve. It also sends damaged telegrams. The slave must not be in use, and no other
-/// master may use the line. The stored values of the slave do not change. A rule passed, is broken, or was not tested. A broken rule was
-/// reproduced several times. A rule that was not tested has its reason: the slave lacks the service, or breaks another rule that the test
-/// needs, or the line or the computer damaged or delayed octets in each repetition. With `--gsd` the slave gets the configuration and the
-/// parameters of its GSD file, and more rules test what the file states: docs/gsd-slaves.md lists them. Exit code 1 means that the slave breaks a rule, 3 that
-/// it does not answer any more, or that rules were not tested because of the line or the computer.
+/// pump or close a valve. It also sends damaged telegrams. The slave must not be in use, and no other master may use the line. The
+/// stored values of the slave do not change.
+///
+/// Each rule is passed, broken, or not tested. A broken rule was reproduced several times. A rule is not tested if the slave lacks the
+/// service, if the slave breaks another rule that the test needs, or if the line or the computer damaged or delayed octets in each
+/// repetition. With `--gsd` the slave gets the configuration and the parameters of its GSD file, and more rules test what the file
+/// states: docs/gsd-slaves.md lists them. Exit code 1 means that the slave breaks a rule, 3 that it no longer answers, or that rules
+/// were not tested because of the line or the computer.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -56,10 +58,10 @@ pub struct Arguments {
     /// modules of its present configuration
     #[arg(long, value_name = "MODULES", requires = "paths", conflicts_with = "cfg")]
     modules: Option<String>,
-    /// A parameter of the slave by its name in the GSD file; the last `=` stands before the value
+    /// Set a parameter of the slave by its name in the GSD file; the last `=` separates name and value
     #[arg(long, value_name = "NAME=VALUE", requires = "paths", conflicts_with = "prm")]
     set: Vec<String>,
-    /// Take ownership of the slave without an announcement, and send zeros as its outputs without a question; required without a
+    /// Take ownership of the slave without an announcement, and send zeros as its outputs without asking; required without a
     /// terminal
     #[arg(long)]
     own: bool,
@@ -163,6 +165,15 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
         return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
     }
     let present = bus::present_cfg(&mut session, address)?;
+    let user_prm = match &arguments.prm {
+        Some(octets) => Some(octets.0.clone()),
+        // Those of the file.
+        None if arguments.gsd.is_given() => None,
+        None => Some(known_prm(&mut session, address, master)?),
+    };
+    let (baud, slot_time) = (session.baud(), session.timing().slot_time);
+    // The choice of a file may be a question to the user.
+    drop(session);
     let by_gsd = arguments.by_gsd(slave.ident, present.as_deref())?;
     // A slave that refuses other modules than it has breaks no rule.
     let other_modules = by_gsd.as_ref().and_then(|slave| modules_remark(slave, address, present.as_deref()));
@@ -171,29 +182,26 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
             "{remark}; choose the plugged modules, or leave --modules out; --cfg HEX tests another configuration that the slave accepts"
         )));
     }
-    let user_prm = match (&arguments.prm, &by_gsd) {
-        (Some(octets), _) => octets.0.clone(),
-        (None, Some(slave)) => slave.user_prm().to_vec(),
-        (None, None) => known_prm(&mut session, address, master)?,
-    };
+    let of_file = || by_gsd.as_ref().map(|slave| slave.user_prm().to_vec());
+    let user_prm = user_prm.or_else(of_file).unwrap_or_default();
     let cfg = match (&arguments.cfg, &by_gsd) {
         (Some(octets), _) => octets.0.clone(),
         (None, Some(slave)) => slave.chk_cfg().to_vec(),
         (None, None) => present.ok_or_else(|| without_configuration(address))?,
     };
-    if let Some(remark) = by_gsd.as_ref().and_then(|slave| rate_remark(slave, session.baud())) {
+    if let Some(remark) = by_gsd.as_ref().and_then(|slave| rate_remark(slave, baud)) {
         notice(&format_args!("slave at address {address}: {remark}"));
     }
     let zeros = zeros(address, slave.ident, by_gsd.as_ref(), &cfg);
     let stated = by_gsd.as_ref().map(stated);
-    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated }, session.timing().slot_time, zeros))
+    Ok((SlaveUnderTest { address, ident: slave.ident, cfg, user_prm, stated }, slot_time, zeros))
 }
 
 /// The outputs of zero that a test sends to a slave other than a known gauge, whose relays the help of the commands names.
 pub fn zeros(address: u8, ident: u16, by_gsd: Option<&GsdSlave>, cfg: &[u8]) -> Option<Zeros> {
     // With --cfg the slave may get another configuration than the file describes.
     let described = by_gsd.filter(|slave| slave.chk_cfg() == cfg);
-    if !device_names(ident).is_empty() {
+    if known().knows(ident) {
         return None;
     }
     described.map_or_else(|| Zeros::of_cfg(address, cfg), |slave| Zeros::of_slave(address, slave))
@@ -238,7 +246,7 @@ fn find_slave(session: &mut BusSession, address: u8) -> Result<SlaveStatus, Fail
 
 /// The user parameters that keep the unit of a gauge; none for an unknown slave.
 pub fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
-    match CyclicSlave::find(session, address, master) {
+    match CyclicSlave::find_among(known(), session, address, master) {
         Ok(watched) => Ok(watched.parameters(session.baud()).user_prm.to_vec()),
         Err(CyclicError::Client(ClientError::UnknownDevice { .. })) => Ok(Vec::new()),
         Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(

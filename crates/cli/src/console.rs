@@ -9,7 +9,8 @@ use std::io;
 use std::ops::ControlFlow;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
 
 /// The longest line in octets; a longer one is no command.
@@ -29,6 +30,9 @@ pub enum Input {
 /// See [`Signals::of_command`].
 static COMMAND: OnceLock<Signals> = OnceLock::new();
 
+/// Whether a signal that ends the program has arrived and was caught, see [`Signals::have_arrived`].
+static ARRIVED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
 /// The signals that end a program, as a descriptor that becomes readable.
 #[derive(Debug)]
 pub struct Signals(UnixStream);
@@ -36,7 +40,17 @@ pub struct Signals(UnixStream);
 impl Signals {
     /// Catches SIGHUP, SIGINT and SIGTERM from now on.
     pub fn catch() -> io::Result<Self> {
-        Self::of(&[SIGHUP, SIGINT, SIGTERM])
+        let all = [SIGHUP, SIGINT, SIGTERM];
+        for signal in all {
+            signal_hook::flag::register(signal, Arc::clone(&ARRIVED))?;
+        }
+        Self::of(&all)
+    }
+
+    /// Whether one of the signals that [`catch`](Self::catch) catches has arrived, for a wait without a descriptor. Before the first call
+    /// of that a signal ends the program itself.
+    pub fn have_arrived() -> bool {
+        ARRIVED.load(Ordering::Relaxed)
     }
 
     /// Catches these signals from now on.
@@ -81,6 +95,7 @@ impl Signals {
 
     /// Discards the signals that have arrived.
     pub fn clear(&mut self) {
+        ARRIVED.store(false, Ordering::Relaxed);
         let mut buffer = [0; 64];
         while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
     }

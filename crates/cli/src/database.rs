@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use jiff::{Timestamp, Zoned};
 use profivac_client::suggestion::closest;
-use profivac_recorder::{DatabaseError, Micros, Reader};
+use profivac_recorder::{DatabaseError, DescribedPoint, Micros, Point, Reader};
 use profivac_station::config::Config;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +37,32 @@ impl Database {
     pub fn series(&self, asked: &[String]) -> Result<Vec<String>, Failure> {
         let all = self.reader.series_names()?;
         if asked.is_empty() { Ok(all) } else { matching_series(asked, &all, &self.path) }
+    }
+
+    /// The points that `--point` selects, or all of them; the name of a slave selects all its points. The texts of codes are those of the
+    /// station's file, if it was given.
+    pub fn points(&self, asked: &[String]) -> Result<Vec<DescribedPoint>, Failure> {
+        let all = self.reader.points()?;
+        let is_asked = |name: &String, point: &Point| *name == point.to_string() || *name == point.slave;
+        if let Some(unknown) = asked.iter().find(|name| !all.iter().any(|point| is_asked(name, point))) {
+            let known: Vec<_> = all.iter().map(ToString::to_string).collect();
+            let hint = match closest(unknown, known.iter().map(String::as_str)) {
+                Some(like) => format!("did you mean {like:?}?"),
+                None if known.is_empty() => "it has no points of slaves".to_owned(),
+                None => format!("known: {}", known.join(", ")),
+            };
+            return Err(Failure::usage(format!("{} has no point {unknown:?}; {hint}", self.path.display())));
+        }
+        let is_chosen = |point: &Point| asked.is_empty() || asked.iter().any(|name| is_asked(name, point));
+        let directory = self.config.as_ref().map(|config| config.directory.clone()).unwrap_or_default();
+        Ok(all.into_iter().filter(is_chosen).map(|point| directory.described(point)).collect())
+    }
+
+    /// The name that is no gauge and would select points.
+    pub fn point_as_gauge<'n>(&self, asked: &'n [String]) -> Result<Option<&'n String>, Failure> {
+        let (series, points) = (self.reader.series_names()?, self.reader.points()?);
+        let is_point = |name: &&String| points.iter().any(|point| **name == point.to_string() || **name == point.slave);
+        Ok(asked.iter().filter(|name| !series.contains(name)).find(is_point))
     }
 }
 

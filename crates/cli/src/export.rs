@@ -7,14 +7,15 @@ use crate::time_argument::checked;
 use crate::whole_file::{self, check_absent, not_written};
 use clap::Args;
 use jiff::Zoned;
-use profivac_recorder::{Chunks, Export, Micros};
+use profivac_recorder::{Chunks, Export, Exported, Micros};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Write recorded samples as a table: time (UTC), gauge, pressure in Pa, quality
 ///
-/// Without --out the rows are CSV on standard output. The station may continue to record. A row without a pressure has a quality that
-/// says why.
+/// With --points or --point the table has the points of slaves: time (UTC), slave, point, unit, value, quality, and the text that
+/// STATION.toml has for a code. Without --out the rows are CSV on standard output. The station may continue to record. If a row has no
+/// value, its quality says why.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -24,6 +25,12 @@ pub struct Arguments {
     /// A gauge; may be repeated; the name of a controller selects all its channels. Default: all gauges
     #[arg(long, value_name = "NAME")]
     gauge: Vec<String>,
+    /// A point of a slave as SLAVE.POINT; may be repeated; the name of a slave selects all its points
+    #[arg(long, value_name = "NAME", conflicts_with = "gauge")]
+    point: Vec<String>,
+    /// All points of all slaves
+    #[arg(long, conflicts_with_all = ["gauge", "point"])]
+    points: bool,
     /// The beginning: '2026-11-21 14:00', 14:00, yesterday, -2h, -7d, or RFC 3339. Default: the first sample
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = checked)]
     from: Option<String>,
@@ -45,6 +52,7 @@ const EXAMPLES: &str = "\
 Examples:
   profivac export plant.toml > all.csv
   profivac export plant.toml --gauge chamber --from yesterday --to today --out chamber.csv
+  profivac export plant.toml --point turbo.speed --from -2h
   profivac export plant.toml --from -7d --parquet --out week.parquet";
 
 /// Writes the selected samples.
@@ -56,7 +64,40 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::usage("expected a beginning before the end; see --from and --to"));
     }
     let database = Database::open(&arguments.source)?;
+    let range = (from, to);
+    if arguments.points || !arguments.point.is_empty() {
+        let points = database.points(&arguments.point)?;
+        return exported(arguments, database, points, range);
+    }
+    if let Some(name) = database.point_as_gauge(&arguments.gauge)? {
+        return Err(Failure::usage(format!("{name:?} has values with units and no pressures: use --point {name:?}")));
+    }
     let series = database.series(&arguments.gauge)?;
+    if arguments.gauge.is_empty() {
+        tell_points(&database)?;
+    }
+    exported(arguments, database, series, range)
+}
+
+/// Says that the table of pressures leaves out the points.
+fn tell_points(database: &Database) -> Result<(), Failure> {
+    let count = database.reader.points()?.len();
+    if count > 0 {
+        let points = if count == 1 { "1 point".to_owned() } else { format!("{count} points") };
+        notice(&format_args!(
+            "the database also has {points} of slaves, whose values are no pressures: --points exports them"
+        ));
+    }
+    Ok(())
+}
+
+/// Writes the samples of series or of points.
+fn exported<S: Exported>(
+    arguments: &Arguments,
+    database: Database,
+    series: Vec<S>,
+    (from, to): (Micros, Micros),
+) -> Result<(), Failure> {
     let file = arguments.out.as_deref().filter(|path| path.as_os_str() != "-");
     if arguments.parquet {
         let path =
@@ -71,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 #[cfg(feature = "parquet")]
-fn parquet(chunks: Chunks, path: &Path, force: bool) -> Result<(), Failure> {
+fn parquet<S: Exported>(chunks: Chunks<S>, path: &Path, force: bool) -> Result<(), Failure> {
     write_rows(path, force, |to| {
         profivac_recorder::parquet::write(chunks, to)
             .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
@@ -79,14 +120,14 @@ fn parquet(chunks: Chunks, path: &Path, force: bool) -> Result<(), Failure> {
 }
 
 #[cfg(not(feature = "parquet"))]
-fn parquet(_: Chunks, _: &Path, _: bool) -> Result<(), Failure> {
+fn parquet<S: Exported>(_: Chunks<S>, _: &Path, _: bool) -> Result<(), Failure> {
     Err(Failure::usage(
         "this program was built without Parquet: export CSV without --parquet, or build with --features parquet",
     ))
 }
 
 /// Writes CSV to standard output until it ends or its reader has gone.
-fn printed(export: Export) -> Result<(), Failure> {
+fn printed<S: Exported>(export: Export<S>) -> Result<(), Failure> {
     for rows in export {
         let rows = rows?;
         if !rows.is_empty() {
@@ -98,7 +139,7 @@ fn printed(export: Export) -> Result<(), Failure> {
 }
 
 /// Writes CSV; returns the number of rows.
-fn csv(export: Export, to: &mut (dyn Write + Send), path: &Path) -> Result<u64, Failure> {
+fn csv<S: Exported>(export: Export<S>, to: &mut (dyn Write + Send), path: &Path) -> Result<u64, Failure> {
     let mut lines: usize = 0;
     for rows in export {
         let rows = rows?;

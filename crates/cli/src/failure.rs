@@ -156,6 +156,7 @@ impl From<PortError> for Failure {
             | PortError::NoBaudRate(_)
             | PortError::File(_)
             | PortError::NotCreatable { .. } => Kind::Usage,
+            PortError::Interrupted(_) => Kind::Interrupted,
             _ => Kind::Port,
         };
         Self { kind, sentence: format!("{error}{}", advice::after_port(&error)) }

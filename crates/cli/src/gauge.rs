@@ -3,6 +3,7 @@
 use crate::advice;
 use crate::bus::BusOptions;
 use crate::console::Signals;
+use crate::device_files::{DeviceFileOptions, known};
 use crate::failure::Failure;
 use crate::output::{notice, visible};
 use crate::values;
@@ -50,7 +51,11 @@ enum Via {
 
 /// The same for a command that also works without a gauge: port and address are required unless `--device` is given.
 #[derive(Debug)]
-pub struct OptionalGaugeOptions(pub Option<GaugeOptions>);
+pub struct OptionalGaugeOptions {
+    pub gauge: Option<GaugeOptions>,
+    /// Those of `gauge`, or without a bus.
+    pub device_files: DeviceFileOptions,
+}
 
 impl Args for OptionalGaugeOptions {
     fn augment_args(command: Command) -> Command {
@@ -66,7 +71,8 @@ impl Args for OptionalGaugeOptions {
 impl FromArgMatches for OptionalGaugeOptions {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let is_given = matches.contains_id("port") && matches.contains_id("address");
-        Ok(Self(is_given.then(|| GaugeOptions::from_arg_matches(matches)).transpose()?))
+        let device_files = DeviceFileOptions::from_arg_matches(matches)?;
+        Ok(Self { gauge: is_given.then(|| GaugeOptions::from_arg_matches(matches)).transpose()?, device_files })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -115,7 +121,7 @@ impl GaugeOptions {
 
     fn gauge<'a>(&self, session: &'a mut BusSession, slave: &SlaveStatus) -> Result<AnyGauge<'a>, Failure> {
         let address = self.address;
-        let model = identify::model(slave.ident, address, &mut Ms2::new(session, address))?;
+        let model = identify::model(known(), slave.ident, address, &mut Ms2::new(session, address))?;
         let via = match self.via {
             Via::Ms2 => return Ok(Gauge::with_model(Box::new(Ms2::new(session, address)), address, model)),
             Via::Ms1 => AccessPath::Class1,
@@ -146,7 +152,7 @@ impl GaugeOptions {
             "{} at address {} gets its parameters from this master now, keeps its unit, and is unlocked at the end",
             model.name, self.address
         ));
-        let cyclic = CyclicSlave::find(session, self.address, self.bus.master())?;
+        let cyclic = CyclicSlave::find_among(known(), session, self.address, self.bus.master())?;
         let (device, address) = (model.name, self.address);
         let session = Class1Session::open(session, &cyclic, via).map_err(|error| match error {
             RecordError::Session(error) | RecordError::NotSent(error) => error.into(),
@@ -201,18 +207,37 @@ pub fn confirm(risk: &str, yes: bool) -> Result<(), Failure> {
 
 /// Shows a risk on the terminal and asks whether to continue.
 pub fn ask(risk: &str) -> Result<bool, Failure> {
+    let answer = answer(&format!("profivac: {}. Continue? [y/N] ", visible(risk)))?;
+    Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
+}
+
+/// Shows numbered choices on the terminal and asks for one. Returns its index; `None` if the answer is no number of a choice.
+pub fn choose(question: &str, choices: &[String]) -> Result<Option<usize>, Failure> {
+    let listed: String =
+        (1..).zip(choices).map(|(number, choice)| format!("\n  {number}  {}", visible(choice))).collect();
+    let answer = answer(&format!(
+        "profivac: {}:{listed}\nNumber of the right one [1-{}, Enter: none] ",
+        visible(question),
+        choices.len()
+    ))?;
+    let index = answer.trim().parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+    Ok(index.filter(|index| *index < choices.len()))
+}
+
+/// Shows a question on the terminal and waits for the answer. A signal ends the command.
+fn answer(question: &str) -> Result<String, Failure> {
     // Signals are caught before the prompt is visible.
     let signals = Signals::catch()?;
-    write!(io::stderr(), "profivac: {}. Continue? [y/N] ", visible(risk))?;
+    write!(io::stderr(), "{question}")?;
     io::stderr().flush()?;
     // The user may also answer with Ctrl-C.
     if !wait_for_line(&signals)? {
         writeln!(io::stderr())?;
-        return Err(Failure::interrupted_with("nothing was sent"));
+        return Err(Failure::interrupted_with("nothing was chosen, and nothing is sent"));
     }
     let mut answer = String::new();
     io::stdin().lock().read_line(&mut answer)?;
-    Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
+    Ok(answer)
 }
 
 /// Waits for a line. Returns false if a signal arrives first.

@@ -1,20 +1,24 @@
 //! Slaves by their GSD files in the output of the commands that explain traffic, and GSD files where traffic is expected.
 
+use crate::device_files::DeviceFileOptions;
 use crate::failure::Failure;
 use crate::gsd_slaves::GsdOptions;
 use flate2::read::MultiGzDecoder;
 use profivac_explain::gsd::{Described, Extent, Files, Seen};
+use profivac_gsd::Encoding;
 use profivac_gsd_slave::has_gsd_ending;
 use profivac_wire::prm::SetPrm;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{self, Cursor, ErrorKind, Read};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The GSD files of `--gsd`, to explain traffic with.
-pub fn files(options: &GsdOptions) -> Result<Files, Failure> {
-    Ok(Files::new(options.read()?.entries().map(|(_, entry)| Arc::clone(&entry.file))))
+/// The GSD files of `--gsd` and the devices of `--device-files`, to explain traffic with.
+pub fn files(options: &GsdOptions, devices: &DeviceFileOptions) -> Result<Files, Failure> {
+    let files = Files::new(options.read()?.entries().map(|(_, entry)| Arc::clone(&entry.file)));
+    Ok(files.with_devices(devices.read()?))
 }
 
 /// A slave in the words of its GSD file, in the JSON output.
@@ -131,10 +135,18 @@ impl Peeked {
 /// statement of one. A capture or a log may have any name.
 pub fn is_gsd(name: &Path, head: &[u8]) -> bool {
     const HEADER: &[u8] = b"#profibus_dp";
+    let head = narrow(head);
     let starts = |line: &[u8]| line.get(..HEADER.len()).is_some_and(|start| start.eq_ignore_ascii_case(HEADER));
     let mut lines = head.split(|octet| matches!(octet, b'\n' | b'\r')).map(<[u8]>::trim_ascii_start);
     let is_text = |line: &&[u8]| !line.is_empty() && !line.starts_with(b";");
     lines.clone().any(starts) || has_gsd_ending(name) && lines.find(is_text).is_some_and(is_statement)
+}
+
+/// The beginning of a file, with one octet for an ASCII character: a GSD file can be UTF-16.
+fn narrow(head: &[u8]) -> Cow<'_, [u8]> {
+    let whole = head.as_chunks::<2>().0.as_flattened();
+    let encoding = Encoding::detect(whole);
+    if encoding.is_utf16() { Cow::Owned(encoding.decode(whole).into_bytes()) } else { Cow::Borrowed(head) }
 }
 
 /// Whether a line begins with a keyword and `=`, as the statements of GSD files do: `Slave_Family = 0`, `Unit_Diag_Bit(1) = "x"`.
@@ -165,6 +177,15 @@ mod tests {
         assert!(!is("x.gsd", b"\x10\x05\x02\x49\x50\x16\xE5"), "octets of a line with this name");
         assert!(!is("x.gsd", b""));
         assert!(!is("x", b"#Profi"));
+    }
+
+    #[test]
+    fn a_gsd_file_in_utf_16_is_known_also_when_its_beginning_is_cut() {
+        let wide: Vec<u8> = "; comment\r\n#Profibus_DP\r\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let marked = [b"\xFF\xFE".as_slice(), &wide].concat();
+        for head in [wide.as_slice(), &marked, &marked[..marked.len() - 1]] {
+            assert!(is_gsd(Path::new("x"), head));
+        }
     }
 
     fn rest(peeked: Peeked) -> (Vec<u8>, Vec<u8>) {

@@ -1,12 +1,14 @@
 //! Slaves of any vendor by their GSD files: the options that master commands share, and the choice of file, modules and parameters.
 
 use crate::failure::Failure;
-use crate::output::notice;
+use crate::gauge::{choose, is_interactive};
+use crate::output::{notice, visible};
 use clap::Args;
 use profivac_client::values::hex;
 use profivac_dp::link::Baud;
 use profivac_gsd_slave::{
-    Catalog, CatalogError, Change, ChoiceError, FoundModules, GsdSlave, Modules, Selection, SelectionError, SlaveError,
+    Catalog, CatalogError, Change, ChoiceError, Entry, FoundModules, GsdSlave, Modules, Selection, SelectionError,
+    SlaveError, Unread,
 };
 use profivac_host::text_file;
 use std::path::{Path, PathBuf};
@@ -28,11 +30,21 @@ impl GsdOptions {
     /// Reads the files. A file of a folder that describes no DP slave is a notice.
     pub fn read(&self) -> Result<Catalog, Failure> {
         let catalog = Catalog::read(&self.paths)?;
-        for unread in catalog.unread() {
-            notice(&format_args!("{} is left out: {}", unread.path.display(), unread.reason));
-        }
+        left_out(catalog.unread()).iter().for_each(|line| notice(&visible(line)));
         Ok(catalog)
     }
+}
+
+/// The most files that are named when they are left out. chosen: a folder can have thousands.
+const MOST_LEFT_OUT: usize = 20;
+
+/// A line for each file that is left out; those beyond the first twenty are counted.
+fn left_out(unread: &[Unread]) -> Vec<String> {
+    let line = |one: &Unread| format!("{} is left out: {}", one.path.display(), one.reason);
+    let more = unread.len().saturating_sub(MOST_LEFT_OUT);
+    let rest =
+        (more > 0).then(|| format!("{more} more files are left out; `profivac gsd check FOLDER --all` shows why"));
+    unread.iter().take(MOST_LEFT_OUT).map(line).chain(rest).collect()
 }
 
 /// Reads `--modules`: module numbers in slot order, or a TOML file with modules and parameters.
@@ -57,12 +69,17 @@ pub struct Wanted<'a> {
     pub changes: &'a [Change],
 }
 
+/// The most devices among which the user is asked to choose on a terminal. chosen: a screen.
+const MOST_CHOICES: usize = 20;
+
 impl Wanted<'_> {
-    /// The slave by its file: with the modules of the command line, else those of Get_Cfg, else those that the file presets.
+    /// Describes the slave by its GSD file. The modules are those of the command line; without them those that the slave reports with
+    /// Get_Cfg; without an answer those that the file presets. If several devices fit, the user is asked on a terminal: close the session
+    /// first, its master would hold the token during the question.
     pub fn find(&self, catalog: &Catalog) -> Result<GsdSlave, Failure> {
-        let Self { address, ident, .. } = self;
+        let address = self.address;
         let at_address = |text: String| Failure::usage(format!("slave at address {address}: {text}"));
-        let entry = catalog.choose(*ident, self.get_cfg).map_err(|error| at_address(error.to_string()))?;
+        let entry = self.entry(catalog)?;
         let in_file = |error: String| at_address(format!("{}: {error}", entry.path.display()));
         let slave = match (self.selection, self.get_cfg) {
             (Some(selection), _) => {
@@ -91,6 +108,23 @@ impl Wanted<'_> {
             notice(&format_args!("slave at address {address}: {warning}"));
         }
         Ok(slave)
+    }
+
+    /// The file of the slave.
+    fn entry<'c>(&self, catalog: &'c Catalog) -> Result<&'c Entry, Failure> {
+        let Self { address, ident, .. } = self;
+        let candidates = catalog.candidates(*ident, self.get_cfg);
+        if !is_interactive() || !(2..=MOST_CHOICES).contains(&candidates.len()) {
+            let chosen = catalog.choose(*ident, self.get_cfg);
+            return chosen.map_err(|error| Failure::usage(format!("slave at address {address}: {error}")));
+        }
+        let question =
+            format!("the slave at address {address} has the ident 0x{ident:04X} of several devices; compare its label");
+        let names: Vec<_> =
+            candidates.iter().map(|entry| format!("{} in {}", entry.name(), entry.path.display())).collect();
+        let chosen = choose(&question, &names)?.and_then(|index| candidates.get(index).copied());
+        let none = "no device was chosen; name the right file with --gsd";
+        chosen.ok_or_else(|| Failure::usage(none))
     }
 }
 
@@ -136,3 +170,24 @@ macro_rules! wrong_usage {
 }
 
 wrong_usage!(CatalogError, ChoiceError, SelectionError, SlaveError);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_files_that_are_left_out_twenty_are_named() {
+        let unread = |count: usize| {
+            let one = |number: usize| Unread {
+                path: PathBuf::from(format!("{number}.gsd")),
+                reason: "no Ident_Number".to_owned(),
+            };
+            (0..count).map(one).collect::<Vec<_>>()
+        };
+        assert_eq!(left_out(&unread(20)).len(), 20);
+        let lines = left_out(&unread(25));
+        assert_eq!(lines.first().map(String::as_str), Some("0.gsd is left out: no Ident_Number"));
+        assert_eq!(lines.len(), 21);
+        assert_eq!(lines[20], "5 more files are left out; `profivac gsd check FOLDER --all` shows why");
+    }
+}

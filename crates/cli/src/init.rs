@@ -2,6 +2,7 @@
 
 use crate::bus::BusOptions;
 use crate::console::Signals;
+use crate::device_files::{known, names_with_ident};
 use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::output::{notice, out};
@@ -9,9 +10,8 @@ use crate::values;
 use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
-use profivac_client::identify::{device_names, reported_model};
+use profivac_client::identify::reported_model;
 use profivac_client::ms2::Ms2;
-use profivac_devices::catalog::{MODELS, model_named, model_with_ident};
 use profivac_devices::model::Model;
 use profivac_host::scan::probe_all;
 use profivac_host::session::BusSession;
@@ -28,8 +28,8 @@ use std::time::{Duration, Instant};
 
 /// Make a file for `profivac run` from the gauges that answer on a bus.
 ///
-/// The command only reads: like `scan`, and the model of a PCG55x or PSG55x over MS2. The name of a gauge is its device and address; edit
-/// the file to change it.
+/// The command only reads: it does the same as `scan`, asks gauges for their configuration (Get_Cfg), and reads model, unit and channels
+/// of gauges with DP-V1 over MS2. A gauge is named by its device and address; edit the file to change the name.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for station in found {
         let address = station.address;
         owners.extend(station.slave.and_then(|slave| Some((address, slave.owner?))));
-        match station.slave.map(|slave| device_names(slave.ident)) {
+        match station.slave.map(|slave| names_with_ident(slave.ident)) {
             Some(devices) if !devices.is_empty() => gauges.push((address, devices)),
             Some(_) => notice(&format_args!("the slave at address {address} is not a known device")),
             None if station.station_type == StationType::Slave => {
@@ -99,8 +99,8 @@ type Gauges = Vec<(u8, Vec<&'static str>)>;
 /// Reads the models of a series, whose devices share an ident number. A gauge that does not report its model keeps all of them.
 fn report_models(session: &mut BusSession, gauges: &mut Gauges) -> Result<(), Failure> {
     for (address, devices) in gauges.iter_mut().filter(|(_, devices)| devices.len() > 1) {
-        let ident = model_named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
-        match ident.and_then(|ident| reported_model(ident, &mut Ms2::new(session, *address))) {
+        let ident = known().named(devices.first().copied().unwrap_or_default()).map(|model| model.ident);
+        match ident.and_then(|ident| reported_model(known(), ident, &mut Ms2::new(session, *address))) {
             Some(model) => *devices = vec![model.name],
             // A lost port or a signal is an error; a gauge that cannot be read is none.
             None => probe_all(session, [*address], &mut Vec::new())?,
@@ -118,11 +118,11 @@ fn integer_notices(
     let mut notices = Vec::new();
     for (address, devices) in gauges {
         // Without DP-V1 there are no integers, and the unit could not be read without taking the slave.
-        let is_dpv1 = |device: &str| model_named(device).is_some_and(|model| model.features.dpv1);
+        let is_dpv1 = |device: &str| known().named(device).is_some_and(|model| model.features.dpv1);
         if !matches!(devices.as_slice(), [device] if is_dpv1(device)) {
             continue;
         }
-        match CyclicSlave::find(session, *address, owner(*address)) {
+        match CyclicSlave::find_among(known(), session, *address, owner(*address)) {
             Ok(slave) => notices.extend(integer_notice(&slave)),
             Err(CyclicError::Session(error)) => return Err(error.into()),
             // A gauge that cannot be read is no problem of this command.
@@ -177,7 +177,7 @@ fn listen(arguments: &Arguments) -> Result<(), Failure> {
             let facts = station.knowledge.facts(address).filter(|facts| facts.origin() == Origin::Heard);
             facts.and_then(|facts| integer_notice(&facts.slave)).iter().for_each(notice);
             let devices = match station.knowledge.ident() {
-                Some(ident) => device_names(ident),
+                Some(ident) => names_with_ident(ident),
                 // The master runs: only the lengths of the data tell which devices fit.
                 None => fitting(station.knowledge.outputs(), station.knowledge.inputs().len()),
             };
@@ -238,7 +238,7 @@ fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
 
 /// Whether one model stands for all devices with the ident number of this one.
 fn has_common_model(device: &str) -> bool {
-    let common = model_named(device).and_then(|model| model_with_ident(model.ident));
+    let common = known().named(device).and_then(|model| known().assumed_with_ident(model.ident));
     common.is_some_and(|common| common.name != device)
 }
 
@@ -250,7 +250,7 @@ fn fitting(outputs: usize, inputs: usize) -> Vec<&'static str> {
                 .is_ok_and(|lengths| (usize::from(lengths.outputs), usize::from(lengths.inputs)) == (outputs, inputs))
         })
     };
-    MODELS.into_iter().filter(|model| fits(model)).map(|model| model.name).collect()
+    known().iter().filter(|model| fits(model)).map(|model| model.name).collect()
 }
 
 /// The file. A gauge at one of the addresses in `guessed` was not identified: its devices are those that fit its data.
@@ -292,6 +292,7 @@ mod tests {
     use profivac_client::Bus;
     use profivac_client::class1::Class1Session;
     use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
     use profivac_devices::model::AccessPath;
     use profivac_host::port::{Port, TcpServer};
     use std::path::Path;

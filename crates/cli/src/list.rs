@@ -1,28 +1,30 @@
 //! `profivac list`: lists the parameters of a gauge.
 
+use crate::device_files::named;
 use crate::failure::Failure;
 use crate::gauge::OptionalGaugeOptions;
 use crate::output::{json, out};
 use clap::Args;
 use profivac_client::names::{NamedParameter, ParameterNames};
+use profivac_devices::catalog::is_built_in;
 use profivac_devices::model::{Codes, Model};
-use profivac_virtual::device_spec::entry;
 use serde::Serialize;
 
 /// List the parameters of a gauge: its block tree with names, numbers, types, access, sections of the manual and codes.
 ///
-/// With --port and --address the command asks a gauge for its model; with --device it needs no bus. TARGET selects the names and commands that contain
-/// it, an index like 19, or numbers like 1/19.
+/// With --port and --address the command asks a gauge for its model; with --device it needs no bus. TARGET selects the names and
+/// commands that contain it, an index like 19, or numbers like 1/19.
+///
 /// Access is as printed in the manual: 1_R read by a class 1 master, 2_W written by class 2, 0_XI in the cyclic data. Store classes:
 /// N survives power loss, V is lost, R is stored on request, D follows from others. BY_TYPE is a pressure: an integer or a float,
-/// depending on the data type of the gauge.
+/// depending on the data type of the gauge. Commands of a device file are marked: their conditions and risks are as good as the file.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     options: OptionalGaugeOptions,
-    /// A device by its name, for instance bcg450; needs no bus
-    #[arg(long, value_name = "DEVICE")]
+    /// A device by its name, for instance bcg450, or a device file; needs no bus
+    #[arg(long, value_name = "DEVICE|FILE.toml")]
     device: Option<String>,
     /// Print JSON
     #[arg(long)]
@@ -38,7 +40,8 @@ Examples:
   profivac list --port /tmp/line --address 5 trip-point
   profivac list --device bcg450 command         # the commands it has
   profivac list --device BCG450-SP 1/19         # every instance of these numbers
-  profivac list --device bcg450 --json";
+  profivac list --device bcg450 --json
+  profivac list --device my-gauge.toml";
 
 /// A parameter in the JSON output.
 #[derive(Debug, Serialize)]
@@ -58,6 +61,9 @@ struct Row<'a> {
     storage: String,
     manual: &'static str,
     section: &'static str,
+    /// The unit of a number that is no pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<&'static str>,
     codes: Vec<Code>,
 }
 
@@ -67,12 +73,25 @@ struct Code {
     name: &'static str,
     #[serde(skip_serializing_if = "str::is_empty")]
     risk: &'static str,
+    /// A command of a device file: its conditions and its risk are as good as the file.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    from_device_file: bool,
+}
+
+impl Code {
+    /// A code without a mark.
+    const fn plain(number: u16, name: &'static str, risk: &'static str) -> Self {
+        Self { number, name, risk, from_device_file: false }
+    }
 }
 
 /// Prints the list.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (model, origin) = match (&arguments.options.0, &arguments.device) {
-        (_, Some(device)) => (entry(device)?.model, String::new()),
+    let (model, origin) = match (&arguments.options.gauge, &arguments.device) {
+        (_, Some(device)) => {
+            arguments.options.device_files.read()?;
+            (named(device)?, String::new())
+        }
         (Some(options), None) => {
             (options.with_gauge(|gauge| Ok(gauge.model()))?, format!(" at address {}", options.address))
         }
@@ -90,7 +109,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         out(&json(&parameters.iter().map(|named| row(named, model)).collect::<Vec<_>>()));
     } else {
-        let heading = format!("{} ({}, {}{origin})", model.name, model.title, model.manual);
+        let file = if is_built_in(model) { "" } else { ", from a device file" };
+        let heading = format!("{} ({}, {}{file}{origin})", model.name, model.title, model.manual);
         out(&tree(&heading, &parameters, |named| facts(named, model)));
     }
     Ok(())
@@ -139,9 +159,11 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
             let [low, high] = [*low, *high].map(|number| number as f64 / 10.0);
             format!("{low} % to {high} %")
         }
+        Codes::Quantity(quantity) => format!("in {}", quantity.unit),
         Codes::Names(_) => list(),
         Codes::Commands(codes) | Codes::BitCommands(codes) => {
-            format!("commands: {}", codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", "))
+            let of = if is_built_in(model) { "" } else { " of a device file" };
+            format!("commands{of}: {}", codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", "))
         }
         Codes::Bits(bits) => {
             format!("bits: {}", bits.iter().map(|(bit, name)| format!("{bit} {name}")).collect::<Vec<_>>().join(", "))
@@ -156,12 +178,15 @@ fn row<'a>(named: &'a NamedParameter, model: &'static Model) -> Row<'a> {
     let parameter = named.parameter;
     let row = parameter.row;
     let codes = match row.codes {
-        Codes::Units => model.units.iter().map(|unit| Code { number: unit.code, name: unit.name, risk: "" }).collect(),
+        Codes::Units => model.units.iter().map(|unit| Code::plain(unit.code, unit.name, "")).collect(),
         _ => row
             .codes
             .codes()
             .iter()
-            .map(|code| Code { number: code.number, name: code.name, risk: code.risk })
+            .map(|code| Code {
+                from_device_file: row.codes.is_command() && !is_built_in(model),
+                ..Code::plain(code.number, code.name, code.risk)
+            })
             .collect(),
     };
     Row {
@@ -177,6 +202,10 @@ fn row<'a>(named: &'a NamedParameter, model: &'static Model) -> Row<'a> {
         storage: row.storage.to_string(),
         manual: model.manual,
         section: row.section,
+        unit: match row.codes {
+            Codes::Quantity(quantity) => Some(quantity.unit),
+            _ => None,
+        },
         codes,
     }
 }

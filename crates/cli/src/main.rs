@@ -12,6 +12,8 @@ mod console;
 mod database;
 mod decode;
 mod demo;
+mod device;
+mod device_files;
 mod diff;
 mod doctor;
 mod dump;
@@ -73,7 +75,7 @@ and in another terminal, or with the port of an adapter:
 
 Exit codes:
   0  done
-  1  the device refused, breaks a rule of conform, or does not meet an expectation of a scenario; `diff` found differences
+  1  the device refused, a rule of conform is broken, an expectation of a scenario is not met, or `diff` found differences
   2  wrong usage, unknown device, two devices at one address, or a bad file
   3  the port is missing, busy or lost, no station answers, a signal ended the command, or standard output cannot be written";
 
@@ -106,6 +108,7 @@ enum Command {
     FieldTest(field_test::Arguments),
     Sniff(sniff::Arguments),
     Decode(decode::Arguments),
+    Device(device::Arguments),
     Gsd(gsd::Arguments),
     St(st::Arguments),
     Completions(completions::Arguments),
@@ -156,6 +159,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::FieldTest(arguments) => field_test::run(&arguments),
         Command::Sniff(arguments) => sniff::run(&arguments),
         Command::Decode(arguments) => decode::run(&arguments),
+        Command::Device(arguments) => device::run(&arguments),
         Command::Gsd(arguments) => gsd::run(&arguments),
         Command::St(arguments) => st::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Profivac::command()),
@@ -166,10 +170,7 @@ fn run(command: Command) -> Result<(), Failure> {
 #[allow(clippy::unwrap_used, reason = "a test")]
 mod tests {
     use super::*;
-    use clap::error::ErrorKind;
     use std::collections::BTreeSet;
-    use std::fs;
-    use std::path::{Path, PathBuf};
 
     /// The command lines of a help text, split into words as a shell does, up to a redirection or a comment.
     fn examples(help: &str) -> Vec<Vec<String>> {
@@ -218,46 +219,6 @@ mod tests {
         for example in examples(&help) {
             assert!(Profivac::try_parse_from(&example).is_ok(), "{example:?}");
         }
-    }
-
-    /// The pages of the documentation in Markdown, with their paths.
-    fn pages() -> Vec<(PathBuf, String)> {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let folders =
-            ["docs", "docs/paths", "docs/devices", "firmware", "contrib/archive", "."].map(|it| root.join(it));
-        let files = folders.iter().flat_map(|folder| fs::read_dir(folder).into_iter().flatten());
-        let files = files.filter_map(|file| Some(file.ok()?.path()));
-        let pages = files.filter(|path| path.extension().is_some_and(|extension| extension == "md"));
-        pages.map(|path| (path.clone(), fs::read_to_string(&path).unwrap())).collect()
-    }
-
-    /// The command lines in the code blocks of a page: the line begins with the program, behind a prompt or sudo.
-    fn commands(page: &str) -> Vec<Vec<String>> {
-        let blocks = page.split("\n```").skip(1).step_by(2);
-        let text = blocks.collect::<Vec<_>>().join("\n").replace("\\\n", " ");
-        let lines = text.lines().map(|line| line.split_once("$ ").map_or(line, |(_, line)| line).trim());
-        let lines = lines.map(|line| line.strip_prefix("sudo -u profivac ").unwrap_or(line));
-        let lines = lines.filter(|line| line.starts_with("profivac ") && !line.contains("..."));
-        lines.map(|line| words(&line.replace('"', "'").replace("$baud", "19200"))).collect()
-    }
-
-    #[test]
-    fn the_parser_accepts_every_command_line_of_the_documentation_that_is_not_shown_as_refused() {
-        let mut count = 0;
-        for (path, page) in pages() {
-            // Lists of faults and of changes show what was wrong.
-            if ["corrections.md", "CHANGELOG.md"].iter().any(|name| path.ends_with(name)) {
-                continue;
-            }
-            for line in commands(&page) {
-                count += 1;
-                if let Err(error) = Profivac::try_parse_from(&line) {
-                    let is_help = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
-                    assert!(is_help, "{}: {line:?}: {error}", path.display());
-                }
-            }
-        }
-        assert!(count > 80, "{count} command lines");
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Print CSV
     #[arg(long)]
     csv: bool,
-    /// Write the PVs that have a history into a file for the Archiver Appliance, one a line (EPICS)
+    /// Write the PVs that are worth archiving into a file for the Archiver Appliance, one per line (EPICS)
     #[arg(long, value_name = "OUT")]
     archiver: Option<PathBuf>,
     /// Write a screen for Phoebus with all readings (EPICS)

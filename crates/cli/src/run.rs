@@ -7,6 +7,7 @@ use crate::gateways::{self, Gateways};
 use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
+use profivac_devices::catalog::KnownDevices;
 use profivac_host::readiness::{Readiness, wait};
 use profivac_recorder::{EventKind, is_in_use};
 use profivac_station::config::Config;
@@ -15,6 +16,7 @@ use profivac_station::station::Station;
 use profivac_web_server::auth::file_permissions::{self, PermissionError};
 use profivac_web_server::server::{Keys, Server, ServerError, Setup};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::fmt::Display;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,7 +34,7 @@ pub struct Arguments {
     /// The file that describes the station
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// The address of the dashboard, instead of that in the file; port 0 selects a free one
+    /// The address of the dashboard; it overrides the file. Port 0 selects a free port
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
     /// Only check the file, the files it names (segments in memory, users, certificate, key) and, unless a station runs on the
@@ -83,6 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let stop = Signals::of(&[SIGINT, SIGTERM])?;
     let mut reload = Signals::of(&[SIGHUP])?;
     let started_with = config.clone();
+    let mut devices = config.devices;
     let mut station = Station::start(config)?;
     let mut dashboard = Dashboard::new(setup);
     dashboard.start(&station.services(), Instant::now())?;
@@ -95,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         if readable.get(1) == Some(&true) {
             reload.clear();
-            dashboard.renew();
+            dashboard.renew().iter().for_each(|problem| tell(&station, problem));
             let services = station.services();
             // A change in the dashboard comes before or after this one.
             let _held = services.alarm_editor().hold();
@@ -103,25 +106,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             match read.and_then(|config| names::check(&config).map(|()| config)) {
                 Ok(config) => {
                     let wanted = config.gateways.clone();
-                    if let Err(error) = apply_config(&mut station, &started_with, config) {
-                        let text = format!("the file is not applied as a whole: {error}; restart the station");
-                        notice(&text);
-                        services.recorder().event_now(None, EventKind::Station, text);
-                    }
+                    devices = apply_config(&mut station, &started_with, devices, config);
                     if let Err(error) = gateways.apply(&wanted, &station.services()) {
-                        notice(&error);
+                        tell(&station, &error);
                     }
                 }
-                Err(error) => notice(&format_args!("{error}; the station keeps the present configuration")),
+                Err(error) => tell(
+                    &station,
+                    &format_args!(
+                        "the changed file was not taken: {error}; the station keeps the present configuration"
+                    ),
+                ),
             }
         }
         dashboard.start(&station.services(), Instant::now())?;
-        station.restart_ended_threads()?;
+        station.restart_ended_threads();
         station.report_stopped_parts().iter().for_each(notice);
     }
     drop(dashboard);
     drop(gateways);
     station.stop().map_err(|error| Failure::no_answer(error.to_string()))
+}
+
+/// Prints a notice and records it as an event: who looks at the dashboard does not see the standard error of a service.
+fn tell(station: &Station, sentence: &impl Display) {
+    notice(sentence);
+    station.record_event(&sentence.to_string());
 }
 
 /// The server of the dashboard. While its address is taken, the station records without it.
@@ -176,11 +186,10 @@ impl Dashboard {
         Ok(())
     }
 
-    /// Reads certificate and key again.
-    fn renew(&self) {
-        if let Some(Err(error)) = self.server.as_ref().map(Server::renew) {
-            notice(&format_args!("{error}; the station keeps the present certificate"));
-        }
+    /// Reads certificate and key again, and returns why that failed.
+    fn renew(&self) -> Option<String> {
+        let error = self.server.as_ref()?.renew().err()?;
+        Some(format!("{error}; the station keeps the present certificate"))
     }
 }
 
@@ -255,11 +264,19 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
     }
 }
 
-/// Applies a changed configuration, and prints a notice for each change that needs a restart.
-fn apply_config(station: &mut Station, started_with: &Config, config: Config) -> Result<(), Failure> {
-    profivac_config::needs_restart(started_with, &config).iter().for_each(notice);
+/// Applies a changed configuration, and tells each change that needs a restart. A device that the station has already known
+/// keeps its tables. Returns the devices that the station knows now.
+fn apply_config(station: &mut Station, started_with: &Config, known: KnownDevices, mut config: Config) -> KnownDevices {
+    for device in profivac_config::keep_devices(known, &mut config) {
+        let changed =
+            format!("the file of the device {device} has changed: the station uses it from its next start on");
+        tell(station, &changed);
+    }
+    let devices = config.devices;
+    profivac_config::needs_restart(started_with, &config).iter().for_each(|change| tell(station, change));
     profivac_config::notices(&config).iter().for_each(notice);
-    Ok(station.reconfigure(config)?)
+    station.reconfigure(config);
+    devices
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! `profivac scan`: finds the stations of a bus.
 
 use crate::bus::{BusOptions, present_cfg};
+use crate::device_files::names_with_ident;
 use crate::failure::Failure;
 use crate::gsd_slaves::GsdOptions;
 use crate::output::{json, notice, notices, out, visible};
 use clap::Args;
-use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_gsd_slave::{Catalog, Entry, GsdSlave};
 use profivac_host::scan::{FoundStation, SlaveStatus, probe_all};
@@ -18,8 +18,8 @@ use std::collections::BTreeMap;
 ///
 /// The command asks every address for its FDL status and every slave for its diagnosis; it never sends Set_Prm. On a line with
 /// another master it joins the token ring: read docs/adapters.md before you use it beside a PLC, or listen with `profivac sniff`, which
-/// sends nothing. With --gsd it names slaves of any vendor. Where several devices have one ident, it asks the slave for its configuration
-/// and names the devices whose modules have it.
+/// sends nothing. With --gsd it names slaves of any vendor; if several GSD files have the ident number of a slave, it asks the slave for
+/// its configuration and names the devices whose modules fit.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -37,7 +37,8 @@ Examples:
   profivac scan --port /dev/ttyUSB0
   profivac scan --port /tmp/line --hsa 20
   profivac scan --port /dev/ttyUSB0 --gsd gsd_files
-  profivac scan --port tcp://127.0.0.1:4000 --json";
+  profivac scan --port tcp://127.0.0.1:4000 --json
+  profivac scan --port /tmp/line --device-files my-gauge.toml";
 
 /// Asks every address and prints the stations that answered. A bus without an answer is a failure.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -202,7 +203,7 @@ impl Row {
             address: seen.address,
             kind: kind(seen.station_type),
             ident: seen.slave.map(|slave| format!("0x{:04X}", slave.ident)),
-            devices: seen.slave.map(|slave| device_names(slave.ident)).unwrap_or_default(),
+            devices: seen.slave.map(|slave| names_with_ident(slave.ident)).unwrap_or_default(),
             state: seen.slave.map(|slave| slave.state_text()),
             owner: seen.slave.and_then(|slave| slave.owner),
             gsd: Vec::new(),
@@ -256,7 +257,7 @@ fn line(seen: &FoundStation, by_gsd: &str) -> String {
         return format!("{address:>4}  {kind:<8}{:<8}{:<10}{state:<36}-\n", "-", "-");
     };
     let SlaveStatus { ident, owner, .. } = slave;
-    let devices = device_names(slave.ident).join(" or ");
+    let devices = names_with_ident(slave.ident).join(" or ");
     let devices = match (devices.as_str(), by_gsd) {
         ("", "") => "unknown",
         ("", by_gsd) => by_gsd,

@@ -1,10 +1,10 @@
 //! `profivac st`: function blocks of a device for a PLC.
 
+use crate::device_files::named;
 use crate::failure::Failure;
 use crate::output::out;
 use clap::{Args, ValueEnum};
 use profivac_client::st;
-use profivac_virtual::device_spec::entry;
 
 /// Print function blocks of a device for a PLC, in structured text (IEC 61131-3).
 ///
@@ -12,8 +12,8 @@ use profivac_virtual::device_spec::entry;
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The device, for instance bcg450
-    #[arg(value_name = "DEVICE")]
+    /// The device, for instance bcg450, or a device file
+    #[arg(value_name = "DEVICE|FILE.toml")]
     device: String,
     /// The engineering tool
     #[arg(long, value_enum, default_value_t = Dialect::Standard)]
@@ -45,7 +45,6 @@ Examples:
 
 /// Prints the blocks.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let entry = entry(&arguments.device)?;
-    out(st::st(entry.model, arguments.dialect.into()).trim_end());
+    out(st::st(named(&arguments.device)?, arguments.dialect.into()).trim_end());
     Ok(())
 }

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 /// Manage the users of a station, or of an archive.
 ///
-/// Names, roles and hashed passwords are in a file beside that of the station, readable by its owner alone. A running station
+/// Names, roles and hashed passwords are in a file next to the station's file, which only its owner can read. A running station
 /// sees a change within a second and ends the sessions of a user who was removed or got a new password.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]

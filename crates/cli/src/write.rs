@@ -9,18 +9,20 @@ use crate::write_failure::{before_write, print_failure};
 use clap::Args;
 use profivac_client::records::WriteEffect;
 use profivac_client::{ClientError, PreparedWrite, WriteResult};
+use profivac_devices::catalog::is_built_in;
 use serde::Serialize;
 
 /// Write a parameter of a gauge, or send a command by name.
 ///
 /// TARGET VALUE is a parameter with its whole name, or its numbers, and its value: `trip-point.1/low-trip-point '1e-3 mbar'`. A
-/// value is a number, one of the names that `profivac list` shows, or a pressure with its unit, which may be any unit of the gauge: `1e-3 mbar`.
+/// value is a number, one of the names that `profivac list` shows, or a pressure with any unit of the gauge: `1e-3 mbar`.
 /// A command needs no value: `execute`, `stop`, `degas on`, `emission off`, `zero-adjust`; if several parts have it, name the
 /// part: `cdg.zero-adjust`, `channel.1/degas on`.
 ///
 /// Before anything is sent, the value is checked against the table and the measuring range, and the conditions of a command against the
 /// gauge. The output shows the value before and after. A command that switches emission or degas, adjusts, or stops the measurement asks
-/// for confirmation on a terminal and needs --yes without one.
+/// for confirmation on a terminal and needs --yes without one. Commands of a device file are marked in the question and in the output:
+/// their conditions and risks are as good as the file.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -55,6 +57,9 @@ Examples:
   profivac write --port /dev/ttyUSB0 --address 5 --yes degas on
   profivac write --port /dev/ttyUSB0 --address 9 --octets 1/24 '00 3F'     # any slave with DP-V1";
 
+/// Marks a command whose conditions and risk come from a device file.
+const OF_DEVICE_FILE: &str = " (a command of a device file)";
+
 /// A write in the JSON output.
 #[derive(Debug, Serialize)]
 struct Change {
@@ -65,6 +70,9 @@ struct Change {
     written: String,
     before: Option<RecordRow>,
     after: Option<RecordRow>,
+    /// A command of a device file.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    from_device_file: bool,
 }
 
 /// Checks, asks for confirmation, sends, reads back.
@@ -77,11 +85,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut effect = Some(WriteEffect::NotSent);
     let done = arguments.options.with_gauge(|gauge| {
         let prepared = prepare(gauge, arguments)?;
+        let is_command = prepared.named.parameter.row.codes.is_command();
+        let from_device_file = is_command && !is_built_in(gauge.model());
         if let Some(risk) = prepared.code.map(|code| code.risk).filter(|risk| !risk.is_empty()) {
-            confirm(&format!("{} {} {risk}", prepared.named.name, prepared.text), arguments.yes)?;
+            let mark = if from_device_file { OF_DEVICE_FILE } else { "" };
+            confirm(&format!("{} {} {risk}{mark}", prepared.named.name, prepared.text), arguments.yes)?;
         }
         let written = gauge.execute(prepared).inspect_err(|error| effect = Some(error.write_effect()))?;
-        out(&if arguments.json { json(&change(&written)) } else { line(&written) });
+        out(&if arguments.json {
+            json(&Change { from_device_file, ..change(&written) })
+        } else {
+            format!("{}{}", line(&written), if from_device_file { OF_DEVICE_FILE } else { "" })
+        });
         effect = None;
         Ok(())
     });
@@ -119,6 +134,7 @@ fn change(written: &WriteResult) -> Change {
         written: written.text.clone(),
         before: written.before.as_ref().map(RecordRow::of),
         after: written.after.as_ref().map(RecordRow::of),
+        from_device_file: false,
     }
 }
 

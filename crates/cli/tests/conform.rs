@@ -4,6 +4,7 @@
 
 use crate::common::{Program, run};
 use profivac_conform::checks;
+use std::net::TcpListener;
 
 fn on_tcp(devices: &[&str]) -> (Program, String) {
     let program = Program::start(&[&["simulate", "--tcp", "127.0.0.1:0"], devices].concat());
@@ -84,4 +85,18 @@ fn an_interrupted_run_releases_the_slave() {
         let rows: serde_json::Value = serde_json::from_slice(&scan.stdout).unwrap();
         assert_eq!(rows[0]["owner"], serde_json::Value::Null);
     }
+}
+
+/// A serial server that has another client closes each connection. The command has caught the signals before it connects.
+#[test]
+fn ctrl_c_ends_the_wait_for_a_busy_server() {
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp://{}", server.local_addr().unwrap());
+    let mut program = Program::start(&["conform", "--port", &port, "--address", "5", "--own"]);
+    drop(server.accept().unwrap());
+    program.interrupt();
+    std::thread::spawn(move || server.incoming().for_each(drop));
+    let complaint = program.complaint();
+    assert!(complaint.ends_with("interrupted while the server closed each connection at once"), "{complaint}");
+    assert_eq!(program.exit_code(), 3);
 }

@@ -138,7 +138,7 @@ fn a_file_that_cannot_be_decoded_is_named_with_exit_code_2() {
         (
             b"\nno octets here\n",
             "profivac: file: line 2: expected octets in hexadecimal, as in '68 05 05 68 88 82 6D 3C 3E F1 16', found 'no octets here'; \
-             --input octets reads the file as the octets of a line\n",
+             --input hex, decimal, strings, strace or octets says how to read it\n",
         ),
         (
             b"# 500 kbit/s\n10 | E5\nsoon | E5\n",
@@ -251,7 +251,7 @@ fn the_octets_of_a_line_are_not_taken_for_text() {
     let folder = Folder::new();
     let octets = [0x10, 8, 2, 0x49, 0x53, 0x16, 0x10, 9, 2, 0x49, 0x54, 0x16];
     let marked = [&[0xEF, 0xBB, 0xBF][..], &octets].concat();
-    let note = "profivac: file: read as the octets of a line (--input text: as text with octets in hexadecimal)\n";
+    let note = "profivac: file: read as the octets of a line (--input text: as text)\n";
     for (file, damaged) in [(&octets[..], 0), (&marked, 3)] {
         let (code, output, notice) = decode(&folder, "file", file, &["--json"]);
         let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
@@ -385,6 +385,46 @@ fn a_recording_of_another_protocol_is_named() {
     }
 }
 
+/// The notice comes first, because the sentences explain the frames as PROFIBUS.
+#[test]
+fn another_protocol_is_named_before_the_first_sentence() {
+    let folder = Folder::new();
+    let [recording, output] = ["recording", "output"].map(|name| folder.name(name));
+    // Ten readings of a meter.
+    let dialogue = "10 5B 05 60 16\n68 06 06 68 08 05 72 01 02 03 85 16\n";
+    std::fs::write(&recording, format!("10 40 05 45 16\nE5\n{}", dialogue.repeat(10))).unwrap();
+    let file = std::fs::File::create(&output).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_profivac"));
+    command.args(["decode", "--raw", &recording]).stdout(file.try_clone().unwrap()).stderr(file);
+    assert!(command.status().unwrap().success());
+    let text = std::fs::read_to_string(&output).unwrap();
+    let (named, first) = (text.find("could also be M-Bus"), text.find(" | "));
+    assert!(named.is_some() && named < first, "{text}");
+}
+
+/// A capture file of two interfaces, one of which is Ethernet: its packet is named and not read.
+#[test]
+fn packets_of_another_link_type_are_skipped_and_counted() {
+    let folder = Folder::new();
+    let number = u32::to_le_bytes;
+    let section = [number(0x0A0D_0D0A), number(28), number(0x1A2B_3C4D), number(1), [0xFF; 4], [0xFF; 4], number(28)];
+    let interface = |link_type: u32| [number(1), number(20), number(link_type), [0; 4], number(20)].concat();
+    let packet = |interface: u32, octets: [u8; 8], length: u32| {
+        let head =
+            [number(6), number(40), number(interface), [0; 4], number(1_000_010), number(length), number(length)];
+        [&head.concat()[..], &octets, &number(40)].concat()
+    };
+    let telegram = packet(1, [0x10, 8, 2, 0x49, 0x53, 0x16, 0, 0], 6);
+    let file = [section.concat(), interface(1), interface(147), packet(0, [0xFF; 8], 8), telegram].concat();
+    let (code, output, notices) = decode(&folder, "file", &file, &["--json", "--raw"]);
+    assert_eq!((code, first_time(&output)), (Some(0), Some(1.000_01)), "{output}");
+    let sentence = "1 packet skipped: expected link type 257 or 147, the first one has 1";
+    assert!(notices.contains(sentence) && output.contains(r#""telegrams":1"#), "{notices}{output}");
+    let foreign = [section.concat(), interface(1), packet(0, [0xFF; 8], 8)].concat();
+    let (code, _, complaint) = decode(&folder, "file", &foreign, &[]);
+    assert!(code == Some(2) && complaint.contains("expected link type 257 or 147, found 1"), "{complaint}");
+}
+
 /// A capture of a running plant: the device is given, its start-up was not recorded.
 #[test]
 fn statistics_show_the_stations_and_the_pressures_of_a_recording() {
@@ -399,6 +439,57 @@ fn statistics_show_the_stations_and_the_pressures_of_a_recording() {
     assert_eq!((row["telegrams"].as_u64(), row["damaged"].as_u64()), (Some(9), Some(1)));
     let (code, _, complaint) = decode(&folder, "file", LOG.as_bytes(), &["--gauge", "bcg450@5"]);
     assert_eq!((code, complaint.contains("--statistics")), (Some(2), true), "{complaint}");
+}
+
+/// The time of the first telegram in JSON.
+fn first_time(output: &str) -> Option<f64> {
+    serde_json::from_str::<serde_json::Value>(output.lines().next()?).unwrap()["time_s"].as_f64()
+}
+
+/// Ten microseconds are less than a bit time at the rate that profivac would assume.
+#[test]
+fn the_times_of_a_file_without_a_rate_are_not_rounded_to_bit_times() {
+    let folder = Folder::new();
+    let number = u32::to_le_bytes;
+    let telegram = [0x10, 8, 2, 0x49, 0x53, 0x16];
+    let header = [number(0xA1B2_C3D4), number(0x0004_0002), [0; 4], [0; 4], number(65_535), number(147)].concat();
+    let pcap = [&header[..], &[number(1), number(10), number(6), number(6)].concat(), &telegram].concat();
+    // A section, an interface without options, a packet at 1000010 us.
+    let section = [number(0x0A0D_0D0A), number(28), number(0x1A2B_3C4D), number(1), [0xFF; 4], [0xFF; 4], number(28)];
+    let interface = [number(1), number(20), number(147), [0; 4], number(20)];
+    let times = [number(6), number(40), [0; 4], [0; 4], number(1_000_010), number(6), number(6)];
+    let packet = [&times.concat()[..], &telegram, &[0, 0], &number(40)].concat();
+    let pcapng = [section.concat(), interface.concat(), packet].concat();
+    let text = b"1.000010 TX 10 08 02 49 53 16\n".to_vec();
+    for file in [pcap, pcapng, text] {
+        let again = folder.name("again.pcapng");
+        let (code, output, _) = decode(&folder, "file", &file, &["--json", "--raw", "--out", &again]);
+        assert_eq!((code, first_time(&output)), (Some(0), Some(1.000_01)), "{output}");
+        let copy = std::fs::read(&again).unwrap();
+        let (code, output, _) = decode(&folder, "copy", &copy, &["--json", "--raw"]);
+        assert_eq!((code, first_time(&output)), (Some(0), Some(1.000_01)), "{output}");
+    }
+}
+
+/// A recording of SC and tokens alone: nothing shows its notation, and the user states it.
+#[test]
+fn a_text_whose_notation_no_telegram_shows_asks_for_the_option_that_states_it() {
+    let folder = Folder::new();
+    for (text, input, octets) in [
+        ("TX [220, 2, 2]\nRX [229]\n", "decimal", 4),
+        ("TX [9, 2, 2]\nRX [22]\n", "decimal", 4),
+        ("write(3, \"\\334\\2\\2\", 3) = 3\nread(3, \"\\345\", 255) = 1\n", "strace", 4),
+        ("TX b'\\xdc\\x02\\x02'\nRX b'\\xe5'\n", "strings", 4),
+        ("TX E5 E5 E5\n", "hex", 3),
+    ] {
+        let (_, _, notices) = decode(&folder, "file", text.as_bytes(), &[]);
+        assert!(notices.contains("--input hex, decimal, strings, strace or octets says how to read it"), "{notices}");
+        let (code, output, notices) = decode(&folder, "file", text.as_bytes(), &["--json", "--input", input]);
+        let row: serde_json::Value = serde_json::from_str(output.lines().next_back().unwrap()).unwrap();
+        assert_eq!(row["octets"]["input"].as_u64(), Some(octets), "{text}: {output}{notices}");
+        assert_eq!(row["octets"]["left_over"].as_u64(), Some(0), "{text}: {output}");
+        assert!(!notices.contains("says how to read it") && matches!(code, Some(0 | 2)), "{notices}");
+    }
 }
 
 /// A classic capture file, and the same one packed.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use crate::common::{Folder, Program, run};
-use profivac_recorder::{Deadband, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{Deadband, LastCheck, Micros, Quality, Recorder, Retention, Sample, Settings, StationState};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
@@ -113,6 +113,22 @@ fn octets_without_a_telegram_name_the_wires() {
     assert_finds(&found, "bad-port", "60 octets and no telegram among them -> exchange the wires A and B");
 }
 
+/// A telnet server that negotiates nothing, on a port for raw octets.
+#[test]
+fn a_server_that_doubles_ff_is_named_in_place_of_the_wires() {
+    // Slave_Diag, and the answer of a gauge without an owner: the address of its master is FF, and comes twice.
+    const REQUEST: [u8; 11] = [0x68, 5, 5, 0x68, 0x85, 0x82, 0x6D, 0x3C, 0x3E, 0xEE, 0x16];
+    const ANSWER: [u8; 18] = [0x68, 11, 11, 0x68, 0x82, 0x85, 8, 0x3E, 0x3C, 2, 5, 0, 0xFF, 0xFF, 8, 0xE6, 0x7D, 0x16];
+    let (found, code, _) = line_with([&REQUEST[..], &ANSWER].concat().repeat(6).leak());
+    assert_eq!(code, 3, "{found:?}");
+    assert_finds(
+        &found,
+        "bad-port",
+        "sends FF twice, as telnet does, so telegrams with this octet are damaged -> use telnet://",
+    );
+    assert!(!found.iter().any(|(_, text)| text.contains("termination")), "{found:?}");
+}
+
 const STATION: &str = "[station]\nlisten = \"127.0.0.1:0\"\ndatabase = \"plant.db\"\n\n[[segment]]\nname = \"hall\"\nport = \"PORT\"\n\n\
                        [[segment.gauge]]\nname = \"chamber\"\naddress = 5\ndevice = \"bcg450\"\n";
 
@@ -201,6 +217,30 @@ fn database(path: &str, series: &[(&str, &[(f64, Quality)])]) {
         }
     }
     recorder.finish().unwrap();
+}
+
+#[test]
+fn the_last_check_of_the_station_is_shown_with_its_time_and_its_damage() {
+    let folder = Folder::new();
+    let path = folder.name("plant.db");
+    database(&path, &[]);
+    let (found, _) = doctor(&[&path]);
+    assert_finds(&found, "good", "the station has not checked this database yet");
+    let store = |found: &[&str]| {
+        let check = LastCheck { at: NOON, found: found.iter().map(|text| (*text).to_owned()).collect() };
+        let recorder = Recorder::start(Path::new(&path), Settings::default()).unwrap();
+        assert!(recorder.store_state(StationState::from(&check)));
+        recorder.finish().unwrap();
+    };
+    store(&[]);
+    let (found, code) = doctor(&[&path]);
+    assert_finds(&found, "good", "the last check of the station, at 2026-11-21T12:00:00Z, found no damage");
+    assert_eq!(code, 0);
+    store(&["Tree 5 page 7 is wrong"]);
+    let (found, _) = doctor(&[&path]);
+    let damage =
+        "the last check of the station, at 2026-11-21T12:00:00Z, found damage: Tree 5 page 7 is wrong -> restore";
+    assert_finds(&found, "note", damage);
 }
 
 #[test]

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use crate::common::Folder;
-use profivac_recorder::{Deadband, Micros, Quality, Recorder, Retention, Sample, Settings};
+use profivac_recorder::{
+    Deadband, Micros, Point, PointKind, PointSample, Quality, Recorder, Retention, Sample, Settings,
+};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -121,6 +123,81 @@ fn an_unknown_gauge_and_a_missing_database_are_named() {
         let (code, _, notice) = outcome(command);
         assert_eq!((code, notice), (2, format!("profivac: {absent} does not exist\n")));
     }
+}
+
+/// The station of the other tests, with the speed of a turbo and the position of a gate.
+fn station_with_points() -> (Folder, String) {
+    let (folder, file) = station();
+    let recorder = Recorder::start(Path::new(&folder.name("plant.db")), Settings::default()).unwrap();
+    for (slave, name, unit, number) in [("turbo", "speed", Some("Hz"), 1000.5), ("gate", "position", None, 0.0)] {
+        let (slave, name, unit) = (slave.to_owned(), name.to_owned(), unit.map(str::to_owned));
+        let point = Arc::new(Point { slave, name, unit, kind: PointKind::Number });
+        recorder.push_point(&point, 0.0, PointSample::new(NOON, Some(number), Quality::Valid));
+    }
+    recorder.finish().unwrap();
+    (folder, file)
+}
+
+#[test]
+fn points_are_exported_with_their_units_and_never_as_pressures() {
+    let (folder, file) = station_with_points();
+    let heading = "time,slave,point,unit,value,quality,text\n";
+    let speed = "2026-11-21T12:00:00.000000Z,turbo,speed,Hz,1000.5,valid,\n";
+    let position = "2026-11-21T12:00:00.000000Z,gate,position,,0,valid,\n";
+    for (arguments, rows) in [
+        (&["--points"][..], [speed, position].concat()),
+        (&["--point", "turbo.speed"], speed.to_owned()),
+        (&["--point", "turbo", "--to", "2026-11-21 11:00:00"], String::new()),
+        (&["--point", "gate"], position.to_owned()),
+    ] {
+        let (code, found, notice) = outcome(&[&["export", file.as_str()], arguments].concat());
+        assert_eq!((code, found, notice), (0, format!("{heading}{rows}"), String::new()), "{arguments:?}");
+    }
+    let (code, rows, notice) = outcome(&["export", &file]);
+    assert_eq!((code, rows.lines().count()), (0, 10), "the pressures alone");
+    assert!(notice.contains("also has 2 points of slaves") && notice.contains("--points"), "{notice}");
+    let (code, _, notice) = outcome(&["export", &file, "--gauge", "turbo.speed"]);
+    assert!(code == 2 && notice.contains("no pressures: use --point \"turbo.speed\""), "{notice}");
+    let (code, _, notice) = outcome(&["export", &file, "--point", "turbo.sped"]);
+    assert!(code == 2 && notice.contains("no point \"turbo.sped\"; did you mean \"turbo.speed\"?"), "{notice}");
+    assert_eq!(outcome(&["export", &file, "--points", "--gauge", "chamber"]).0, 2);
+    let to = folder.name("points.parquet");
+    let (code, _, notice) = outcome(&["export", &file, "--points", "--parquet", "--out", &to]);
+    assert_eq!((code, notice), (0, format!("profivac: 2 rows in {to}\n")));
+    let (code, _, notice) = outcome(&["backup", &file, "--to", &folder.name("copy.db")]);
+    let expected = "3 series and 2 points of slaves from 2026-11-21T12:00:00.000000Z to 2026-11-21T12:00:02.000000Z";
+    assert!(code == 0 && notice.contains(expected), "{notice}");
+    let (_, found, notice) = outcome(&["doctor", &folder.name("plant.db")]);
+    assert!(found.contains("a database of 3 series and 2 points of slaves"), "{found}{notice}");
+}
+
+/// The database has the numbers of codes; their texts are in the station's file.
+#[test]
+fn a_code_is_exported_with_the_text_of_the_stations_file() {
+    let (folder, file) = station();
+    let gsd = "#Profibus_DP\nIdent_Number = 0x0FA7\nModule = \"m\" 0x10\n1\nEndModule\n";
+    std::fs::write(folder.name("gate.gsd"), gsd).unwrap();
+    let slave = "[[segment.slave]]\nname = \"gate\"\naddress = 9\ngsd = \"gate.gsd\"\n[[segment.slave.point]]\nname = \"state\"\n\
+                 octet = 0\ntype = \"u8\"\ntexts = { 2 = \"open\" }\n";
+    std::fs::write(&file, std::fs::read_to_string(&file).unwrap() + slave).unwrap();
+    let recorder = Recorder::start(Path::new(&folder.name("plant.db")), Settings::default()).unwrap();
+    let (slave, name) = ("gate".to_owned(), "state".to_owned());
+    let point = Arc::new(Point { slave, name, unit: None, kind: PointKind::Code });
+    recorder.push_point(&point, 0.0, PointSample::new(NOON, Some(2.0), Quality::Valid));
+    recorder.finish().unwrap();
+    let rows = |text: &str| {
+        format!("time,slave,point,unit,value,quality,text\n2026-11-21T12:00:00.000000Z,gate,state,,2,valid,{text}\n")
+    };
+    assert_eq!(outcome(&["export", &file, "--points"]), (0, rows("open"), String::new()));
+    assert_eq!(outcome(&["export", &folder.name("plant.db"), "--points"]), (0, rows(""), String::new()));
+}
+
+#[test]
+fn a_database_without_points_says_so() {
+    let (_folder, file) = station();
+    let (code, _, notice) = outcome(&["export", &file, "--point", "turbo.speed"]);
+    assert!(code == 2 && notice.contains("it has no points of slaves"), "{notice}");
+    assert_eq!(outcome(&["export", &file]).2, "");
 }
 
 #[test]

@@ -5,7 +5,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use crate::common::slave_line::SlaveLine;
 use crate::common::{Folder, Program, octets, run, run_on_terminal};
+use profivac_dp::slave::{CfgFault, Device, Features, Outputs, PrmFault};
+use profivac_wire::cfg::Lengths;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::io::{Read, Write};
@@ -265,6 +268,64 @@ fn a_slave_that_is_no_gauge_gets_zeros_only_if_the_user_agrees() {
         assert!(!decoded(&folder, &path).contains("sets its parameters"));
         replay(path.to_str().unwrap());
     }
+}
+
+/// A slave that answers Get_Cfg without a configuration.
+struct WithoutCfg;
+
+impl Device for WithoutCfg {
+    fn ident_number(&self) -> u16 {
+        0x1234
+    }
+
+    fn features(&self) -> Features {
+        Features::default()
+    }
+
+    fn set_prm(&mut self, _: &[u8]) -> Result<(), PrmFault> {
+        panic!("a slave without configuration gets no parameters")
+    }
+
+    fn chk_cfg(&mut self, _: &[u8]) -> Result<Lengths, CfgFault> {
+        Err(CfgFault)
+    }
+
+    fn get_cfg(&self) -> &[u8] {
+        &[]
+    }
+
+    fn outputs(&mut self, _: Outputs<'_>) {}
+
+    fn inputs(&mut self, _: &mut [u8]) {}
+}
+
+#[test]
+fn without_get_cfg_the_rules_that_read_are_tested_and_the_report_says_why_not_all() {
+    let (folder, line) = (Folder::new(), SlaveLine::start(WithoutCfg));
+    let path = folder.path("silent.tar");
+    let out = path.to_str().unwrap();
+    let output = run(&[
+        "field-test",
+        "--port",
+        &line.port(),
+        "--hsa",
+        "10",
+        "--cycles",
+        "1",
+        "--allow-writes",
+        "--own",
+        PATIENTLY,
+        "--out",
+        out,
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
+    let slave = &report(&path)["slaves"][0];
+    assert!(slave["limits_note"].as_str().unwrap().starts_with("the slave does not answer Get_Cfg: "), "{slave}");
+    assert_eq!((&slave["rules_note"], &slave["configuration"]), (&Value::Null, &Value::Null));
+    assert!(number_of_rules(slave, "passed") > 0, "{slave}");
+    let text = String::from_utf8(files(&path)["report.txt"].clone()).unwrap();
+    assert!(text.contains("the slave does not answer Get_Cfg"), "{text}");
+    replay(out);
 }
 
 /// A line on which this test is the other side, one connection for each opening of the port.

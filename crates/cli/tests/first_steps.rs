@@ -233,8 +233,8 @@ fn follow(name: &str) {
 }
 
 /// Commands that the page leaves to pages of their own.
-const LATER: [&str; 10] =
-    ["archive", "backup", "doctor", "export", "field-test", "identify", "names", "report", "st", "user"];
+const LATER: [&str; 11] =
+    ["archive", "backup", "device", "doctor", "export", "field-test", "identify", "names", "report", "st", "user"];
 
 #[test]
 fn the_page_uses_every_command_except_those_with_pages_of_their_own() {

@@ -118,3 +118,30 @@ fn check_reads_a_folder_with_its_folders() {
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("A.GSD: ") && text.contains("1 module, 0 faults"), "{text}");
 }
+
+/// A folder can have thousands of files.
+#[test]
+fn of_many_files_check_lists_the_first_hundred_of_each_kind_and_counts_the_others() {
+    let folder = Folder::new();
+    std::fs::create_dir_all(folder.path("many")).unwrap();
+    let write = |name: String, lines: &str| {
+        let text = format!("#Profibus_DP\nIdent_Number = 0x1234\n{lines}Module = \"m\" 0x10\nEndModule\n");
+        std::fs::write(folder.path("many").join(name), text).unwrap();
+    };
+    (0..103).for_each(|number| write(format!("a{number}.gsd"), ""));
+    write("z.gsd".to_owned(), "Max_Module = none\n");
+    let checked = |options: &[&str]| {
+        let output = run(&[&["gsd", "check", &folder.name("many")], options].concat());
+        assert_eq!(output.status.code(), Some(2));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let listed = text.lines().filter(|line| line.contains(".gsd: ")).count();
+        assert!(text.contains("z.gsd: ASCII, 1 module, 1 fault"), "a fault is listed behind many right files: {text}");
+        (listed, text.lines().last().unwrap_or_default().to_owned())
+    };
+    let (listed, last) = checked(&[]);
+    assert_eq!(listed, 101);
+    assert_eq!(last, "not listed: 0 files with faults or not readable, 3 files without faults; --all lists them");
+    let (listed, last) = checked(&["--all"]);
+    assert_eq!(listed, 104);
+    assert!(last.starts_with("  fault, line 3: "), "{last}");
+}

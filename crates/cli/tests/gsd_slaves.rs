@@ -186,6 +186,17 @@ fn monitor_owns_a_slave_with_the_modules_and_parameters_of_its_file() {
     assert_eq!(bench.line.owner(), Value::Null);
 }
 
+/// Two modules of the file have the same octets.
+#[test]
+fn the_diagnosis_names_the_modules_that_the_user_has_chosen() {
+    let bench = Bench::new(&[0x20, 0x10], &[5], &[("valves.gsd", STATION)]);
+    let output = bench.monitor(&["--modules", "9=7+3", "--outputs", "9=00"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    assert!(said.contains("identifier 0 (slot 1, module 4DO), input channel 2 (bit): error 17 coil open"), "{said}");
+    assert!(!said.contains("4DO HF"), "{said}");
+}
+
 #[test]
 fn modules_and_parameters_can_be_in_a_file() {
     let bench = Bench::valves();
@@ -285,6 +296,32 @@ fn while_the_user_is_asked_no_session_is_open() {
         assert!(shown.contains("slot 2 4DO: 00"), "{shown}");
     }
     assert!(bench.outputs.lock().unwrap().is_empty());
+}
+
+/// The label of the slave tells the user which device it is.
+#[test]
+fn on_a_terminal_the_user_chooses_among_devices_with_one_ident_and_no_session_is_open() {
+    let other = STATION.replace("Valve station", "Valve station 2");
+    let bench = Bench::new(&[0x10], &[], &[("a.gsd", STATION), ("b.gsd", &other)]);
+    let gsd = bench.folder.name("");
+    let prompt = "Number of the right one [1-2, Enter: none] ";
+    for command in [&["monitor", "--own", "--json", "9"][..], &["conform", "--address", "9"]] {
+        let (port, closed) = watched_line(&bench.line.address);
+        let arguments = [command, &["--port", &port, "--gsd", &gsd]].concat();
+        let (code, _, shown, rest) = on_terminal(&arguments, prompt, |_, terminal| {
+            closed.recv_timeout(Duration::from_secs(60)).expect("the session is open while the user is asked");
+            terminal.write_all(b"\n").unwrap();
+        });
+        assert_eq!(code, 2, "{shown}{rest}");
+        assert!(shown.contains("1  Acme Valve station in "), "{shown}");
+        assert!(shown.contains("2  Acme Valve station 2 in "), "{shown}");
+        assert!(rest.contains("no device was chosen; name the right file with --gsd"), "{rest}");
+    }
+    let port = bench.line.port();
+    let arguments = ["monitor", "--port", &port, "--gsd", &gsd, "--own", "--json", "--for", "3", "9"];
+    let (code, out, shown) = run_on_terminal(&arguments, prompt, "2\n");
+    assert_eq!(code, 0, "{shown}");
+    assert!(out.contains("\"module\":\"4DI\""), "{out}");
 }
 
 /// Without a GSD file the outputs are counted.

@@ -125,6 +125,10 @@ fn wrong_input_is_refused_with_the_reason() {
         (vec![file, "--volume", "50 l", "--gauge", "6"], "has no gauge \"6\""),
         (vec![file, "--volume", "50 l", "--accuracy", "150"], "expected an accuracy from 0 to 100 percent, found 150"),
         (vec![empty.to_str().unwrap(), "--volume", "50 l"], "expected a heading, found an empty file"),
+        (
+            vec![file, "--volume", "50 l", "--closed", "08:00", "--opened", "08:30"],
+            "expected samples while the valve is closed, found none; in --closed and --opened, a time without a date is one of today",
+        ),
         (vec!["absent.csv", "--volume", "50 l"], "absent.csv cannot be read"),
         (vec!["absent.toml", "--volume", "50 l"], "absent.toml"),
     ] {

@@ -30,9 +30,13 @@ fn every_command_gets_its_answer() {
         ("", "error: expected one of pressure, atmosphere, "),
         ("pressure", "error: expected pressure PRESSURE"),
         ("pressure 1 psi", "error: expected a unit, one of mbar, "),
-        ("fault 5 tiredness", "error: bcg450 has no fault \"tiredness\"; it has eeprom, "),
-        ("state 7", "error: no device at address 7; known: 5, 126"),
-        ("button 5 200", "error: bcg450 has no button 200"),
+        (
+            "fault 5 tiredness",
+            "error: bcg450 at address 5 has no fault \"tiredness\"; it has eeprom (EEPROM exception, alarm and warning), ram (",
+        ),
+        ("clear 126 eprom1", "error: bcg450 at address 126 has no fault \"eprom1\"; it has eeprom ("),
+        ("state 7", "error: no device at address 7; known: 5 (bcg450), 126 (bcg450)"),
+        ("button 5 200", "error: bcg450 at address 5 has no button"),
     ] {
         let answered = program.tell(line);
         assert!(answered.starts_with(answer), "{line}: {answered}");
@@ -50,10 +54,14 @@ fn buttons_switches_and_potentiometers_are_operated() {
     for (line, answer) in [
         (
             "switch 5 colour red",
-            "error: bcg450 has no switch \"colour\" with a position \"red\"; it has address, degas",
+            "error: bcg450 at address 5 has no switch \"colour\"; it has address (0 ... 255), degas (on, off)",
         ),
-        ("switch 5 degas maybe", "error: bcg450 has no switch \"degas\" with a position \"maybe\"; it has on, off"),
-        ("pot 6 a 1", "error: pcg550 has no potentiometer 'a'"),
+        (
+            "switch 5 degas maybe",
+            "error: bcg450 at address 5 has no position \"maybe\" of the switch \"degas\"; it has on, off",
+        ),
+        ("button 6 3", "error: pcg550 at address 6 has no button 3; it has 1, 2"),
+        ("pot 6 a 1", "error: pcg550 at address 6 has no potentiometer"),
     ] {
         assert_eq!(program.tell(line), answer);
     }

@@ -28,14 +28,16 @@ fn lines_set_inputs_diagnosis_and_records_of_a_slave_and_not_of_a_gauge() {
         (
             "fault 9 eeprom",
             "error: Example Valve station at address 9 is a slave by its GSD file, without gauge; expected input, diagnosis, \
-             channel-error, record, power or state",
+             channel-error, alarm, record, power or state; faults of its file: diagnosis 9 bit 24 on (Supply of valves missing), \
+             diagnosis 9 area 32-39 5 (Pressure too low), channel-error 9 1 0 1 on (Short circuit), channel-error 9 1 0 6 on \
+             (Line break)",
         ),
         (
             "input 5 1 00",
             "error: bcg450 at address 5 is a gauge, whose inputs and diagnosis follow from pressure and faults; expected fault, \
              clear, power, button, switch, pot or state",
         ),
-        ("input 7 1 00", "error: no device at address 7; known: 5, 9"),
+        ("input 7 1 00", "error: no device at address 7; known: 5 (bcg450), 9 (Example Valve station)"),
         ("power 9 off", "ok"),
         ("pressure 1e-5 mbar", "ok"),
     ] {
@@ -45,7 +47,7 @@ fn lines_set_inputs_diagnosis_and_records_of_a_slave_and_not_of_a_gauge() {
     assert_eq!((&state["power"], &state["modules"][1]["inputs"]), (&false.into(), &"1F 00".into()));
     assert_eq!(program.state(5)["address"], 5);
     let known = program.tell("outputs 9");
-    assert!(known.ends_with("input, diagnosis, channel-error, record, got \"outputs\""), "{known}");
+    assert!(known.ends_with("input, diagnosis, channel-error, alarm, record, got \"outputs\""), "{known}");
 }
 
 /// A terminal would obey them.
@@ -83,7 +85,7 @@ fn a_line_without_a_gauge_has_no_pressure() {
     let folder = Folder::new();
     let mut program = Program::start(&["simulate", "--pty", &folder.name("line"), &gsd("pressure.gsd@9")]);
     program.ready();
-    let answer = "error: there is no gauge on the line; a slave by its GSD file takes input, diagnosis, channel-error, record, power \
+    let answer = "error: there is no gauge on the line; a slave by its GSD file takes input, diagnosis, channel-error, alarm, record, power \
                   or state";
     assert_eq!(program.tell("pressure 1e-5 mbar"), answer);
 }

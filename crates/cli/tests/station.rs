@@ -52,6 +52,9 @@ fn a_bus_becomes_a_station_with_a_dashboard() {
     fs::write(&file, "nonsense").unwrap();
     station.hang_up();
     assert!(station.complaint().contains("the station keeps the present configuration"));
+    // A service has no terminal: the events say it too.
+    let events = until(address, "/api/events?from=0&to=4102444800000", "the station keeps the present configuration");
+    assert!(events.contains("the changed file was not taken: ") && events.contains("plant.toml:1:"), "{events}");
     assert!(get(address, "/api/gauges").contains("\"Chamber\""));
     station.terminate();
     assert_eq!(station.exit_code(), 0);
@@ -100,11 +103,13 @@ fn a_change_that_needs_a_restart_is_reported_and_a_dead_port_does_not_delay_the_
     private(&file, &text);
     let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
     assert!(station.complaint().contains("has no [[segment.gauge]]"));
-    station.ready();
+    let url = station.ready();
     fs::write(&file, format!("[station]\ndatabase = \"other.db\"\n{text}")).unwrap();
     station.hang_up();
     let complaint = station.complaint();
     assert!(complaint.contains("until the station is restarted, then it becomes "), "{complaint}");
+    let address = url.strip_prefix("http://").unwrap();
+    until(address, "/api/events?from=0&to=4102444800000", "until the station is restarted, then it becomes ");
     let second = run(&["run", &file, "--listen", "127.0.0.1:0", "--check"]);
     assert_eq!(second.status.code(), Some(0), "another database");
     fs::write(&file, &text).unwrap();
@@ -385,4 +390,31 @@ fn a_limit_and_a_gauge_that_change_in_the_file_are_events_and_rows_of_the_audit_
     let row =
         "\"target\":\"alarm \\\"too high\\\" above\",\"before\":\"\\\"1e-3 mbar\\\"\",\"after\":\"\\\"2e-3 mbar\\\"\"";
     assert!(audit.contains(row) && audit.contains("\"user\":\"file\""), "{audit}");
+}
+
+/// A gauge of a device file is a gauge of the station: found, read and recorded with the tables of the file, which stay until the restart.
+#[test]
+fn a_station_runs_a_gauge_of_a_device_file() {
+    let folder = Folder::new();
+    let (file, device) = (folder.name("plant.toml"), folder.name("bpg402.toml"));
+    let described = include_str!("../../../docs/devices/files/bpg402.toml");
+    fs::write(&device, described).unwrap();
+    fs::write(folder.name("line.toml"), "devices = [\"bpg402.toml@7\"]\npressure = \"5e-6 mbar\"\n").unwrap();
+    let gauge = "[[segment.gauge]]\nname = \"chamber\"\naddress = 7\ndevice = \"bpg402.toml\"\n";
+    private(&file, &format!("[[segment]]\nname = \"hall\"\nport = \"sim:line.toml\"\n{gauge}"));
+    let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    let ready = station.ready();
+    let address = ready.strip_prefix("http://").unwrap();
+    let gauges = until(address, "/api/gauges", "\"quality\":\"valid\"");
+    assert!(gauges.contains("\"device\":\"bpg402\""), "{gauges}");
+    let commands = get(address, "/api/gauges/chamber/commands");
+    assert!(commands.contains("\"device.reset\""), "{commands}");
+    fs::write(&device, described.replace("0xFFF0", "0xFFF1")).unwrap();
+    station.hang_up();
+    let complaint = station.complaint();
+    assert!(complaint.contains("the file of the device bpg402 has changed"), "{complaint}");
+    until(address, "/api/events?from=0&to=4102444800000", "the file of the device bpg402 has changed");
+    assert!(get(address, "/api/gauges").contains("\"data-exchange\""), "the gauge goes on");
+    station.terminate();
+    assert_eq!(station.exit_code(), 0);
 }

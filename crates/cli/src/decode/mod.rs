@@ -3,6 +3,7 @@
 mod other_protocol;
 
 use crate::advice::NO_TELEGRAM;
+use crate::device_files::DeviceFileOptions;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer, counted};
 use crate::failure::Failure;
 use crate::gsd_files::{self, Peeked, is_gsd};
@@ -11,10 +12,10 @@ use crate::output::{check, notice};
 use crate::sniff::statistics;
 use crate::values;
 use clap::{Args, ValueEnum};
-use other_protocol::OtherProtocol;
+use other_protocol::{MOST_WAITING, OtherProtocol};
 use profivac_dp::link::Baud;
 use profivac_explain::input::{
-    Chunk, Damage, Ignored, IgnoredKind, IgnoredText, InputError, LeftOver, Source, SourceKind,
+    Chunk, Damage, Ignored, IgnoredKind, IgnoredText, InputError, LeftOver, Source, SourceKind, StatedNotation,
 };
 use profivac_explain::text::OMITTED;
 use profivac_explain::{Decoder, ExplainedPiece};
@@ -27,21 +28,21 @@ use std::path::Path;
 /// Explain recorded traffic: start-ups, refusals with their reason, reads and writes.
 ///
 /// The command accepts a capture file (pcapng, pcap, also gzip), a trace of profivac, the octets of a line, or text with octets as programs
-/// print them: dumps of od, xxd and hexdump, logs with times, arrows and words, one octet a line of a logic analyser, decimal lists, strings
-/// of Python, the output of strace; docs/decode.md has them all. No octet is lost: each one is part of a
+/// print them: dumps of od, xxd and hexdump, logs with times, arrows and words, one octet per line of a logic analyser, decimal lists,
+/// Python strings, the output of strace; docs/decode.md has them all. No octet is lost: each one is part of a
 /// telegram, of a damaged piece, or left over, with the number of its line. Damaged telegrams never hide valid ones beside them. Each
-/// explanation is printed as soon as its input is read, also from a pipe that never ends. A file that is truncated, or still being written,
-/// is explained up to its end; then a message gives the position, and the exit code is 2.
+/// explanation is printed as soon as its input is read, also from a pipe that never ends; only the first eight wait while they may be of
+/// another protocol. A file that is truncated, or still being written, is explained up to its end; then a message gives the position, and the exit code is 2.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The file; - or no argument for standard input
     #[arg(value_name = "FILE", default_value = "-")]
     file: String,
-    /// Bits per second, if the file does not contain it
-    #[arg(long, value_name = "RATE", default_value = "19200", value_parser = values::baud)]
-    baud: Baud,
-    /// How to read the file, if its first octets mislead: text with octets in hexadecimal, or the octets of the line
+    /// Bits per second, if the file does not state it. A file with sample numbers instead of times needs it; default: 19200
+    #[arg(long, value_name = "RATE", value_parser = values::baud)]
+    baud: Option<Baud>,
+    /// How to read the file, if its first bytes mislead or no telegram shows the notation
     #[arg(long, value_name = "KIND", default_value = "auto", value_enum)]
     input: Input,
     /// Print the live list and the statistics of the bus instead of sentences; with --json as one object
@@ -53,19 +54,48 @@ pub struct Arguments {
     #[command(flatten)]
     gsd: GsdOptions,
     #[command(flatten)]
+    device_files: DeviceFileOptions,
+    #[command(flatten)]
     options: PrintOptions,
 }
 
 /// How a file is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Input {
-    /// As its first octets show
+    /// As its first bytes and its telegrams show
     Auto,
-    /// Text with octets in hexadecimal
+    /// Text in the notation that its telegrams show
     Text,
+    /// Text with octets in hexadecimal
+    Hex,
+    /// Text with octets as decimal numbers
+    Decimal,
+    /// Text with octets in quoted strings
+    Strings,
+    /// The calls that strace prints
+    Strace,
     /// The octets of the line
     Octets,
 }
+
+impl Input {
+    /// The notation that the user states.
+    const fn notation(self) -> Option<StatedNotation> {
+        match self {
+            Self::Hex => Some(StatedNotation::Hexadecimal),
+            Self::Decimal => Some(StatedNotation::Decimal),
+            Self::Strings => Some(StatedNotation::Strings),
+            Self::Strace => Some(StatedNotation::Calls),
+            Self::Auto | Self::Text | Self::Octets => None,
+        }
+    }
+}
+
+/// The rate of a line that neither the file nor the user names. chosen: it only turns numbers of samples into times.
+const USUAL_RATE: Baud = Baud::B19200;
+
+/// What a user can say about a text in which no telegram shows the notation.
+const OTHER_INPUT: &str = "--input hex, decimal, strings, strace or octets says how to read it";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -85,38 +115,50 @@ const BATCH: usize = 1000;
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = if arguments.file == "-" { "standard input" } else { &arguments.file };
     let unreadable = |error: io::Error| Failure::usage(format!("{name} cannot be read: {error}"));
-    let files = gsd_files::files(&arguments.gsd)?;
+    let files = gsd_files::files(&arguments.gsd, &arguments.device_files)?;
     let Peeked { head, stream: file } = open(&arguments.file, arguments.input).map_err(unreadable)?;
     if arguments.input == Input::Auto && is_gsd(Path::new(&arguments.file), &head) {
         return Err(no_traffic(name));
     }
-    let mut source = match arguments.input {
-        Input::Auto => Source::open(file, arguments.baud),
-        Input::Text => Source::open_as(file, arguments.baud, SourceKind::Text),
-        Input::Octets => Source::open_as(file, arguments.baud, SourceKind::Octets),
+    let given = arguments.baud.unwrap_or(USUAL_RATE);
+    let mut source = match (arguments.input, arguments.input.notation()) {
+        (_, Some(notation)) => Source::open_in(file, given, notation),
+        (Input::Octets, None) => Source::open_as(file, given, SourceKind::Octets),
+        (Input::Text, None) => Source::open_as(file, given, SourceKind::Text),
+        (_, None) => Source::open(file, given),
     }
     .map_err(|error| refused(error, name, arguments.input))?;
-    let baud = source.line_baud.unwrap_or(arguments.baud);
+    let (clock, line) = (source.clock(), source.line_baud.unwrap_or(given));
+    let observer = statistics::observer(clock, source.times, &arguments.gauges)?;
     let mut output = DecodeOutput {
-        decoder: Decoder::new(baud, source.times).with_gsd(files.clone()),
-        printer: Printer::new(&arguments.options, baud),
-        capture: Capture::begin(&arguments.options, baud)?,
+        decoder: Decoder::new(clock, source.times).with_line_rate(line).with_gsd(files.clone()),
+        printer: Printer::new(&arguments.options, clock),
+        capture: Capture::begin(&arguments.options, clock, source.line_baud.or(arguments.baud))?,
         left_over: LeftOverCount::default(),
-        observer: statistics::observer(baud, source.times, &arguments.gauges)?.with_gsd(files),
+        observer: observer.with_line_rate(line).with_gsd(files),
         has_statistics: arguments.statistics,
         is_json: arguments.options.json,
         other: OtherProtocol::default(),
+        held: Vec::new(),
+        held_texts: Vec::new(),
+        is_told: false,
+        name,
     };
     let (mut chunks, mut has_more, mut is_reported) = (Vec::new(), true, false);
     while has_more {
-        has_more = source.read(&mut chunks).map_err(|error| refused(error, name, arguments.input))?;
+        let read = source.read(&mut chunks);
+        if read.is_err() {
+            output.release()?;
+        }
+        has_more = read.map_err(|error| refused(error, name, arguments.input))?;
         is_reported = is_reported || report_kind(&source, name);
         output.explain(&chunks)?;
         output.leave_over(&mut source.left_over)?;
         chunks.clear();
     }
-    output.end(&source, name)?;
+    output.end(&source)?;
     report_ignored(&source.ignored(), name);
+    report_skipped(&source, name);
     output.left_over.report(name);
     output.check_damage(source.damage, source.octets, name)
 }
@@ -124,8 +166,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// The failure of a file that cannot be decoded.
 fn refused(error: InputError, name: &str, input: Input) -> Failure {
     let other = match (&error, input) {
-        (InputError::NoOctets { .. }, Input::Auto) => "; --input octets reads the file as the octets of a line",
-        _ => "",
+        (InputError::NoOctets { .. }, Input::Auto | Input::Text) => format!("; {OTHER_INPUT}"),
+        _ => String::new(),
     };
     Failure::usage(format!("{name}: {error}{other}"))
 }
@@ -143,12 +185,17 @@ fn report_kind<R: Read>(source: &Source<R>, name: &str) -> bool {
     match source.kind {
         SourceKind::Text if source.is_detected => {
             let Some(notation) = source.notation() else { return false };
-            notice(&format_args!("{name}: read as text with {notation} (--input octets: as the octets of a line)"));
+            match source.is_notation_shown() {
+                true => notice(&format_args!(
+                    "{name}: read as text with {notation} (--input octets: as the octets of a line)"
+                )),
+                false => notice(&format_args!(
+                    "{name}: read as text with {notation}, which no telegram shows: {OTHER_INPUT}"
+                )),
+            }
         }
         SourceKind::Octets if source.is_detected => {
-            notice(&format_args!(
-                "{name}: read as the octets of a line (--input text: as text with octets in hexadecimal)"
-            ));
+            notice(&format_args!("{name}: read as the octets of a line (--input text: as text)"));
         }
         SourceKind::Text | SourceKind::Octets | SourceKind::Pcapng | SourceKind::Pcap | SourceKind::Trace => {}
     }
@@ -159,6 +206,13 @@ fn report_kind<R: Read>(source: &Source<R>, name: &str) -> bool {
 fn open(file: &str, input: Input) -> io::Result<Peeked> {
     let file = if file == "-" { Peeked::of(io::stdin()) } else { Peeked::of(fs::File::open(file)?) }?;
     if input == Input::Octets { Ok(file) } else { file.unpacked() }
+}
+
+/// Prints a notice about packets of other link types.
+fn report_skipped<R: Read>(source: &Source<R>, name: &str) {
+    if let Some(skipped) = source.skipped() {
+        notice(&format_args!("{name}: {skipped}"));
+    }
 }
 
 /// Prints a notice about text that is not octets.
@@ -220,6 +274,13 @@ struct DecodeOutput<'a> {
     has_statistics: bool,
     is_json: bool,
     other: OtherProtocol,
+    /// The pieces that wait until it is known whether they may be of another protocol.
+    held: Vec<ExplainedPiece>,
+    /// What is left over beside them.
+    held_texts: Vec<LeftOver>,
+    /// The user was told of the other protocol.
+    is_told: bool,
+    name: &'a str,
 }
 
 impl DecodeOutput<'_> {
@@ -234,24 +295,23 @@ impl DecodeOutput<'_> {
         self.show(&mut explained)
     }
 
-    /// Counts and shows what is left over.
+    /// Counts what is left over, and shows it behind the pieces.
     fn leave_over(&mut self, texts: &mut Vec<LeftOver>) -> Result<(), Failure> {
-        for left_over in texts.drain(..) {
-            self.left_over.add(&left_over);
-            self.printer.left_over(&left_over);
-        }
-        check()
+        texts.iter().for_each(|text| self.left_over.add(text));
+        self.held_texts.append(texts);
+        if self.waits() { check() } else { self.release() }
     }
 
-    fn end<R: Read>(&mut self, source: &Source<R>, name: &str) -> Result<(), Failure> {
+    /// Whether the next pieces may still show another protocol.
+    fn waits(&self) -> bool {
+        self.other.is_open() && self.held_texts.len() < MOST_WAITING
+    }
+
+    fn end<R: Read>(&mut self, source: &Source<R>) -> Result<(), Failure> {
         let mut explained = Vec::new();
         self.decoder.end(&mut explained);
         self.show(&mut explained)?;
-        if let Some(names) = self.other.names() {
-            notice(&format_args!(
-                "{name}: could also be {names}: every frame fits it, and no station answers as on PROFIBUS"
-            ));
-        }
+        self.release()?;
         if self.has_statistics {
             statistics::print(&self.observer, self.is_json);
             return check();
@@ -261,17 +321,32 @@ impl DecodeOutput<'_> {
         Ok(())
     }
 
+    /// Examines the pieces, and prints them unless they wait.
     fn show(&mut self, explained: &mut Vec<ExplainedPiece>) -> Result<(), Failure> {
         for explained in &*explained {
             self.other.piece(&explained.piece);
             self.observer.piece(&explained.piece);
         }
-        if !self.has_statistics {
-            self.printer.print(explained);
+        self.held.append(explained);
+        if self.waits() { check() } else { self.release() }
+    }
+
+    /// Prints the pieces that have waited, behind the name of the protocol that they may be of.
+    fn release(&mut self) -> Result<(), Failure> {
+        let names = self.other.names().filter(|_| !std::mem::replace(&mut self.is_told, true));
+        if let Some(names) = names {
+            let name = self.name;
+            notice(&format_args!(
+                "{name}: could also be {names}: its first frames fit, and no station has answered as on PROFIBUS so far"
+            ));
         }
+        if !self.has_statistics {
+            self.printer.print(&self.held);
+        }
+        self.held_texts.drain(..).for_each(|text| self.printer.left_over(&text));
         check()?;
-        self.capture.as_mut().map_or(Ok(()), |capture| capture.add(explained))?;
-        explained.clear();
+        self.capture.as_mut().map_or(Ok(()), |capture| capture.add(&self.held))?;
+        self.held.clear();
         Ok(())
     }
 

@@ -12,9 +12,15 @@ const IEC_SECONDARY: [u8; 7] = [0, 1, 8, 9, 11, 14, 15];
 /// Bit of the control field: the primary station sends.
 const PRIMARY: u8 = 0x40;
 
+/// The most pieces of a recording, and texts left over beside them, that wait for a frame that decides. chosen: a request of PROFIBUS and its
+/// answer follow each other, and a meter that is read each minute shows its first values soon.
+pub const MOST_WAITING: usize = 8;
+
 /// Examines the telegrams of a recording for another protocol.
 #[derive(Debug, Default)]
 pub struct OtherProtocol {
+    /// Telegrams, SC and damaged pieces.
+    pieces: usize,
     frames: u64,
     m_bus: u64,
     iec: u64,
@@ -29,6 +35,7 @@ pub struct OtherProtocol {
 impl OtherProtocol {
     /// Examines the next piece.
     pub fn piece(&mut self, piece: &Piece) {
+        self.pieces = self.pieces.saturating_add(1);
         match Telegram::parse(&piece.octets).ok().filter(|_| piece.kind != PieceKind::Damaged) {
             Some(Telegram::ShortAck) => {}
             Some(Telegram::Token { .. }) => self.is_profibus = true,
@@ -86,6 +93,12 @@ impl OtherProtocol {
         self.frames = self.frames.saturating_add(1);
         self.m_bus = self.m_bus.saturating_add(u64::from(is_m_bus));
         self.iec = self.iec.saturating_add(u64::from(is_iec));
+    }
+
+    /// Whether the first pieces may still be of another protocol, so that the next ones decide.
+    pub const fn is_open(&self) -> bool {
+        let fits = self.m_bus == self.frames || self.iec == self.frames;
+        !self.is_profibus && fits && self.pieces < MOST_WAITING
     }
 
     /// The protocols that every frame fits, if no dialogue of PROFIBUS does.

@@ -89,7 +89,8 @@ impl Dashboard {
         let user = Actor { user: User { name: Arc::from(USER), role: Role::Engineer }, peer: None };
         let pump_down = options.begins_vented.then(|| PumpDown::declare(services.alarms(), user)).transpose()?;
         let (snapshots, recorder) = (Arc::clone(services.snapshots()), Arc::clone(services.recorder()));
-        let _watcher = AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder)?;
+        let _watcher =
+            AlarmThread::start(Arc::clone(services.alarms()), snapshots, recorder, Arc::clone(services.gateways()))?;
         services.plant().set(plant::view(scenario.schematic(), |address| names(address).0));
         let shown = DemoSegment::new(services.for_segments(), SEGMENT, segment, master, names);
         // The gauges are published: the first request finds them.

@@ -29,8 +29,8 @@ use trend::Trend;
 /// Show a vacuum plant in memory: gauges and a master on a PROFIBUS segment, without any hardware.
 ///
 /// The output shows the values that the master reads: every octet passes the codec and both state machines. The command serves the
-/// dashboard until q, SIGTERM, Ctrl-C or --for ends it; the plant stays as it is at the end of the scenario. With --headless it ends with
-/// the scenario, and fails if an expectation of the scenario does not hold.
+/// dashboard until q, SIGTERM, Ctrl-C or --for ends it; after the scenario the plant stays in its last state. With --headless it ends with
+/// the scenario, and fails if an expectation of the scenario is not met.
 #[derive(Args, Debug)]
 #[command(after_help = format!("{EXAMPLES}\n\n{}", values::included_scenarios()))]
 pub struct Arguments {
@@ -41,7 +41,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HOST:PORT")]
     listen: Option<SocketAddr>,
     /// Keep the database in this file, which must not exist; `profivac report FILE` makes a page of it. Its times are those of
-    /// the computer: with --speed N every process in it is N times faster
+    /// the computer's clock: with --speed N every process in it looks N times faster
     #[arg(long, value_name = "FILE.db")]
     record: Option<PathBuf>,
     /// The speed relative to real time. The plant is the same at every speed; rows and pictures keep their interval in real

@@ -7,7 +7,7 @@ use profivac_client::values::format_number;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
 use profivac_recorder::export::iso;
-use profivac_recorder::{DatabaseError, Micros, Occurrence, Occurrences, Reader};
+use profivac_recorder::{DatabaseError, LastCheck, Micros, Occurrence, Occurrences, Reader};
 use std::path::Path;
 
 /// The most periods that a finding lists.
@@ -24,10 +24,17 @@ pub fn check(path: &Path, model: impl Fn(&str) -> Option<&'static Model>) -> Vec
             )];
         }
     };
+    let mut findings = check_now(&reader, model);
+    findings.extend(last_check(&reader));
+    findings
+}
+
+/// The findings of a check of the whole file now.
+fn check_now(reader: &Reader, model: impl Fn(&str) -> Option<&'static Model>) -> Vec<Finding> {
     match reader.damage() {
         Ok(damage) if damage.is_empty() => {
-            let mut findings = vec![Finding::good("the database is not damaged"), contents(&reader)];
-            findings.extend(integer_ends(&reader, model).unwrap_or_else(|error| {
+            let mut findings = vec![Finding::good("the database is not damaged"), contents(reader)];
+            findings.extend(integer_ends(reader, model).unwrap_or_else(|error| {
                 vec![Finding::bad_file(error.to_string(), "stop the station and check the database again")]
             }));
             findings
@@ -42,14 +49,32 @@ pub fn check(path: &Path, model: impl Fn(&str) -> Option<&'static Model>) -> Vec
     }
 }
 
+/// What the last daily check of the station has found; `None` if that cannot be read, which a damage explains.
+fn last_check(reader: &Reader) -> Option<Finding> {
+    Some(match reader.last_check().ok()? {
+        None => Finding::good("the station has not checked this database yet"),
+        Some(LastCheck { at, found }) if found.is_empty() => {
+            Finding::good(format!("the last check of the station, at {}, found no damage", at.to_iso(0)))
+        }
+        Some(LastCheck { at, found }) => Finding::note(
+            format!("the last check of the station, at {}, found damage: {}", at.to_iso(0), found.join("; ")),
+            "restore the database from a backup; the station checks a database with damage again when it is started",
+        ),
+    })
+}
+
 fn contents(reader: &Reader) -> Finding {
     let Ok(series) = reader.series_names() else { return Finding::good("a database") };
-    let last = series.iter().filter_map(|series| reader.time_range(series).ok().flatten()).map(|(_, to)| to).max();
+    let points = reader.points().unwrap_or_default();
+    let of_points = points.iter().filter_map(|point| reader.point_time_range(point).ok().flatten());
+    let of_series = series.iter().filter_map(|series| reader.time_range(series).ok().flatten());
+    let last = of_series.chain(of_points).map(|(_, to)| to).max();
     let Some(last) = last else {
         return Finding::note("a database without samples", "start the station: `profivac run`");
     };
     let age = Micros::now().0.saturating_sub(last.0).max(0) / Micros::SECOND;
-    Finding::good(format!("a database of {} series; the last sample is {age} s old", series.len()))
+    let of_points = if points.is_empty() { String::new() } else { format!(" and {} points of slaves", points.len()) };
+    Finding::good(format!("a database of {} series{of_points}; the last sample is {age} s old", series.len()))
 }
 
 /// The series with valid samples that are the highest integer in a pressure unit. Version 0.1 recorded it as a measured pressure; it

@@ -140,11 +140,11 @@ fn explained(mut source: Source<File>, path: &Path, files: &Files) -> Vec<Findin
         SourceKind::Text => "text with octets",
         SourceKind::Octets => "the octets of a line",
     };
-    let baud = source.line_baud.unwrap_or(ANY_RATE);
+    let (clock, line) = (source.clock(), source.line_baud.unwrap_or(ANY_RATE));
     // Captures have the times of an operating system, which say nothing about T_SDR.
     let times = if source.kind == SourceKind::Trace { source.times } else { TimeSource::Platform };
-    let (mut divider, mut observer) =
-        (Divider::new(baud, TimeSource::Platform), Observer::new(baud, times).with_gsd(files.clone()));
+    let mut divider = Divider::new(clock, TimeSource::Platform).with_line_rate(line);
+    let mut observer = Observer::new(clock, times).with_line_rate(line).with_gsd(files.clone());
     let (mut chunks, mut pieces, mut has_more) = (Vec::new(), Vec::new(), true);
     while has_more {
         has_more = match source.read(&mut chunks) {
@@ -172,6 +172,9 @@ fn explained(mut source: Source<File>, path: &Path, files: &Files) -> Vec<Findin
     }];
     if !files.is_empty() {
         findings.extend(slaves::findings(&observer, source.line_baud));
+    }
+    if let Some(skipped) = source.skipped() {
+        findings.push(Finding::note(skipped.to_string(), "the other packets are of another network"));
     }
     if let Some(damage) = &source.damage {
         findings.push(Finding::bad_file(

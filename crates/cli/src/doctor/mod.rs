@@ -7,6 +7,7 @@ mod port;
 mod slaves;
 mod station;
 
+use crate::device_files::DeviceFileOptions;
 use crate::failure::Failure;
 use crate::gsd_files;
 use crate::gsd_slaves::GsdOptions;
@@ -39,6 +40,8 @@ pub struct Arguments {
     time: Duration,
     #[command(flatten)]
     gsd: GsdOptions,
+    #[command(flatten)]
+    device_files: DeviceFileOptions,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -52,7 +55,7 @@ Examples:
   profivac doctor plant.toml plant.db capture.pcapng
   profivac doctor --gsd gsd/ capture.pcapng      # compares each slave with its GSD file: parameters, modules, diagnosis, rates
 
-Exit codes: 0 without a problem, 2 with a problem in a file or argument, 3 with a problem of a port or line. Notes are no problems.";
+Exit codes: 0 no problem, 2 a problem in a file or argument, 3 a problem with a port or line. A note is not a problem.";
 
 /// The weight of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -105,7 +108,7 @@ struct Examination {
 
 /// Checks and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let files = gsd_files::files(&arguments.gsd)?;
+    let files = gsd_files::files(&arguments.gsd, &arguments.device_files)?;
     let mut examinations = Vec::new();
     if arguments.subjects.is_empty() {
         examinations.push(Examination { subject: "computer".to_owned(), findings: computer::check() });

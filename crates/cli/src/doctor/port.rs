@@ -98,7 +98,8 @@ fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration, files: &Files) ->
         Rate::Auto if is_timed => detect(&mut *port),
         Rate::Auto => Ok(None),
     };
-    findings.extend(std::iter::from_fn(|| port.next_notice()).map(|notice| noted(&notice)));
+    let opening: Vec<_> = std::iter::from_fn(|| port.next_notice()).collect();
+    findings.extend(opening.iter().map(noted));
     let detected = match detected {
         Ok(detected) => detected,
         Err(error) => {
@@ -107,7 +108,11 @@ fn listen(mut port: Box<dyn Port>, rate: Rate, time: Duration, files: &Files) ->
         }
     };
     match observe(port, detected, time, files) {
-        Ok(heard) => findings.extend(heard.findings(&name, is_timed, rate)),
+        Ok(heard) => {
+            let is_altered = opening.iter().chain(&heard.notices).any(alters_octets);
+            findings.extend(heard.notices.iter().map(noted));
+            findings.extend(heard.findings(&name, is_timed, rate, is_altered));
+        }
         Err(error) => findings.push(unusable(&error)),
     }
     findings
@@ -126,6 +131,8 @@ fn detect(port: &mut dyn Port) -> Result<Option<Baud>, PortError> {
 struct Heard {
     octets: u64,
     report: BusReport,
+    /// What the port has noticed meanwhile.
+    notices: Vec<Notice>,
     /// The slaves beside their GSD files.
     slaves: Vec<Finding>,
 }
@@ -151,11 +158,13 @@ fn observe(port: Box<dyn Port>, detected: Option<Baud>, time: Duration, files: &
     divider.end(&mut pieces);
     pieces.drain(..).for_each(|piece| observer.piece(&piece));
     let slaves = if files.is_empty() { Vec::new() } else { slaves::findings(&observer, detected) };
-    Ok(Heard { octets, report: BusReport::of(&observer), slaves })
+    let notices = std::iter::from_fn(|| tap.next_notice()).collect();
+    Ok(Heard { octets, report: BusReport::of(&observer), notices, slaves })
 }
 
 impl Heard {
-    fn findings(&self, name: &str, is_timed: bool, rate: Rate) -> Vec<Finding> {
+    /// The findings about the line. `is_altered`: the server behind the port alters octets, so damage says nothing about the cable.
+    fn findings(&self, name: &str, is_timed: bool, rate: Rate, is_altered: bool) -> Vec<Finding> {
         let at_rate = if is_timed { " --baud 19200" } else { "" };
         let tried = if rate == Rate::Auto && is_timed { "at any rate" } else { "among them" };
         match (self.octets, self.report.telegrams) {
@@ -165,12 +174,13 @@ impl Heard {
                     "ask the gauges with `profivac scan --port {name}{at_rate}`; if a PLC should be there, check that it runs, and the cable"
                 ),
             )],
+            (_, 0) if is_altered => Vec::new(),
             (octets, 0) => vec![Finding::bad_port(format!("{octets} octets and no telegram {tried}"), NO_TELEGRAM)],
-            _ => self.of_telegrams(),
+            _ => self.of_telegrams(is_altered),
         }
     }
 
-    fn of_telegrams(&self) -> Vec<Finding> {
+    fn of_telegrams(&self, is_altered: bool) -> Vec<Finding> {
         let report = &self.report;
         let ring: Vec<_> = report.ring.iter().map(ToString::to_string).collect();
         let masters = if ring.is_empty() { "none".to_owned() } else { ring.join(", ") };
@@ -180,6 +190,7 @@ impl Heard {
         let percent = 100.0 * report.damaged as f64 / pieces as f64;
         let damaged = format!("{} damaged telegrams ({percent:.2} %)", report.damaged);
         findings.push(match percent > DISTURBED_PERCENT {
+            true if is_altered => Finding::note(damaged, "the server alters octets: open the port as the finding above says"),
             true => Finding::bad_port(
                 damaged,
                 "check the termination at both ends, the shield and the distance to drives; `profivac sniff --statistics` shows after whose \
@@ -208,7 +219,13 @@ impl Heard {
 
 /// A condition of a port.
 fn noted(notice: &Notice) -> Finding {
-    Finding::note(notice.found(), notice.remedy().unwrap_or_else(|| "see docs/adapters.md".to_owned()))
+    let (found, next) = (notice.found(), notice.remedy().unwrap_or_else(|| "see docs/adapters.md".to_owned()));
+    if alters_octets(notice) { Finding::bad_port(found, next) } else { Finding::note(found, next) }
+}
+
+/// Whether a server does not pass all octets of its line as they are.
+const fn alters_octets(notice: &Notice) -> bool {
+    matches!(notice, Notice::TelnetServer(_) | Notice::DoubledFf(_))
 }
 
 #[cfg(test)]

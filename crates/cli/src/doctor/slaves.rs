@@ -1,8 +1,8 @@
 //! The slaves of a line beside their GSD files.
 
 use super::Finding;
+use crate::device_files::known;
 use crate::output::visible;
-use profivac_client::identify::device_names;
 use profivac_dp::link::Baud;
 use profivac_explain::gsd::{Extent, Seen};
 use profivac_listen::Observer;
@@ -20,7 +20,7 @@ fn of_slave(address: u8, station: &Station, baud: Option<Baud>) -> Vec<Finding> 
     let Some(ident) = station.knowledge.ident() else { return Vec::new() };
     let described = &station.described;
     if !described.is_known() {
-        let is_gauge = !device_names(ident).is_empty();
+        let is_gauge = known().knows(ident);
         let unknown = Finding::note(
             format!("slave {address}: no GSD file of --gsd has the ident {ident:04X}"),
             "get the file from the vendor of the slave, and name it or its folder with --gsd",

@@ -3,7 +3,6 @@
 use super::{Finding, database, port};
 use crate::{gateways, names};
 use profivac_config::ConfigNotice;
-use profivac_devices::catalog::model_named;
 use profivac_devices::model::Model;
 use profivac_station::config::{Config, Segment};
 use profivac_web_server::auth::file_permissions::{self, PermissionError};
@@ -68,7 +67,7 @@ fn permissions(path: &Path, config: &Config) -> Option<Finding> {
 fn model(config: &Config, series: &str) -> Option<&'static Model> {
     let named = |name: &str| {
         let mut gauges = config.segments.iter().flat_map(|segment| &segment.gauges);
-        gauges.find(|gauge| gauge.name == name).and_then(|gauge| model_named(&gauge.device))
+        gauges.find(|gauge| gauge.name == name).map(|gauge| gauge.device)
     };
     named(series).or_else(|| named(series.rsplit_once('.')?.0))
 }

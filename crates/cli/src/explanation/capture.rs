@@ -14,18 +14,19 @@ use std::path::{Path, PathBuf};
 pub struct Capture {
     path: PathBuf,
     file: File,
-    baud: Baud,
+    /// The rate whose bit times the times of the pieces are.
+    clock: Baud,
     /// The end of the last packet.
     end: BitTime,
 }
 
 impl Capture {
-    /// Creates the capture file if the options name one.
-    pub fn begin(options: &PrintOptions, baud: Baud) -> Result<Option<Self>, Failure> {
+    /// Creates the capture file if the options name one. Times are bit times of `clock`; `line` is the rate of the line, if it is known.
+    pub fn begin(options: &PrintOptions, clock: Baud, line: Option<Baud>) -> Result<Option<Self>, Failure> {
         let Some(path) = options.out.clone() else { return Ok(None) };
         let file = File::create(&path).map_err(|error| write_failure(&path, &error))?;
-        let mut capture = Self { path, file, baud, end: BitTime(0) };
-        capture.write(&pcapng::file_header(baud, options.link_type))?;
+        let mut capture = Self { path, file, clock, end: BitTime(0) };
+        capture.write(&pcapng::file_header(line, options.link_type))?;
         Ok(Some(capture))
     }
 
@@ -39,7 +40,7 @@ impl Capture {
             };
             let entry = Entry::new(start, explained.piece.octets.as_slice(), explained.piece.errors.clone());
             self.end = entry.end();
-            packets.extend(pcapng::packet(&entry, times, self.baud));
+            packets.extend(pcapng::packet(&entry, times, self.clock));
         }
         self.write(&packets)
     }

@@ -147,7 +147,7 @@ fn telegram_length(characters: &[Character], at: usize, is_first: bool) -> Optio
 
 /// The packets as a capture file.
 pub fn write(packets: &[Packet], baud: Baud) -> Vec<u8> {
-    let mut file = pcapng::file_header(baud, pcapng::PROFIBUS_DL);
+    let mut file = pcapng::file_header(Some(baud), pcapng::PROFIBUS_DL);
     for packet in packets {
         let direction = match packet.direction {
             Direction::Sent => pcapng::Direction::Sent,

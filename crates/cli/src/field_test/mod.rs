@@ -29,10 +29,11 @@ use std::sync::Arc;
 /// Measure an adapter and the slaves on its line, and write one archive that can be sent to the developers.
 ///
 /// It listens first, and ends without sending anything if another master is on the line. Then it scans the line, tests the rules
-/// of `conform` that only read, and measures the answers of each slave. The archive has a report, a capture and timing figures,
-/// and no private data: docs/field-test.md describes it. With `--gsd` and --allow-writes slaves of any vendor get the parameters of their GSD
-/// files, and more rules test what the files state. It shows the outputs of a slave that is no known gauge and asks first, because zeros can
-/// stop a pump or close a valve. A run that ends early, also with Ctrl-C, writes an archive that says so.
+/// of `conform` that only read, and measures the answers of each slave. The archive contains a report, a capture and timing
+/// figures, but no names of the computer and no serial numbers: docs/field-test.md lists its contents. With `--gsd` and --allow-writes
+/// slaves of any vendor get the parameters of their GSD files, and more rules test what the files state. The command shows the outputs
+/// of a slave that is not a known gauge and asks first, because zeros can stop a pump or close a valve. A run that ends early, also
+/// with Ctrl-C, writes an archive that says so.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -52,8 +53,8 @@ pub struct Arguments {
     /// Test all rules of `conform`: slaves without owner get parameters and outputs of zero, and are released, many times
     #[arg(long)]
     allow_writes: bool,
-    /// Send zeros as the outputs of slaves that are no known gauges without a question; without it and without a terminal, only rules that
-    /// read are tested with such slaves
+    /// Send zeros as the outputs of slaves that are not known gauges without a question; without it and without a terminal, only rules
+    /// that read are tested with such slaves
     #[arg(long, requires = "allow_writes")]
     own: bool,
     /// Measured requests of each service to each slave, 1 to 100000

@@ -13,13 +13,13 @@ use super::report::{
 use crate::bus::BusOptions;
 use crate::conform;
 use crate::console::Signals;
+use crate::device_files::known;
 use crate::failure::Failure;
 use crate::gauge::{ask, is_interactive};
 use crate::gsd_slaves::Wanted;
 use crate::output::notice;
 use crate::scan;
 use crate::zeros::Zeros;
-use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_conform::dialogue::{Link, SlaveUnderTest, octets};
 use profivac_conform::probe::Received;
@@ -50,6 +50,7 @@ const MAX_NOTE: usize = 300;
 /// Why only rules that read are tested.
 const UNCLEAR: &str =
     "the modules of the slave are not clear from the GSD files: rules of the file and rules that write were not tested";
+const NO_CONFIGURATION: &str = "the slave does not answer Get_Cfg: rules of the file and rules that write were not tested, because they need its configuration";
 const NOT_AGREED: &str = "nobody has agreed to zeros as the outputs of the slave: rules that write were not tested";
 
 /// FDL status, and Slave_Diag with FCV 0 and FCB 1: each is a new request, whatever the slave got before.
@@ -341,10 +342,9 @@ impl<'a> Run<'a> {
         }
         let cfg = slave.configuration.as_deref().map(octets_of).unwrap_or_default();
         let ident = slave.diagnosis.as_deref().map(octets_of).and_then(|du| ident(&du)).unwrap_or_default();
-        if may_write && cfg.is_empty() {
-            return self.note_rules(address, "the slave does not answer Get_Cfg");
-        }
-        let Limits { facts, note } = self.limits(address, ident, &cfg, may_write)?;
+        let has_cfg = !cfg.is_empty();
+        let Limits { facts, note } = self.limits(address, ident, &cfg, may_write && has_cfg)?;
+        let note = if may_write && !has_cfg { Some(NO_CONFIGURATION.to_owned()) } else { note };
         let writes = may_write && note.is_none();
         progress(&format!("slave {address}: testing the rules{}", if writes { ", with writes" } else { "" }));
         let user_prm = match (writes, &facts) {
@@ -377,6 +377,7 @@ impl<'a> Run<'a> {
         };
         let slave = match gsd_slave(catalog, address, ident, cfg) {
             Ok(slave) => slave,
+            Err(failure) if failure.is_interrupted() => return Err(failure),
             Err(failure) => {
                 // It names files, and the archive contains no names of files.
                 notice(&failure);
@@ -499,7 +500,7 @@ struct Limits {
 
 /// The slave by its GSD file; none for a known gauge, and if no file has the ident.
 fn gsd_slave(catalog: &Catalog, address: u8, ident: u16, cfg: &[u8]) -> Result<Option<GsdSlave>, Failure> {
-    if catalog.by_ident(ident).is_empty() || !device_names(ident).is_empty() {
+    if catalog.by_ident(ident).is_empty() || known().knows(ident) {
         return Ok(None);
     }
     Wanted { address, ident, get_cfg: Some(cfg), selection: None, changes: &[] }.find(catalog).map(Some)

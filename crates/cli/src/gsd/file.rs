@@ -1,36 +1,23 @@
 //! `profivac gsd check` and `gsd show`: GSD files of any slave.
 
+use super::check::{CheckArguments, check};
 use super::chosen::Chosen;
-use crate::explanation::counted;
+use super::read;
 use crate::failure::Failure;
 use crate::gsd_slaves;
-use crate::output::{json, notice, out, visible};
+use crate::output::{json, out, visible};
 use clap::{Args, Subcommand};
 use profivac_client::values::hex;
-use profivac_gsd::{
-    Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, Severity, UnitDiag,
-};
-use profivac_gsd_slave::{Change, FolderFiles, GsdSlave, MAX_OCTETS};
+use profivac_gsd::{Configuration, Device, Diagnosis, GsdFile, Module, Parameter, PrmArea, PrmContent, UnitDiag};
+use profivac_gsd_slave::{Change, GsdSlave};
 use serde::Serialize;
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 #[derive(Subcommand, Debug)]
 pub enum FileCommand {
     Check(CheckArguments),
     Show(ShowArguments),
-}
-
-/// Check GSD files: what is wrong in which line, what to do about it, and which open tools do not read it
-///
-/// profivac reads every file, also one with faults. Exit code 2 if a line is wrong, 0 if there are remarks only.
-#[derive(Args, Debug)]
-pub struct CheckArguments {
-    /// GSD files, or folders, which are read with their subfolders: files that end in .gsd, .gse, .gsg ...
-    #[arg(value_name = "FILE|FOLDER", required = true)]
-    files: Vec<PathBuf>,
 }
 
 /// Show the modules, parameters and diagnosis texts of a GSD file, or the octets of chosen modules
@@ -60,80 +47,9 @@ Examples:
 /// Runs the command.
 pub fn run(command: &FileCommand) -> Result<(), Failure> {
     match command {
-        FileCommand::Check(arguments) => check(&arguments.files),
+        FileCommand::Check(arguments) => check(arguments),
         FileCommand::Show(arguments) => show(arguments),
     }
-}
-
-fn read(path: &Path) -> Result<GsdFile, Failure> {
-    let failed =
-        |error: io::Error| Failure::usage(format!("{} cannot be read: {error}; check the path", path.display()));
-    let mut octets = Vec::new();
-    File::open(path).and_then(|file| file.take(MAX_OCTETS + 1).read_to_end(&mut octets)).map_err(failed)?;
-    if octets.len() as u64 > MAX_OCTETS {
-        return Err(Failure::usage(format!(
-            "expected a GSD file of at most {} MiB, {} is larger; check the path",
-            MAX_OCTETS >> 20,
-            path.display()
-        )));
-    }
-    Ok(GsdFile::read(&octets))
-}
-
-/// The GSD files at a path: the file itself, or every GSD file of a folder and its folders, as --gsd reads them.
-fn files(path: &Path) -> Result<FolderFiles, Failure> {
-    if path.is_dir() {
-        return Ok(FolderFiles::find(path)?);
-    }
-    let mut file = FolderFiles::default();
-    file.files.push(path.to_owned());
-    Ok(file)
-}
-
-fn check(paths: &[PathBuf]) -> Result<(), Failure> {
-    let (mut wrong, mut all) = (0_usize, 0_usize);
-    for path in paths {
-        let found = files(path).unwrap_or_else(|failure| {
-            notice(&visible(&failure.to_string()));
-            (wrong, all) = (wrong + 1, all + 1);
-            FolderFiles::default()
-        });
-        for folder in &found.unread {
-            notice(&visible(&format!("{} cannot be read: {}", folder.path.display(), folder.reason)));
-        }
-        all = all.saturating_add(found.files.len()).saturating_add(found.unread.len());
-        let wrong_files = found.files.iter().filter(|file| !is_right(file)).count();
-        wrong = wrong.saturating_add(wrong_files).saturating_add(found.unread.len());
-    }
-    if wrong == 0 {
-        return Ok(());
-    }
-    Err(Failure::usage(format!("{wrong} of {all} GSD files have faults or cannot be read; the lines above say where")))
-}
-
-/// Prints the problems of a file. Returns whether it has no fault.
-fn is_right(path: &Path) -> bool {
-    let file = match read(path) {
-        Ok(file) => file,
-        Err(failure) => {
-            notice(&visible(&failure.to_string()));
-            return false;
-        }
-    };
-    let faults = file.faults().count();
-    out(&visible(&format!(
-        "{}: {}, {}, {}, {}",
-        path.display(),
-        file.encoding(),
-        counted(file.device().modules.len() as u64, "module"),
-        counted(faults as u64, "fault"),
-        counted(file.problems().len().saturating_sub(faults) as u64, "remark")
-    )));
-    for problem in file.problems() {
-        let kind = if problem.severity() == Severity::Fault { "fault" } else { "remark" };
-        out(&visible(&format!("  {kind}, {problem}")));
-    }
-    faults == 0
 }
 
 fn visible_lines(lines: &[String]) -> String {
@@ -487,39 +403,6 @@ EndModule
         let too_long = String::from_utf8_lossy(SLOT).replace("1-8", "2-8");
         let text = Shown::of(&GsdFile::read(too_long.as_bytes())).text();
         assert!(text.lines().any(|line| line.starts_with("at first  no octets: ")), "{text}");
-    }
-
-    #[test]
-    fn check_reads_the_files_of_a_folder_and_says_that_one_has_none() {
-        let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, octets: &[u8]| std::fs::write(folder.path().join(name), octets).unwrap();
-        write("valve.txt", b"no GSD file");
-        let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
-        assert!(failure.starts_with("1 of 1 GSD files"), "{failure}");
-        write("valve.GSE", FILE);
-        write("valve.gsd", FILE);
-        write("pump.gsd", b"#Profibus_DP\n");
-        let failure = check(&[folder.path().to_owned()]).unwrap_err().to_string();
-        assert!(failure.starts_with("1 of 3 GSD files"), "{failure}");
-    }
-
-    #[test]
-    fn a_file_that_is_too_large_to_be_a_gsd_file_is_not_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("large.gsd");
-        let file = File::create(&path).unwrap();
-        file.set_len(MAX_OCTETS + 1).unwrap();
-        let failure = read(&path).err().map(|failure| failure.to_string()).unwrap_or_default();
-        assert!(failure.contains("at most 16 MiB"), "{failure}");
-        file.set_len(MAX_OCTETS).unwrap();
-        assert!(read(&path).is_ok());
-    }
-
-    #[test]
-    fn check_goes_on_after_a_file_that_cannot_be_read() {
-        let missing = ["missing-1.gsd", "missing-2.gsd"].map(PathBuf::from);
-        let failure = check(&missing).err().map(|failure| failure.to_string()).unwrap_or_default();
-        assert!(failure.starts_with("2 of 2 GSD files have faults or cannot be read"), "{failure}");
     }
 
     #[test]

@@ -24,10 +24,10 @@ use serde_json::{Value, json as object};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Find the numbers of a plant from one record: effective pumping speed, leak, outgassing, ultimate pressure, with 95 % intervals.
+/// Fit pumping speed, leak, outgassing and ultimate pressure to a recorded pump-down, with 95 % intervals.
 ///
 /// The record has a pump-down, best down to the base pressure, and then a rise with the valve to the pump closed. The fit needs the
-/// volume, or a known dose of gas let in while the valve is closed. Then it says when a pressure will be reached, and what would
+/// volume, or a known dose of gas let in while the valve is closed. The command then predicts when a pressure is reached, and what would
 /// help most: to close the leak, to bake, a larger pump, a better pump.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
@@ -65,10 +65,10 @@ pub struct Arguments {
     /// The kind of the gauge: with it a change that looks like helium at a leak gives the leak
     #[arg(long, value_name = "KIND")]
     gauge_kind: Option<GaugeKind>,
-    /// A pressure whose time is predicted; may be repeated
+    /// Predict when this pressure is reached; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     target: Vec<Pressure>,
-    /// The longest time of the fit; a usual one takes seconds
+    /// Stop the fit after this time; a usual fit takes seconds
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, default_value = "300")]
     longest: Duration,
     /// Draw measurement, fit, prediction and residuals into this SVG file
@@ -104,11 +104,12 @@ const EXAMPLES: &str = "\
 Examples:
   profivac identify plant.toml --gauge chamber --volume '50 l'
   profivac identify plant.toml --gauge chamber --volume '50 l' --target '1e-7 mbar' --plot fit.svg
-  profivac identify plant.db --from yesterday --closed 08:00 --opened 08:30 --volume '1.2 m3' --accuracy 15
-  profivac identify pressures.csv --gauge 5 --dose 0.2 --dose-at '2026-11-21 14:30' --json
+  profivac identify plant.db --from '2026-11-20 16:00' --closed '2026-11-21 08:00' --to '2026-11-21 08:30' --volume '1.2 m3' --accuracy 15
+  profivac identify pressures.csv --gauge 5 --dose 0.2 --dose-at '2026-11-21 14:30' --closed '2026-11-21 14:25' --opened '2026-11-21 14:45'
 
 How to record: start to record, pump down to the base pressure, close the valve to the pump, wait until the pressure has risen at
-least tenfold, open the valve. The longer the pump-down, the better leak and outgassing can be distinguished.";
+least tenfold, open the valve. The longer the pump-down, the better leak and outgassing can be distinguished. A dose is a jump within
+the rise: give the times of the valve with it.";
 
 /// Reads the record, fits and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -141,6 +142,7 @@ fn fitted(record: &PlantRecord, arguments: &Arguments) -> Result<Plant, Failure>
                 longest.as_secs_f64(),
                 record.samples.len()
             ),
+            NotIdentified::NoRise => format!("{file}: {error}; in --closed and --opened, a time without a date is one of today"),
             error => format!("{file}: {error}; choose the record with --from, --to, --closed and --opened"),
         })
     })

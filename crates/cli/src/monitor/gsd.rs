@@ -3,6 +3,7 @@
 use super::plan::{OwnedByGsd, Plan};
 use crate::bus;
 use crate::console::Signals;
+use crate::device_files::known;
 use crate::failure::Failure;
 use crate::gauge::{confirm, is_interactive};
 use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
@@ -10,8 +11,8 @@ use crate::output::notice;
 use crate::values::{self, Octets, ValueError};
 use crate::zeros::{RISK, Zeros};
 use clap::Args;
-use profivac_client::identify::device_names;
 use profivac_client::values::hex;
+use profivac_dp::link::Baud;
 use profivac_explain::gsd::Files;
 use profivac_gsd_slave::{Catalog, Change, GsdSlave, Selection};
 use profivac_host::scan::probe;
@@ -118,6 +119,14 @@ impl GsdSlaves {
     }
 }
 
+/// A slave that the command will own by a GSD file, before its file is chosen.
+struct FreeSlave {
+    address: u8,
+    ident: u16,
+    /// The answer to Get_Cfg.
+    get_cfg: Option<Vec<u8>>,
+}
+
 /// The slaves of a segment that the command will own by a GSD file, with outputs of zero.
 fn find_all(
     plan: &Plan,
@@ -127,15 +136,20 @@ fn find_all(
 ) -> Result<BTreeMap<u8, OwnedByGsd>, Failure> {
     signals.check()?;
     let mut session = plan.bus.open()?;
-    let mut found = BTreeMap::new();
+    let mut free = Vec::new();
     for address in &plan.addresses {
         signals.check()?;
-        if let Some(slave) = find(&mut session, *address, plan.bus.master(), catalog, choices)? {
-            let outputs = vec![0; slave.lengths().outputs.into()];
-            found.insert(*address, OwnedByGsd { slave, outputs });
-        }
+        free.extend(find(&mut session, *address, plan.bus.master(), catalog, choices)?);
     }
-    Ok(found)
+    let baud = session.baud();
+    // The choice of a file may be a question to the user.
+    drop(session);
+    let owned = |free: FreeSlave| {
+        let slave = free.by_gsd(catalog, choices, baud)?;
+        let outputs = vec![0; slave.lengths().outputs.into()];
+        Ok((free.address, OwnedByGsd { slave, outputs }))
+    };
+    free.into_iter().map(owned).collect()
 }
 
 /// The slave at an address, if the command will own it by a GSD file. A known gauge stays one, unless an option is about it.
@@ -145,10 +159,10 @@ fn find(
     master: u8,
     catalog: &Catalog,
     choices: &Choices,
-) -> Result<Option<GsdSlave>, Failure> {
+) -> Result<Option<FreeSlave>, Failure> {
     // The search for the slaves reports later that one does not answer.
     let Some(status) = probe(session, address)?.and_then(|station| station.slave) else { return Ok(None) };
-    let is_gauge = !device_names(status.ident).is_empty();
+    let is_gauge = known().knows(status.ident);
     let is_known = !is_gauge && !catalog.by_ident(status.ident).is_empty();
     let is_owned = status.owner.is_some_and(|owner| owner != master);
     if is_owned && choices.is_about(address) {
@@ -159,17 +173,25 @@ fn find(
     if is_owned || !(is_known || choices.is_about(address)) {
         return Ok(None);
     }
-    let get_cfg = bus::present_cfg(session, address)?;
-    let changes = choices.changes.get(&address).map(Vec::as_slice).unwrap_or_default();
-    let (ident, selection) = (status.ident, choices.modules.get(&address));
-    let slave = Wanted { address, ident, get_cfg: get_cfg.as_deref(), selection, changes }.find(catalog)?;
-    if let Some(remark) = modules_remark(&slave, address, get_cfg.as_deref()) {
-        notice(&format_args!("{remark}; the slave may refuse them"));
+    Ok(Some(FreeSlave { address, ident: status.ident, get_cfg: bus::present_cfg(session, address)? }))
+}
+
+impl FreeSlave {
+    /// The slave by its file, with notices about what it may refuse.
+    fn by_gsd(&self, catalog: &Catalog, choices: &Choices, baud: Baud) -> Result<GsdSlave, Failure> {
+        let Self { address, ident, get_cfg } = self;
+        let (address, get_cfg) = (*address, get_cfg.as_deref());
+        let changes = choices.changes.get(&address).map(Vec::as_slice).unwrap_or_default();
+        let selection = choices.modules.get(&address);
+        let slave = Wanted { address, ident: *ident, get_cfg, selection, changes }.find(catalog)?;
+        if let Some(remark) = modules_remark(&slave, address, get_cfg) {
+            notice(&format_args!("{remark}; the slave may refuse them"));
+        }
+        if let Some(remark) = rate_remark(&slave, baud) {
+            notice(&format_args!("slave at address {address}: {remark}"));
+        }
+        Ok(slave)
     }
-    if let Some(remark) = rate_remark(&slave, session.baud()) {
-        notice(&format_args!("slave at address {address}: {remark}"));
-    }
-    Ok(Some(slave))
 }
 
 /// The outputs of a slave: those of the command line, else zeros if the user agrees.
@@ -221,7 +243,6 @@ mod tests {
     use super::*;
     use crate::bus::{BusOptions, MasterOptions};
     use clap::Parser;
-    use profivac_dp::link::Baud;
     use signal_hook::consts::SIGUSR1;
 
     #[derive(Debug, Parser)]

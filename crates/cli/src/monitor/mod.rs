@@ -31,14 +31,14 @@ use std::time::{Duration, Instant};
 ///
 /// The command takes ownership of the slaves: it sets their parameters, keeps their units, and unlocks them at the end. An unlocked
 /// gauge returns to IDLE: it stops measuring and opens its relays. The command refuses a slave that belongs to another master. It
-/// tries to open a lost port again until that succeeds. A slave that is no known device is shown too, with its inputs as octets: it gets
+/// tries to open a lost port again until that succeeds. A slave that is not a known device is shown too, with its inputs as octets: it gets
 /// its own configuration, the user parameters of `--prm` and the outputs of `--outputs`. If another master exchanges data with such a
 /// slave, its inputs are read with RD_Inp, without ownership.
 ///
-/// With `--gsd` a slave of any vendor gets the modules and parameters of its GSD file, and its inputs and diagnosis are shown in the words of
-/// the file. The modules come from `--modules`, otherwise from the slave's present configuration. The command asks before it owns a slave with
-/// outputs, because zeros can stop a pump or close a valve; without a terminal it needs `--outputs`. The segments of a station's file are independent: a failure in one is
-/// reported, and the others continue.
+/// With `--gsd` a slave of any vendor gets the modules and parameters of its GSD file, and its inputs and diagnosis are shown in the
+/// words of the file. The modules come from `--modules`, otherwise from the slave's present configuration. The command asks before it
+/// owns a slave with outputs, because zeros can stop a pump or close a valve; without a terminal it needs `--outputs`. The segments of
+/// a station's file are independent: a failure in one is reported, and the others continue.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Take ownership of the slaves without an announcement; required without a terminal
     #[arg(long)]
     own: bool,
-    /// The user parameters of slaves that are no known devices, in hex, from their GSD files; default: none
+    /// The user parameters of slaves that are not known devices, in hex, from their GSD files; default: none
     #[arg(long, value_name = "HEX", value_parser = values::octets, conflicts_with = "paths")]
     prm: Option<Octets>,
     #[command(flatten)]

@@ -4,12 +4,12 @@ use super::gsd::outputs_of_unknown;
 use super::plan::{OwnedByGsd, Plan};
 use super::row::{ModuleInputs, Row, RowState};
 use crate::bus;
+use crate::device_files::known;
 use crate::failure::Failure;
 use crate::output::visible;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
-use profivac_client::identify::device_names;
 use profivac_client::values::hex;
 use profivac_dp::master::{SlaveParameters, services};
 use profivac_explain::dpv1::DeviceBlocks;
@@ -80,16 +80,15 @@ impl MonitoredSlave {
     /// Finds the slave at `address`. Changes nothing.
     pub fn find(session: &mut BusSession, address: u8, plan: &Plan) -> Result<Self, Failure> {
         if let Some(owned) = plan.by_gsd.get(&address) {
-            let (ident, cfg) = (owned.slave.ident(), owned.slave.chk_cfg());
-            let described = described(plan, ident, cfg);
             return Ok(Self::Unknown(UnknownSlave {
                 address,
-                ident,
+                ident: owned.slave.ident(),
                 access: Access::ByGsd(owned.clone().into()),
-                described,
+                // A search by these octets could find other modules, or another file.
+                described: Described::chosen(owned.slave.file(), &owned.slave.configuration()),
             }));
         }
-        match CyclicSlave::find(session, address, plan.bus.master()) {
+        match CyclicSlave::find_among(known(), session, address, plan.bus.master()) {
             Ok(gauge) if plan.outputs.contains_key(&address) => Err(Failure::usage(format!(
                 "the slave at address {address} is a {}, and monitor sends zeros to a known gauge: leave out --outputs for this address",
                 gauge.model.name
@@ -116,7 +115,7 @@ impl MonitoredSlave {
     /// An unknown slave of another master, if RD_Inp returns its inputs.
     fn owned(session: &mut BusSession, address: u8, owner: u8, plan: &Plan) -> Result<Option<Self>, Failure> {
         let status = probe(session, address)?.and_then(|station| station.slave);
-        let Some(status) = status.filter(|status| device_names(status.ident).is_empty()) else { return Ok(None) };
+        let Some(status) = status.filter(|status| !known().knows(status.ident)) else { return Ok(None) };
         let mut state = ReadState::default();
         state.read(session, address);
         let cfg = bus::present_cfg(session, address)?.unwrap_or_default();

@@ -46,10 +46,10 @@ pub struct Arguments {
     /// The accuracy of the gauge in percent of the reading, as its manual states it; it widens leak and outgassing of the plant
     #[arg(long, value_name = "PERCENT", requires = "plant")]
     accuracy: Option<f64>,
-    /// Add the numbers of the plant, as `identify` finds them; a fit takes seconds, or minutes where the record does not follow its law
+    /// Add pumping speed, leak and outgassing, as `identify` fits them; this takes seconds, or minutes if the model does not fit
     #[arg(long, requires = "volume")]
     plant: bool,
-    /// A pressure whose time is shown in addition to those of decades and levels; may be repeated
+    /// Also show the time to this pressure; may be repeated
     #[arg(long, value_name = "PRESSURE")]
     to_pressure: Vec<Pressure>,
     /// The unit of the page: mbar, Pa, hPa, Torr or micron

@@ -2,9 +2,10 @@
 
 use crate::values::{ValueError, number};
 use profivac_client::pressure::Pressure;
+use profivac_client::suggestion::list;
 use profivac_vacuum::Gas;
 use profivac_vacuum::gas::UnknownGas;
-use profivac_virtual::action_text::ActionText as Action;
+use profivac_virtual::action_text::{ActionText as Action, UnknownName};
 use profivac_virtual::device_spec::{SpecError, parse_address};
 use profivac_virtual::gas_pressure::{GasPressure, GasPressureError};
 use profivac_virtual::gsd_slave::{self, Order, OrderError, Refused};
@@ -80,7 +81,7 @@ pub enum CommandError {
     /// The command would change conditions that a scenario sets.
     #[error("the scenario controls the chamber; start `simulate` without --scenario to use this command")]
     ScenarioRuns,
-    /// `known` are the addresses of the command line.
+    /// `known` are the stations of the line.
     #[error("no device at address {address}; known: {known}")]
     NoDevice { address: u8, known: String },
     #[error(transparent)]
@@ -88,8 +89,8 @@ pub enum CommandError {
     #[error(transparent)]
     Refused(#[from] Refused),
     /// A slave by its GSD file has neither pressure nor faults nor controls.
-    #[error("{name} at address {address} is a slave by its GSD file, without gauge; expected {SLAVE_WORDS}")]
-    NoGauge { name: String, address: u8 },
+    #[error("{name} at address {address} is a slave by its GSD file, without gauge; expected {SLAVE_WORDS}{}", Faults(.faults))]
+    NoGauge { name: String, address: u8, faults: Vec<String> },
     /// A gauge has its inputs from its sensors.
     #[error(
         "{device} at address {address} is a gauge, whose inputs and diagnosis follow from pressure and faults; expected {GAUGE_WORDS}"
@@ -98,14 +99,23 @@ pub enum CommandError {
     /// The segment has only slaves by their GSD files.
     #[error("there is no gauge on the line; a slave by its GSD file takes {SLAVE_WORDS}")]
     NoGauges,
-    /// The device does not have this fault, button, switch or potentiometer; `known` are those it has.
-    #[error("{device} has no {part}{}", List(.known))]
-    NoPart { device: &'static str, part: String, known: Vec<String> },
+    /// The device does not have this fault, button, switch or potentiometer.
+    #[error("{device} at address {address} has {unknown}")]
+    NoPart { device: &'static str, address: u8, unknown: UnknownName },
 }
 
 /// The commands of one kind of station.
-const SLAVE_WORDS: &str = "input, diagnosis, channel-error, record, power or state";
+const SLAVE_WORDS: &str = "input, diagnosis, channel-error, alarm, record, power or state";
 const GAUGE_WORDS: &str = "fault, clear, power, button, switch, pot or state";
+
+/// The lines that report a fault of the file of a slave; nothing without one.
+struct Faults<'a>(&'a [String]);
+
+impl fmt::Display for Faults<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() { Ok(()) } else { write!(f, "; faults of its file: {}", list(self.0)) }
+    }
+}
 
 /// The form of a command, by its first word.
 struct Form<'a>(&'a str);
@@ -114,15 +124,6 @@ impl fmt::Display for Form<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let arguments = forms().find(|(word, _)| *word == self.0).map_or("", |(_, arguments)| arguments);
         f.write_str(format!("{} {arguments}", self.0).trim_end())
-    }
-}
-
-/// A list of names after an error; nothing if it is empty.
-struct List<'a>(&'a [String]);
-
-impl fmt::Display for List<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_empty() { Ok(()) } else { write!(f, "; it has {}", self.0.join(", ")) }
     }
 }
 
@@ -253,7 +254,7 @@ mod tests {
         for line in ["", "dance", "dance 5 now"] {
             let reason = Command::parse(line).unwrap_err().to_string();
             assert!(reason.starts_with("expected one of pressure, atmosphere, gas, fault"), "{line}: {reason}");
-            assert!(reason.contains("quit, input, diagnosis, channel-error, record, got"), "{line}: {reason}");
+            assert!(reason.contains("quit, input, diagnosis, channel-error, alarm, record, got"), "{line}: {reason}");
         }
     }
 }

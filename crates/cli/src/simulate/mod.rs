@@ -9,23 +9,25 @@ use crate::output::{notice, notices, out, visible};
 use crate::values;
 use clap::{ArgGroup, Args};
 use command::{Command, CommandError, DeviceCommand};
+use profivac_client::suggestion::list;
+use profivac_device_file::is_device_file;
 use profivac_dp::link::Baud;
 use profivac_host::clock::duration_of;
 use profivac_host::port::{Port, PortError, Pty, Serial, TcpServer};
 use profivac_host::segment::Segment;
 use profivac_host::text_file;
 use profivac_vacuum::Gas;
-use profivac_virtual::action_text::ActionText as Action;
 use profivac_virtual::device::{GasConditions, VirtualDevice};
-use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_distinct};
+use profivac_virtual::device_spec::{DeviceSpec, MemoryError, check_distinct, device_and_rest};
 use profivac_virtual::gas_pressure::GasPressure;
 use profivac_virtual::gsd_slave::{GsdStation, OpenedSlave};
 use profivac_virtual::nonvolatile::NonvolatileMemory;
 use profivac_virtual::open;
 use profivac_virtual::scenario::{Included, MasterPresence, Run, Scenario};
-use profivac_virtual::station_spec::{StationSpec, VirtualStation, gauges_of};
+use profivac_virtual::station_spec::{StationSpec, StationSpecError, VirtualStation, gauges_of};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 /// Put virtual devices on a pty, a serial device or TCP, for any PROFIBUS master.
@@ -42,7 +44,7 @@ pub struct Arguments {
     /// late: the command prints the slot time that every master on the line needs
     #[arg(long, value_name = "DEV", group = "port")]
     serial: Option<String>,
-    /// Print the file of the scenario and end: `--scenario NAME --show`
+    /// Print the file of the scenario and exit: `--scenario NAME --show`
     #[arg(long, group = "port", requires = "scenario")]
     show: bool,
     /// Listen for masters on TCP; port 0 selects a free one
@@ -69,11 +71,38 @@ pub struct Arguments {
     /// Store nonvolatile values in files in DIR, one for each device and address
     #[arg(long, value_name = "DIR")]
     state: Option<PathBuf>,
-    /// A device and the setting of its address switch; 126 means a setting outside 0 to 125. With a scenario these devices join
-    /// its own ones, and their pressure is constant: 1e-3 mbar. FILE.gsd@ADDR is a slave as its GSD file describes it, with the
-    /// modules of the file in slot order, by number: FILE.gsd@9:modules=3+7; or by name in a TOML file: FILE.gsd@9:setup=FILE.toml
+    /// A device and the setting of its address switch; 126 means a setting outside 0 to 125. With a scenario these devices are
+    /// added to its gauges, at a constant 1e-3 mbar. FILE.gsd@ADDR is a slave as its GSD file describes it, with the modules in slot
+    /// order, by number: FILE.gsd@9:modules=3+7; or by name in a TOML file: FILE.gsd@9:setup=FILE.toml.
+    /// FILE.toml@ADDR is a device of a device file, with the behaviour that the file names or inherits
     #[arg(value_name = "DEVICE@ADDR[:KEY=VALUE,...]", required_unless_present = "scenario")]
-    devices: Vec<StationSpec>,
+    devices: Vec<Wanted>,
+}
+
+/// A station of the command line.
+#[derive(Clone, Debug)]
+enum Wanted {
+    Spec(StationSpec),
+    /// A device of a device file, which is read when the simulation starts.
+    OfFile(String),
+}
+
+impl FromStr for Wanted {
+    type Err = StationSpecError;
+
+    fn from_str(text: &str) -> Result<Self, StationSpecError> {
+        let device = device_and_rest(text).map_or(text, |(device, _)| device);
+        if is_device_file(Path::new(device)) { Ok(Self::OfFile(text.to_owned())) } else { text.parse().map(Self::Spec) }
+    }
+}
+
+impl Wanted {
+    fn spec(&self) -> Result<StationSpec, Failure> {
+        match self {
+            Self::Spec(spec) => Ok(spec.clone()),
+            Self::OfFile(text) => text.parse().map_err(|error: StationSpecError| Failure::usage(error.to_string())),
+        }
+    }
 }
 
 const EXAMPLES: &str = "\
@@ -81,7 +110,7 @@ Lines on standard input:
   pressure 5e-6 mbar            sets the true pressure
   atmosphere 1000 mbar          sets the pressure outside the chamber
   gas ar                        sets the gas in the chamber
-  fault ADDR NAME               starts a fault; the answer to a wrong name lists all names
+  fault ADDR NAME               starts a fault; the answer to a wrong name lists the faults with their effects
   clear ADDR NAME               ends a fault
   power ADDR off|on             switches the device off or on
   button ADDR N                 presses a push button once
@@ -100,6 +129,8 @@ Lines for a slave by its GSD file, which also takes power and state:
   diagnosis ADDR none           ends every report
   channel-error ADDR SLOT CHANNEL ERROR|TEXT on|off
                                 reports an error of a channel, by number or by the file's text
+  alarm ADDR SLOT diagnostic|process|pull|plug|status|update|32...126 [appears|disappears|others-remain] [OCTET|TYPE:VALUE ...]
+                                sends an alarm of the slot; a number is an alarm of the manufacturer
   record ADDR SLOT INDEX [OCTET|TYPE:VALUE ...]
                                 makes or changes a DP-V1 record for masters; without octets, prints it
 All:
@@ -111,6 +142,7 @@ Examples:
   profivac simulate --pty /tmp/gauge --state ~/gauges bcg450@126:serial=4711
   profivac simulate --tcp 127.0.0.1:0 --baud 93750 --pace bcg450@5
   profivac simulate --pty /tmp/line bcg450@5 valves.gsd@9:modules=3+7
+  profivac simulate --pty /tmp/line my-gauge.toml@7
   profivac simulate --pty /tmp/line --scenario pump-down
   profivac simulate --scenario pump-down --show > mine.toml";
 
@@ -162,7 +194,8 @@ fn show(given: &Path) -> Result<(), Failure> {
 
 /// The stations of the command line.
 fn stations(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<VirtualStation>, Failure> {
-    check_distinct(arguments.devices.iter().map(StationSpec::address))?;
+    let specs = arguments.devices.iter().map(Wanted::spec).collect::<Result<Vec<_>, _>>()?;
+    check_distinct(specs.iter().map(StationSpec::address))?;
     let station = |spec: &StationSpec| match spec {
         StationSpec::Gauge(spec) => {
             let unit = spec.build(memory(spec, arguments.state.as_deref())?, arguments.baud)?;
@@ -170,7 +203,7 @@ fn stations(arguments: &Arguments, conditions: GasConditions) -> Result<Vec<Virt
         }
         StationSpec::Slave(spec) => Ok(slave(spec.open(arguments.baud, arguments.state.as_deref())?)),
     };
-    arguments.devices.iter().map(station).collect()
+    specs.iter().map(station).collect()
 }
 
 /// The stations of a scenario.
@@ -262,12 +295,15 @@ impl Simulation {
         next.saturating_sub(started.elapsed()).min(look)
     }
 
-    /// Prints why slaves have refused the parameters or the configuration of a master.
+    /// Prints why slaves have refused the parameters or the configuration of a master, and which alarms it has acknowledged.
     fn report_refusals(&mut self) {
         for station in self.segment.stations_mut() {
             let VirtualStation::Slave(slave) = station else { continue };
             if let Some(refusal) = slave.take_refusal() {
                 notice(&format_args!("slave {}: refused {refusal}", slave.switch_address()));
+            }
+            for alarm in slave.take_alarm_notices() {
+                notice(&format_args!("slave {}: {alarm}", slave.switch_address()));
             }
         }
     }
@@ -356,15 +392,19 @@ impl Simulation {
             }
             DeviceCommand::Operate(action) => {
                 let name = device.device().name();
-                device.operate_text(*action).map_err(|unknown| unknown_part(name, *action, unknown.expected))?;
+                device.operate_text(*action).map_err(|unknown| CommandError::NoPart {
+                    device: name,
+                    address,
+                    unknown,
+                })?;
             }
         }
         Ok(None)
     }
 
     fn station(&mut self, address: u8) -> Result<&mut VirtualStation, CommandError> {
-        let known = self.segment.stations().iter().map(|station| station.switch_address().to_string());
-        let missing = CommandError::NoDevice { address, known: known.collect::<Vec<_>>().join(", ") };
+        let known: Vec<_> = self.segment.stations().iter().map(VirtualStation::named).collect();
+        let missing = CommandError::NoDevice { address, known: list(&known) };
         self.segment.stations_mut().iter_mut().find(|station| station.switch_address() == address).ok_or(missing)
     }
 }
@@ -379,19 +419,9 @@ fn execute_at_slave(slave: &mut GsdStation, command: &DeviceCommand<'_>) -> Resu
             return Ok(Some(answer).filter(|answer| !answer.is_empty()));
         }
         DeviceCommand::Operate(_) => {
-            return Err(CommandError::NoGauge { name: slave.name().to_owned(), address: slave.switch_address() });
+            let (name, address) = (slave.name().to_owned(), slave.switch_address());
+            return Err(CommandError::NoGauge { name, address, faults: slave.fault_orders() });
         }
     }
     Ok(None)
-}
-
-/// The error for a fault, button, switch or potentiometer that the device does not have.
-fn unknown_part(device: &'static str, action: Action<'_>, known: Vec<String>) -> CommandError {
-    let part = match action {
-        Action::Fault { name, .. } => format!("fault {name:?}"),
-        Action::Button(number) => format!("button {number}"),
-        Action::Switch { name, value } => format!("switch {name:?} with a position {value:?}"),
-        Action::Pot { which, .. } => format!("potentiometer {which:?}"),
-    };
-    CommandError::NoPart { device, part, known }
 }

@@ -4,11 +4,12 @@ pub mod statistics;
 
 use crate::bus::open_port_to_listen;
 use crate::console::Signals;
+use crate::device_files::DeviceFileOptions;
 use crate::explanation::{Accounting, Capture, PrintOptions, Printer};
 use crate::failure::Failure;
 use crate::gsd_files;
 use crate::gsd_slaves::GsdOptions;
-use crate::output::{check, notice};
+use crate::output::{check, notice, notices};
 use crate::values::{self, Rate};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
@@ -22,7 +23,7 @@ use std::time::{Duration, Instant};
 /// Explain the traffic on a line while it happens. The command only listens and sends nothing.
 ///
 /// Sentences that repeat in the same order are printed twice and then counted; --json and --raw print all of them.
-/// It ends with Ctrl-C or after the time of --for, with a summary of stations and errors.
+/// It ends with Ctrl-C or after the time of --for, and prints a summary of stations and errors.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -44,6 +45,8 @@ pub struct Arguments {
     #[command(flatten)]
     gsd: GsdOptions,
     #[command(flatten)]
+    device_files: DeviceFileOptions,
+    #[command(flatten)]
     options: PrintOptions,
 }
 
@@ -61,7 +64,7 @@ const MAX_WAIT: Duration = Duration::from_secs(3600);
 
 /// Listens until a signal or the end of --for.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let files = gsd_files::files(&arguments.gsd)?;
+    let files = gsd_files::files(&arguments.gsd, &arguments.device_files)?;
     let signals = Signals::catch()?;
     let (port, baud) = open_port_to_listen(&arguments.port, arguments.baud)?;
     let mut tap = Tap::new(port, baud);
@@ -70,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return statistics::run(arguments, files, &signals, &mut tap, baud);
     }
     let mut decoder = Decoder::new(baud, TimeSource::Platform).with_gsd(files);
-    let mut capture = Capture::begin(&arguments.options, baud)?;
+    let mut capture = Capture::begin(&arguments.options, baud, Some(baud))?;
     let mut printer = Printer::new(&arguments.options, baud);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
     let (mut explained, mut octets) = (Vec::new(), 0_u64);
@@ -80,6 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };
+        notices(|| tap.next_notice());
         match event {
             TapEvent::Octets(chunk) => {
                 octets = octets.saturating_add(chunk.octets.len() as u64);

@@ -4,7 +4,7 @@ use super::{Arguments, MAX_WAIT};
 use crate::console::Signals;
 use crate::failure::Failure;
 use crate::gsd_files::SlaveRow;
-use crate::output::{check, json, out, visible};
+use crate::output::{check, json, notices, out, visible};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_explain::divider::Divider;
@@ -17,7 +17,7 @@ use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::report::{BusReport, Distribution, StationReport};
 use profivac_listen::station::Station;
 use profivac_recorder::export::seven_digits;
-use profivac_virtual::device_spec::{DeviceSpec, check_addresses, entry};
+use profivac_virtual::device_spec::{DeviceSpec, check_addresses};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -57,6 +57,7 @@ pub fn run(arguments: &Arguments, files: Files, signals: &Signals, tap: &mut Tap
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };
+        notices(|| tap.next_notice());
         match event {
             TapEvent::Octets(chunk) => divider.push(&chunk, &mut pieces),
             TapEvent::Silence => divider.end(&mut pieces),
@@ -79,7 +80,7 @@ pub fn observer(baud: Baud, times: TimeSource, specs: &[DeviceSpec]) -> Result<O
     check_addresses(specs)?;
     let mut observer = Observer::new(baud, times);
     for spec in specs {
-        let model = entry(&spec.device)?.model;
+        let model = spec.model;
         let unit = spec.value("unit").and_then(|unit| model.unit_named(unit));
         observer.declare(spec.address, Declared { model, configuration: None, unit });
     }

@@ -92,7 +92,11 @@ pub fn run(arguments: &[&str]) -> Output {
 
 /// The commands that the help of the program lists, without `help` itself.
 pub fn commands() -> Vec<String> {
-    let help = String::from_utf8(run(&["--help"]).stdout).unwrap();
+    listed_commands(&String::from_utf8(run(&["--help"]).stdout).unwrap())
+}
+
+/// The commands that a help text lists, without `help` itself.
+pub fn listed_commands(help: &str) -> Vec<String> {
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
     let names = listed.map(|line| line.split_whitespace().next().unwrap().to_owned());
     names.filter(|name| name != "help").collect()

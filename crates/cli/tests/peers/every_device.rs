@@ -164,3 +164,19 @@ fn profirust_brings_up_every_device() {
         master.until(&variant.spec(), |inputs| inputs.iter().any(|octet| *octet != 0));
     }
 }
+
+/// A gauge that a file describes is a slave as the built-in ones are.
+#[test]
+fn pyprofibus_brings_up_a_device_of_a_file_in_every_configuration() {
+    let folder = Folder::new();
+    let (line, file) = (folder.name("line"), folder.name("bpg402.toml"));
+    std::fs::write(&file, include_str!("../../../../docs/devices/files/bpg402.toml")).unwrap();
+    let described = profivac_device_file::known_devices(&[file.clone().into()]).unwrap();
+    let variant = Variant { model: described.named("bpg402").unwrap(), keys: "", address: FIRST };
+    let simulator = Program::start(&["simulate", "--pty", &line, &format!("{file}@{FIRST}")]);
+    simulator.ready();
+    let mut master = Rows::start(&folder.path("line"));
+    for configuration in variant.model.configurations {
+        assert_eq!(result(&mut master, &variant, configuration), "Data_Exchange", "{:02X?}", configuration.octets);
+    }
+}

@@ -11,12 +11,13 @@ mod every_device;
 mod gauge;
 mod gsd_slaves;
 mod profirust_master;
-mod pyprofibus_master;
+pub mod pyprofibus_master;
 mod pyprofibus_rows;
 mod slave;
 mod watched;
 
 use crate::common::{Folder, Program};
+use crate::serial_libraries::settle;
 use gauge::{CONFIGURATIONS, Cfg, UNITS, UnitString};
 use slave::Slave;
 use std::path::Path;
@@ -73,6 +74,25 @@ fn pyprofibus_reads_every_configuration_in_every_unit() {
 #[test]
 fn profirust_reads_every_configuration() {
     reads_the_pressure(PROFIRUST, CONFIGURATIONS.iter().zip(UNITS.iter().cycle()));
+}
+
+/// A program that is started again and again opens the ptys of `simulate` and of `hub` each time.
+#[test]
+fn pyprofibus_opens_a_pty_again_and_again() {
+    let folder = Folder::new();
+    let start_three_times = |server: &mut Program, line: &str| {
+        for _ in 0..3 {
+            PYPROFIBUS(&folder.path(line), &gauge::slave(USUAL.0, USUAL.1)).until_exchanging();
+            settle(server);
+        }
+    };
+    start_three_times(&mut simulator(&folder), "line");
+    let (slave, tap) = (folder.name("slave"), folder.name("tap"));
+    let mut hub = Program::start(&["hub", "--pty", &slave, "--pty", &tap]);
+    hub.ready();
+    let behind = Program::start(&["simulate", "--serial", &slave, "bcg450@5"]);
+    behind.ready();
+    start_three_times(&mut hub, "tap");
 }
 
 fn returns_after_a_restart_of_the_gauge(master: Master) {
