@@ -39,7 +39,8 @@ class Event:
 class History:
     """The recorded pressures of a series in Pa. Each entry is the span from its time to that of the next one.
 
-    ``None`` in ``low``, ``high`` and ``mean`` is a span without a valid pressure.
+    ``None`` in ``low`` and ``high`` is a span without a pressure; beyond its range a gauge has the end of the range there. ``mean`` is that
+    of the measured pressures, ``None`` where there is none.
 
     >>> from datetime import datetime, timezone
     >>> begin = datetime(2026, 11, 23, tzinfo=timezone.utc)

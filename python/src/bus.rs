@@ -11,6 +11,7 @@ use profivac_client::cyclic::{ChannelValue, CyclicSlave};
 use profivac_client::records::{RecordError, Records};
 use profivac_client::{AsyncBus, AsyncGauge, Bus as BlockingBus, BusBuilder, ClientError, identify};
 use profivac_client::{Gauge as ClientGauge, ParameterReading, PreparedWrite, WriteResult};
+use profivac_devices::catalog::KnownDevices;
 use profivac_devices::model::{AccessPath, Model};
 use profivac_dp::link::Baud;
 use profivac_host::scan::{self, FoundStation};
@@ -140,7 +141,7 @@ fn station(found: &FoundStation) -> StationRow {
         StationType::MasterInRing => "master",
     };
     let slave = found.slave;
-    let devices = slave.map(|slave| identify::device_names(slave.ident)).unwrap_or_default();
+    let devices = slave.map(|slave| KnownDevices::BUILT_IN.names_with_ident(slave.ident).collect()).unwrap_or_default();
     let (ident, owner) = (slave.map(|slave| slave.ident), slave.and_then(|slave| slave.owner));
     (found.address, kind, ident, devices, slave.map(|slave| slave.state_text()), owner)
 }

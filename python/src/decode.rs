@@ -23,14 +23,15 @@ pub fn decode(py: Python<'_>, file: Vec<u8>, baud: Whole<u32>) -> PyResult<Vec<P
     let Whole(baud) = baud;
     let baud = Baud::from_bits_per_second(baud)
         .ok_or_else(|| Failure::usage(format!("expected a PROFIBUS rate in bit/s, such as 19200, got {baud}")))?;
-    let (line, explained) = py.detach(|| explain(&file, baud))?;
-    Ok(explained.into_iter().map(|it| piece_row(py, line, it)).collect())
+    let (clock, explained) = py.detach(|| explain(&file, baud))?;
+    Ok(explained.into_iter().map(|it| piece_row(py, clock, it)).collect())
 }
 
+/// The rate whose bit times the times are, and the pieces.
 fn explain(file: &[u8], baud: Baud) -> Result<(Baud, Vec<ExplainedPiece>), Failure> {
     let capture = Capture::read(file, baud).map_err(Failure::usage)?;
     let line = capture.baud.unwrap_or(baud);
-    let (mut decoder, mut explained) = (Decoder::new(line, capture.times), Vec::new());
+    let (mut decoder, mut explained) = (Decoder::new(capture.clock, capture.times).with_line_rate(line), Vec::new());
     for chunk in &capture.chunks {
         decoder.push(chunk, &mut explained);
     }
@@ -43,18 +44,18 @@ fn explain(file: &[u8], baud: Baud) -> Result<(Baud, Vec<ExplainedPiece>), Failu
     }
     match capture.damage {
         Some(damage) => Err(Failure::usage(damage)),
-        None => Ok((line, explained)),
+        None => Ok((capture.clock, explained)),
     }
 }
 
-fn piece_row(py: Python<'_>, baud: Baud, explained: ExplainedPiece) -> PieceRow {
+fn piece_row(py: Python<'_>, clock: Baud, explained: ExplainedPiece) -> PieceRow {
     let ExplainedPiece { piece, meaning, notes, .. } = explained;
     let kind = match piece.kind {
         PieceKind::Valid => "telegram",
         PieceKind::Doubtful => "doubtful",
         PieceKind::Damaged => "damaged",
     };
-    let seconds = piece.start.map(|start| duration_of(baud, start.0).as_secs_f64());
+    let seconds = piece.start.map(|start| duration_of(clock, start.0).as_secs_f64());
     let notes = notes.into_iter().map(|Note { station, kind, text, .. }| (station, kind.name(), text)).collect();
     (seconds, PyBytes::new(py, &piece.octets).unbind(), kind, meaning, notes)
 }

@@ -145,10 +145,10 @@ impl Segment {
     /// Sets or clears a fault.
     fn fault(&self, py: Python<'_>, address: Whole<u8>, name: String, present: bool) -> PyResult<()> {
         self.at(py, address.0, move |device| {
-            let device_name = device.device().name();
-            device.operate_text(ActionText::Fault { name: &name, present }).map_err(|unknown| {
-                Failure::usage(format!("{device_name} has no fault {name:?}; it has {}", unknown.expected.join(", ")))
-            })
+            let (device_name, address) = (device.device().name(), device.switch_address());
+            device
+                .operate_text(ActionText::Fault { name: &name, present })
+                .map_err(|unknown| Failure::usage(format!("{device_name} at address {address} has {unknown}")))
         })
     }
 
@@ -194,7 +194,8 @@ impl Segment {
         work: impl FnOnce(&mut VirtualDevice) -> Result<(), Failure> + Send + 'static,
     ) -> PyResult<()> {
         self.run(py, move |devices| {
-            let known: Vec<_> = devices.iter().map(|device| device.switch_address().to_string()).collect();
+            let named = |device: &VirtualDevice| format!("{} ({})", device.switch_address(), device.device().name());
+            let known: Vec<_> = devices.iter().map(named).collect();
             let device = devices.iter_mut().find(|device| device.switch_address() == address);
             work(device.ok_or_else(|| {
                 Failure::usage(format!("no device at address {address}; known: {}", known.join(", ")))

@@ -59,7 +59,7 @@ const fn has_words(codes: &Codes) -> bool {
         | Codes::Units
         | Codes::BitCommands(_)
         | Codes::Version => true,
-        Codes::Plain | Codes::Range(..) | Codes::PerMille(..) => false,
+        Codes::Plain | Codes::Range(..) | Codes::PerMille(..) | Codes::Quantity(_) => false,
     }
 }
 

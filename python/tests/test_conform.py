@@ -48,7 +48,9 @@ def test_an_error_of_the_report_ends_the_test_and_frees_the_slave(simulate: Simu
     with pytest.raises(Stop, match="layer2"):
         pv.conform(place, 5, confirm=True, timeout=300, report=report)
     with pv.open(place, timeout=300) as bus:
-        assert bus.scan(5, 5)[0].owner is None
+        # A scan asks once, and a loaded computer can be later than the slot time.
+        found = next(found for found in iter(lambda: bus.scan(5, 5), None) if found)
+        assert found[0].owner is None
 
 
 def test_a_configuration_that_the_slave_does_not_have_breaks_rules() -> None:

@@ -162,5 +162,5 @@ def test_a_fault_is_seen() -> None:
         gauge.command("execute")
         chamber.fault(5, "eeprom")
         assert gauge["device.exception-status"].value != "none"
-        with pytest.raises(pv.Usage, match='bcg450 has no fault "fire"; it has eeprom'):
+        with pytest.raises(pv.Usage, match='bcg450 at address 5 has no fault "fire"; it has eeprom .EEPROM exception, alarm'):
             chamber.fault(5, "fire")
