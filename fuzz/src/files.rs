@@ -1,8 +1,9 @@
-//! Files that users write: settings of gauges, scenarios, segments in memory, captures, traces.
+//! Files that users write: settings of gauges, device files, scenarios, segments in memory, captures, traces.
 //!
 //! A wrong file is refused with a message; what is accepted is the same when it is written and read again, where the program writes it.
 
 use profivac_client::settings::SettingsFile;
+use profivac_device_file::{DeviceFile, show};
 use profivac_dp::link::Baud;
 use profivac_sim::Trace;
 use profivac_sim::trace::pcapng;
@@ -45,6 +46,26 @@ pub fn settings(octets: &[u8]) {
             assert!(file.settings.iter().all(|setting| is_in_the_file(setting.at)), "{file:?}");
         }
         Err(error) => is_message(&error.to_string()),
+    }
+}
+
+/// A device file: an error has its place, and a device that is read can be shown and read again.
+pub fn device_file(octets: &[u8]) {
+    let text = text(octets);
+    match DeviceFile::parse(text) {
+        // A process keeps a limited number of models.
+        Ok(file) => {
+            if let Ok(model) = file.model() {
+                let shown = show(model);
+                let again = DeviceFile::parse(&shown);
+                assert!(again.is_ok(), "{}\n{shown}", again.err().map(|error| error.to_string()).unwrap_or_default());
+            }
+        }
+        Err(error) => {
+            is_message(&error.text);
+            let lines = text.matches('\n').count() + 1;
+            assert!(error.position.is_some_and(|(line, column)| (1..=lines).contains(&line) && column >= 1), "{error}");
+        }
     }
 }
 

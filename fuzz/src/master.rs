@@ -68,7 +68,7 @@ impl Bus {
             Master::on(bus.check().expect("possible parameters"), Settings::new(BAUD), BitTime(0));
         let mut slaves = Vec::new();
         for (address, device) in SLAVES {
-            let spec = DeviceSpec { device: device.to_owned(), address, keys: Vec::new() };
+            let spec: DeviceSpec = format!("{device}@{address}").parse().expect("a built-in device");
             let slave = spec.build(NonvolatileMemory::volatile(), BAUD).expect("a device without keys");
             let (ident, cfg) = (slave.device().ident_number(), slave.device().get_cfg().to_vec());
             let dpv1 = [0x80, 0, 0];

@@ -21,6 +21,7 @@ use profivac_gateway::command::given;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Commander, Inputs, Signal};
 use profivac_gateway_opcua::alarms::{self, ANONYMOUS, Condition, Conditions};
+use profivac_gateway_opcua::plan::History;
 use profivac_gateway_opcua::server::limits;
 use profivac_gateway_opcua::{filters, history, value};
 use profivac_recorder::{Deadband, Micros, Quality, Reader, Recorder, Sample, Settings};
@@ -215,9 +216,10 @@ impl Server {
 
     fn history(&self, details: &ReadRawModifiedDetails) {
         let Ok((mut query, limit)) = history::query(details) else { return };
+        let chamber = History::Series("chamber".to_owned());
         // Three pages: each has the samples behind those of the last one.
         for is_first in [true, false, false] {
-            let answer = history::read(&self.reader, "chamber", query, limit).expect("the record");
+            let answer = history::read(&self.reader, &chamber, query, limit).expect("the record");
             assert!(answer.rest.is_none() || !answer.values.is_empty(), "an answer without samples goes on");
             let history::Answer { values, rest } = history::with_bounds(answer, query, is_first, limit);
             assert!(values.len() <= limit as usize, "{} of {limit} values", values.len());

@@ -73,7 +73,7 @@ fn answer(slave: &mut dyn GaugeSlave, end: BitTime, telegram: &Telegram<'_>) -> 
 impl Line {
     fn new(device: u8) -> Self {
         let name = DEVICES[usize::from(device) % DEVICES.len()].model.name;
-        let spec = DeviceSpec { device: name.to_owned(), address: ADDRESS, keys: Vec::new() };
+        let spec: DeviceSpec = format!("{name}@{ADDRESS}").parse().expect("a built-in device");
         let slave = spec.build(NonvolatileMemory::volatile(), BAUD).expect("a device without keys");
         let receiver = Receiver::new(BitTime(0));
         Self {

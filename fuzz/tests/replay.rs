@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A target: its name, and what takes the octets.
 type Target = (&'static str, fn(&[u8]));
 
-const TARGETS: [Target; 25] = [
+const TARGETS: [Target; 26] = [
     ("api", fuzz::api::run),
     ("batch", fuzz::batch::run),
     ("capture", fuzz::files::capture),
@@ -18,6 +18,7 @@ const TARGETS: [Target; 25] = [
     ("decode_file", fuzz::decode::file),
     ("decode_line", fuzz::decode::line),
     ("decode_text", fuzz::decode::known_kind),
+    ("device_file", fuzz::files::device_file),
     ("device_spec", fuzz::files::device_spec),
     ("gsd", fuzz::gsd::run),
     ("master", fuzz::master::run),
