@@ -34,6 +34,7 @@ TARGETS = {
     "decode_file": (2048, ""),
     "decode_line": (1024, ""),
     "decode_text": (2048, ""),
+    "device_file": (8192, ""),
     "device_spec": (128, ""),
     "gsd": (2048, ""),
     "master": (1024, ""),

@@ -32,10 +32,11 @@ POLL_S, SCRAPE_S = 1.0, 5.0
 class Gauges:
     """The virtual gauges of each segment as a process behind a TCP port."""
 
-    def __init__(self, program):
-        devices = [f"bcg450@{address}" for address in range(3, 3 + GAUGES)]
+    def __init__(self, program, segments=SEGMENTS, gauges=GAUGES):
+        # Without gauges one slave, which the station does not know, is behind the port.
+        devices = [f"bcg450@{address}" for address in range(3, 3 + max(1, gauges))]
         command = [program, "simulate", "--tcp", "127.0.0.1:0", "--baud", "19200", *devices]
-        self.processes = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(SEGMENTS)]
+        self.processes = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(segments)]
         self.ports = [it.stdout.readline().split()[1] for it in self.processes]
 
     def close(self):
@@ -52,12 +53,12 @@ def plant_file(folder, lines):
     return path
 
 
-def write_lone_plant(folder, gauges):
-    """A station whose gauges are elsewhere."""
-    lines = ['[station]\nname = "load"\n']
-    for segment, port in enumerate(gauges.ports):
+def write_lone_plant(folder, ports, gauges=GAUGES, tables=""):
+    """A station whose gauges are elsewhere: a segment for each port."""
+    lines = ['[station]\nname = "load"\n', tables]
+    for segment, port in enumerate(ports):
         lines.append(f'[[segment]]\nname = "s{segment}"\nport = "tcp://{port}"\nbaud = 19200\n')
-        for address in range(3, 3 + GAUGES):
+        for address in range(3, 3 + gauges):
             lines.append(f'[[segment.gauge]]\nname = "g{segment}-{address}"\naddress = {address}\ndevice = "bcg450"\npoll = "200ms"\n')
     return plant_file(folder, lines)
 
@@ -80,7 +81,7 @@ def exchanging(url):
 def alone(program, seconds):
     """Prints the processor share of a station without clients, user and system apart."""
     folder, gauges = tempfile.mkdtemp(prefix="profivac-load-"), Gauges(program)
-    command = [program, "run", write_lone_plant(folder, gauges), "--listen", "127.0.0.1:0"]
+    command = [program, "run", write_lone_plant(folder, gauges.ports), "--listen", "127.0.0.1:0"]
     station = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         said = station.stdout.readline()

@@ -398,6 +398,21 @@ def check_unplugged(plant, host):
     wait_for("the plain pressure", lambda: host.json("chamber/state")["quality"] == "valid")
 
 
+def check_beyond_the_range(plant, host):
+    """Below its range a gauge shows no number that a client could take for a pressure."""
+    begin = host.count()
+    plant.tell("pressure 1e-12 mbar")
+    below = host.value(begin, "chamber", "State", lambda state: state == 1)
+    assert below.metrics["Pressure"].value is None and below.properties("Pressure")["Quality"] == 0, below.metrics["Pressure"]
+    wait_for("no plain pressure", lambda: host.text("chamber/pressure") == "")
+    state = host.json("chamber/state")
+    is_end = abs(state["pressure"] / state["range"][0] - 1) < 1e-6
+    assert state["quality"] == "underrange" and is_end and not state["usable"], state
+    plant.tell("pressure 1e-3 mbar")
+    host.value(begin, "chamber", "State", lambda state: state == 0)
+    wait_for("the plain pressure", lambda: host.text("chamber/pressure") != "")
+
+
 def assert_historical_first(plant, host, begin, least):
     """The samples of an outage come in order, before present data of the gauge."""
     host.wait(begin, "DBIRTH", "chamber")
@@ -646,7 +661,8 @@ def main():
             steps = [
                 (check_births, (plant, host)), (check_data_and_alarm, (plant, host)), (check_plain, (plant, host)),
                 (check_rebirth, (plant, host)), (check_refused, (plant, host)), (check_hostile_publisher, (plant, host)),
-                (check_hostile_brokers, (plant, host)), (check_unplugged, (plant, host)),
+                (check_hostile_brokers, (plant, host)), (check_beyond_the_range, (plant, host)),
+                (check_unplugged, (plant, host)),
                 (check_stalled, (plant, host, broker)), (check_broker_restart, (plant, host, broker)),
                 (check_host_offline, (plant, host)), (check_station_restart, (plant, host)),
                 (check_day_of_backlog, (plant, host)), (check_failover, (plant, host, broker)), (check_login_and_tls, (plant, broker)),

@@ -21,7 +21,7 @@ from asyncua import Client, ua
 from asyncua.crypto.cert_gen import setup_self_signed_certificate
 from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
 from cryptography.x509.oid import ExtendedKeyUsageOID
-from plant import HANG_S, POLL_S, Hostile, Line, Plant, free_port
+from plant import HANG_S, POLL_S, Hostile, Line, Plant, SlavePlant, free_port
 
 logging.disable(logging.CRITICAL)
 NAMESPACE = "urn:profivac:station"
@@ -64,7 +64,7 @@ class Station:
     """A connection without encryption, and the nodes of the station in it."""
 
     def __init__(self, port, client=None):
-        self.client = client or Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S)
+        self.client = client or Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S, watchdog_intervall=HANG_S)
 
     async def __aenter__(self):
         await self.client.connect()
@@ -412,6 +412,59 @@ async def check_history(station):
         assert [value.SourceTimestamp for value in bounded] == [before, *times[:2]], bounded
 
 
+async def check_points(program):
+    """The points of a pump controller and of a valve are shown beside a gauge; their numbers have a history with the times of their exchanges, and a gap where the slave was lost."""
+    port = free_port()
+    with SlavePlant(program, f'[opcua]\nlisten = "127.0.0.1:{port}"\n') as plant:
+        station = await connected(port)
+        speed, state = (f"gauge/turbo/parameter/{name}/parameter-number" for name in ("speed", "state"))
+        shown = []
+        for octets, number, code in (("03 E8 03", 1000.0, 3.0), ("00 00 00", 0.0, 0.0)):
+            plant.tell(f"input 9 1 {octets}")
+
+            async def has_value():
+                data = await station.data(speed)
+                return data if data.StatusCode.name == "Good" and data.Value.Value == number else None
+            shown.append((await until(f"the speed {number}", has_value)).SourceTimestamp)
+            data = await station.data(state)
+            assert data.Value.Value == code, data
+        # The gauge and the valve of the same segment.
+        plant.tell("input 12 1 28 01")
+
+        async def is_closed():
+            return await station.value("gauge/gate/parameter/limit/parameter-text") == "closed"
+        await until("the limit switch of the valve", is_closed)
+        assert await station.value("gauge/gate/parameter/position/parameter-number") == 40.0
+        assert 0.05 < await station.value("gauge/chamber/pressure") < 0.2
+        plant.tell("power 9 off")
+
+        async def recorded(name):
+            now = datetime.datetime.now(datetime.timezone.utc)
+            return await station.node(name).read_raw_history(now - datetime.timedelta(hours=1), now, return_bounds=False)
+
+        async def with_gap():
+            values = await recorded(speed)
+            return values if values and values[-1].StatusCode.name == "BadNoCommunication" and values[-1].Value.Value is None else None
+        values = await until("the gap in the history of the speed", with_gap)
+        times = [value.SourceTimestamp for value in values]
+        assert times == sorted(times), times
+        assert all(value.Value.VariantType == ua.VariantType.Double for value in values if value.StatusCode.is_good()), values
+        numbers = [value.Value.Value for value in values if value.StatusCode.name == "Good"]
+        assert [number for index, number in enumerate(numbers) if index == 0 or number != numbers[index - 1]][-2:] == [1000.0, 0.0], numbers
+        # The client has read the first value at its time, or at that of a later exchange with the same value.
+        first = next(value.SourceTimestamp for value in values if value.Value.Value == 1000.0)
+        assert first <= shown[0], (first, shown)
+        assert {value.Value.Value for value in await recorded(state)} >= {0.0, 3.0}
+        unit = await station.property(speed, "EngineeringUnits")
+        assert unit.DisplayName.Text == "Hz", unit
+        try:
+            await recorded("gauge/turbo/parameter/speed/parameter-text")
+            raise AssertionError("a text has a history")
+        except ua.UaStatusCodeError as error:
+            assert error.code in (ua.StatusCodes.BadHistoryOperationUnsupported, ua.StatusCodes.BadUserAccessDenied), error
+        await station.client.disconnect()
+
+
 async def check_read_only(plant, station):
     before = plant.status("opcua")["refused"]
     for name in ("gauge/chamber/pressure", "station/version"):
@@ -425,7 +478,7 @@ async def check_read_only(plant, station):
 
 async def secure(port, folder, user=None, password=None):
     """A connection with Basic256Sha256, signed and encrypted."""
-    client = Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S)
+    client = Client(f"opc.tcp://127.0.0.1:{port}/", timeout=HANG_S, watchdog_intervall=HANG_S)
     client.application_uri = "urn:test:client"
     certificate, key = os.path.join(folder, "client.der"), os.path.join(folder, "client.pem")
     if not os.path.exists(certificate):
@@ -509,7 +562,9 @@ async def check_writing(plant, port):
         await engineer.node(name).write_value(ua.Variant(0.5, ua.VariantType.Float))
 
         async def arrived():
-            return abs(await engineer.value(name) / 0.5 - 1) < 1e-3
+            # Until the gauge is read again, what it had before the write is no value.
+            value = await engineer.value(name)
+            return value is not None and abs(value / 0.5 - 1) < 1e-3
         await until("the value that was written", arrived)
         await refused_with((ua.StatusCodes.BadOutOfRange,), engineer.node(name), 1e30)
         await refused_with((ua.StatusCodes.BadNotWritable,), engineer.node("gauge/chamber/pressure"), 1.0)
@@ -717,6 +772,8 @@ async def main(program):
         await check_node_opcua(plant, port)
         await check_writing(plant, port)
         print("writing", flush=True)
+    await check_points(program)
+    print("points of a slave", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,54 @@ POLL_S = 0.05
 
 HALL = '[[segment]]\nname = "hall"\nport = "tcp://{port}"\n\n[[segment.gauge]]\nname = "chamber"\naddress = 5\ndevice = "bcg450"\n\n'
 LAB = '[[segment]]\nname = "lab"\nport = "sim:{folder}/lab.toml"\n\n[[segment.gauge]]\nname = "load lock"\naddress = 7\ndevice = "pcg550"\n\n'
+PUMP_GSD = '#Profibus_DP\nVendor_Name = "Invented"\nModel_Name = "Pump 1"\nIdent_Number = 0x0FA1\nMax_Input_Len = 3\nMax_Output_Len = 0\nModule = "m" 0x12\n1\nEndModule\n'
+VALVE_GSD = '#Profibus_DP\nVendor_Name = "Invented"\nModel_Name = "Valve 7"\nIdent_Number = 0x0FA7\nMax_Input_Len = 2\nMax_Output_Len = 1\nModule = "m" 0x11,0x20\n1\nEndModule\n'
+SLAVES = '''[[segment]]
+name = "hall"
+port = "tcp://{port}"
+
+[[segment.gauge]]
+name = "chamber"
+address = 5
+device = "bcg450"
+
+[[segment.slave]]
+name = "turbo"
+address = 9
+gsd = "pump.gsd"
+own = true
+
+[[segment.slave.point]]
+name = "speed"
+type = "u16"
+unit = "Hz"
+
+[[segment.slave.point]]
+name = "state"
+octet = 2
+type = "u8"
+texts = {{ 0 = "off", 3 = "at speed" }}
+
+[[segment.slave]]
+name = "gate"
+address = 12
+gsd = "valve.gsd"
+own = true
+outputs = "01"
+
+[[segment.slave.point]]
+name = "position"
+type = "u8"
+unit = "mm"
+
+[[segment.slave.point]]
+name = "limit"
+octet = 1
+bit = 0
+type = "bool"
+texts = {{ 0 = "open", 1 = "closed" }}
+
+'''
 ALARM = '[[alarm]]\nname = "Chamber high"\ngauge = "chamber"\nabove = "1e-1 mbar"\npriority = "high"\n\n'
 
 
@@ -52,19 +100,28 @@ def free_port():
 class Plant:
     """`profivac run` with two segments: `chamber` behind a TCP port, a gauge of another process, and `load lock` in memory."""
 
+    GAUGES = ("chamber", "load lock")
+
     def __init__(self, program, tables, head=""):
         self.program, self.tables, self.head = os.path.abspath(program), tables, head
         self.folder = tempfile.mkdtemp(prefix="profivac-gateway-")
         self.file = os.path.join(self.folder, "plant.toml")
         self.station = self.url = None
 
-    def __enter__(self):
+    def simulate(self, *arguments):
+        """Starts the devices of another process, and returns their port."""
         self.gauge = subprocess.Popen(
-            [self.program, "simulate", "--tcp", "127.0.0.1:0", "--pressure", "1e-3 mbar", "bcg450@5"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        port = self.gauge.stdout.readline().split()[1]
+            [self.program, "simulate", "--tcp", "127.0.0.1:0", *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        return self.gauge.stdout.readline().split()[1]
+
+    def make(self):
+        """Starts the devices and writes the files of the station."""
+        port = self.simulate("--pressure", "1e-3 mbar", "bcg450@5")
         self.write("lab.toml", 'devices = ["pcg550@7"]\npressure = "1e-2 mbar"\n')
         self.write("plant.toml", self.head + HALL.format(port=port) + LAB.format(folder=self.folder) + ALARM + self.tables)
+
+    def __enter__(self):
+        self.make()
         try:
             self.start()
         except BaseException:
@@ -93,7 +150,7 @@ class Plant:
             raise SystemExit(f"expected `ready URL` of profivac run, found {line!r}")
         self.url = line.split()[1]
         if self.url.startswith("http://"):
-            for name in ("chamber", "load lock"):
+            for name in self.GAUGES:
                 wait_for(f"a reading of {name}", lambda name=name: self.reading(name)["quality"] == "valid")
 
     def stop(self):
@@ -121,6 +178,17 @@ class Plant:
 
     def status(self, gateway):
         return next(it for it in self.api("/api/gateways") if it["name"] == gateway)
+
+
+class SlavePlant(Plant):
+    """`profivac run` with a gauge, a pump controller and a valve on one segment behind a TCP port, two of them by their GSD files."""
+
+    GAUGES = ("chamber",)
+
+    def make(self):
+        pump, valve = self.write("pump.gsd", PUMP_GSD), self.write("valve.gsd", VALVE_GSD)
+        port = self.simulate("--pressure", "1e-3 mbar", "bcg450@5", f"{pump}@9:modules=1", f"{valve}@12:modules=1")
+        self.write("plant.toml", self.head + SLAVES.format(port=port) + self.tables)
 
 
 class Line:

@@ -4,6 +4,7 @@
 import http.client
 import json
 import os
+import re
 import socket
 import ssl
 import subprocess
@@ -18,6 +19,7 @@ from plant import HANG_S, Hostile, Line, Plant, free_port, wait_for
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 RULES = os.path.join(ROOT, "contrib/prometheus/rules.yml")
 DASHBOARD = os.path.join(ROOT, "contrib/prometheus/grafana.json")
+ARCHIVE = os.path.join(ROOT, "crates/archive/src/metrics/text.rs")
 OPEN_METRICS = "application/openmetrics-text; version=1.0.0; charset=utf-8"
 TOKEN = "a-token-of-the-test"
 
@@ -199,9 +201,12 @@ def check_tls(program):
 
 
 def check_dashboard(port):
-    """Every metric of the Grafana dashboard and of the rules is one of the gateway."""
+    """Every metric of the Grafana dashboard and of the rules is one of the gateway, or one that an archive has of itself."""
     text = get(port)[2]
     published = {line.split()[2] for line in text.splitlines() if line.startswith("# TYPE ")}
+    with open(ARCHIVE) as file:
+        own = set(re.findall(r'"(profivac_archive_\w+)"', file.read()))
+    published |= own | {f"{name}_total" for name in own}
     with open(DASHBOARD) as file:
         dashboard = json.load(file)
     expressions = [target["expr"] for panel in dashboard["panels"] for target in panel.get("targets", [])]

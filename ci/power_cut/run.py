@@ -249,10 +249,12 @@ class Record:
 
     @staticmethod
     def look_at_the_outbox(connection, rows, samples):
-        """A batch has every row up to the one that the table `outbox_state` names. The row that precedes a command comes with the next batch."""
-        batches = list(connection.execute("SELECT number, payload FROM outbox ORDER BY number"))
+        """The batches that wait and those that are kept have every row up to the one that the table `outbox_state` names. The row that precedes a
+        command comes with the next batch."""
+        kept_and_waiting = "SELECT number, payload FROM outbox_kept UNION ALL SELECT number, payload FROM outbox ORDER BY number"
+        batches = list(connection.execute(kept_and_waiting))
         numbers = [number for number, _ in batches]
-        if numbers and numbers != list(range(numbers[0], numbers[0] + len(numbers))):
+        if numbers != list(range(1, len(numbers) + 1)):
             return f"the batches {numbers} have gaps"
         found = {field: [] for field in (3, 6, 7)}
         for _, payload in batches:
@@ -263,11 +265,9 @@ class Record:
             last = connection.execute(f"SELECT {name}_id FROM outbox_state").fetchone()
             last = last[0] if last else 0
             ids = [dict(fields(message))[1] for message in found[field]]
-            # The archive has the first ones: their batches are deleted.
-            expected = list(range(ids[0] if ids and numbers[0] > 1 else 1, last + 1))
-            if ids != expected and (ids or numbers[:1] == [1]) or not rows[name] - 1 <= last <= rows[name]:
+            if ids != list(range(1, last + 1)) or not rows[name] - 1 <= last <= rows[name]:
                 return f"the batches have the rows {ids} of the table {name}, which has {rows[name]}; the last one sent is {last}"
-        if numbers[:1] == [1] and len(found[3]) != samples:
+        if len(found[3]) != samples:
             return f"the batches have {len(found[3])} samples, the table {samples}"
         return None
 

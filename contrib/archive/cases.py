@@ -9,20 +9,33 @@ replaced   the database of a station is deleted; the station begins another one
 postgres   the disk of PostgreSQL is full, and then no longer          (root: it mounts a small disk in memory)
 nats       the disk of NATS is full, and then no longer                (root)
 station    the disk of a station is full, and then no longer           (root)
-restored   the database is dumped, lost, and restored
-readers    a role reads the stations of its plant only, holds back no batches, and the days beyond the retention are dropped
+restored   the database is dumped, lost after more batches, and restored; the stations send again what the dump lacks
+older      the same without NATS
+cleaned    an older dump is restored into the database while the archives run, and the numbers of series go back with it
+backup     a `profivac backup` with waiting batches takes the place of a station's database
+copied     an older copy of a station's database is put back with cp
+retention  twenty days are beyond the retention at a start, then three, then three of which a reader holds one
+power      the servers of NATS lose all batches that they have acknowledged, as a power cut does
+crash      PostgreSQL commits without waiting for the disk unless told, and is killed
+foreign    a stream of others takes the batches, then a stream PROFIVAC that keeps them in memory
+readers    a role reads the stations of its plant only, roles without rows are told why, a role holds back no batches, and the days beyond the retention are dropped
 hostile    a station with a token sends names, numbers, texts and times that no database holds, over HTTPS
-versions   a station of this version, one with later fields, and one of a later format send at once
+versions   a station of this version, with points of slaves, one with later fields, and one of a later format send at once
 greedy     a station fills its share of the stream while PostgreSQL is down; another one still publishes, and nothing acknowledged is lost
+metrics    what an archive counts is what came, and the stream and the errors show while PostgreSQL is down
+absent     [archive] is out of the file of a station for a while
+moved      a station gets another name and another plant, as docs/archive-operation.md says
 same-name  two stations send under one name: takes more than a minute
 
 Each case ends with the comparison of every sample, span and event of the databases with PostgreSQL.
 """
 
 import argparse
+import contextlib
 import errno
 import json
 import os
+import re
 import runpy
 import shutil
 import signal
@@ -128,6 +141,22 @@ authorization {{ users: [ {users} ] }}
                 station.stop()
             station.start()
         wait_for("more batches in the database", lambda: self.count("batch") > before)
+
+    def api(self, station, path):
+        """The answer of the API of a station."""
+        url = [line for line in station.log.read_text().splitlines() if line.startswith("ready ")][-1].split()[1]
+        with urllib.request.urlopen(url + path, timeout=30) as answer:
+            return json.load(answer)
+
+    def told(self, station):
+        """What a station knows of the archive."""
+        [archive] = [gateway["archive"] for gateway in self.api(station, "/api/gateways") if gateway["name"] == "archive"]
+        return archive or {"put_aside": 0}
+
+    def missing(self):
+        """The batches that the archive lacks; -1 while the database does not answer."""
+        rows = self.query("SELECT coalesce(sum(missing), 0) FROM profivac.station")
+        return int(rows[0][0]) if rows else -1
 
     def recorded(self, station):
         return self.record(station, "SELECT count(*) FROM sample")[0][0]
@@ -319,7 +348,7 @@ def full_station(case):
 
 
 def restored(case):
-    """The commands of docs/archive.md. No batch comes between dump and loss, so the comparison at the end is that of all rows."""
+    """The commands of docs/archive.md. Batches come between dump and loss: the stations still have them."""
     connection = ["-h", str(case.folder), "-p", str(case.postgres_port), "-U", case.user]
     psql = ["psql", "-X", "-q", "-At", *connection]
     subprocess.run([*psql, "-c", "CREATE ROLE hall_reader LOGIN", "postgres"], check=True)
@@ -336,6 +365,12 @@ def restored(case):
     subprocess.run([case.bin / "pg_dump", *connection, "--format=custom", f"--file={dump}", "postgres"], check=True)
     roles.write_text(subprocess.run([case.bin / "pg_dumpall", *connection, "--roles-only"], check=True, capture_output=True, text=True).stdout)
     before = case.count("sample")
+    for archive in case.archives:
+        archive.start()
+    case.wait_for_more()
+    wait_for("more samples than in the dump", lambda: case.count("sample") > before)
+    for archive in case.archives:
+        archive.stop()
     case.postgres.stop()
     shutil.rmtree(case.folder / "postgres")
     case.postgres = case.make_postgres()
@@ -354,6 +389,251 @@ def restored(case):
         raise SystemExit(f"FAILED: after the restoration the reader sees {plants}")
 
 
+def cleaned(case):
+    """A series of the first station gets the number, after the restoration, that one of the second had before it."""
+    connection = ["-h", str(case.folder), "-p", str(case.postgres_port), "-U", case.user]
+    dump = case.folder / "archive.dump"
+    subprocess.run([case.bin / "pg_dump", *connection, "--format=custom", f"--file={dump}", "postgres"], check=True)
+    series = lambda name: case.query(f"SELECT id FROM profivac_data.series WHERE name = '{name}'")
+    with_gauge = lambda name: example["GAUGES"].replace('name = "foreline"', f'name = "{name}"')
+    for number, name in ((1, "lock"), (0, "load lock")):
+        station = case.stations[number]
+        station.stop()
+        case.write_station(station.name, number, with_gauge(name))
+        station.start()
+        wait_for(f"the series {name}", lambda: series(name))
+    former = {name: series(name) for name in ("lock", "load lock")}
+    for station in case.stations:
+        station.stop()
+    statements = case.folder / "restore.sql"
+    subprocess.run([case.bin / "pg_restore", f"--file={statements}", dump], check=True)
+    drop = "DROP SCHEMA profivac CASCADE; DROP SCHEMA profivac_data CASCADE"
+    restore = ["psql", "-X", "-q", *connection, "--single-transaction", "-v", "ON_ERROR_STOP=1", "-c", drop, "-f", statements, "postgres"]
+    # It may meet a query of the page, and then begins again.
+    wait_for("the restoration", lambda: subprocess.run(restore, capture_output=True).returncode == 0)
+    # The other one comes first this time.
+    for number in (0, 1):
+        case.stations[number].start()
+        name = ("load lock", "lock")[number]
+        wait_for(f"the series {name} again", lambda: series(name))
+    print(f"series before the restoration: {former}, after it: {({name: series(name) for name in former})}")
+
+
+def backup(case):
+    """A backup with waiting batches and open spans takes the place of the database. Nothing is twice in the archive."""
+    station = case.stations[0]
+    record, copy = case.folder / station.name / "record.db", case.folder / "backup.db"
+    # Batches wait, and the backup has them.
+    case.lines[0].cut()
+    waiting = lambda: case.record(station, "SELECT count(*) FROM outbox")[0][0]
+    station.stop()
+    station.start()
+    wait_for("that batches wait", lambda: waiting() > 3)
+    subprocess.run([case.program, "backup", record, "--to", copy], check=True, capture_output=True)
+    case.lines[0].is_cut = False
+    wait_for("that they are sent", lambda: waiting() == 0)
+    # Until the spans of two minutes that were open at the backup have ended and are stored.
+    [(start,)] = case.record(station, "SELECT max(start_us) FROM span WHERE level = 2")
+    ended = f"SELECT count(*) FROM profivac_data.span WHERE level = 2 AND start >= to_timestamp({start} / 1000000)"
+    wait_for("the span that was open", lambda: int(case.query(ended)[0][0]))
+    station.stop()
+    for file in record.parent.glob("record.db*"):
+        file.unlink()
+    shutil.copy(copy, record)
+    station.start()
+    epochs = f"SELECT count(DISTINCT epoch) FROM profivac_data.batch WHERE station = (SELECT id FROM profivac_data.station WHERE name = '{station.name}')"
+    wait_for("the epoch of the copy", lambda: case.query(epochs) == [["2"]])
+    copied = "SELECT count(*) FROM profivac_data.span WHERE level = 2 AND epoch = (SELECT max(epoch) FROM profivac_data.batch)"
+    wait_for("a span of the copy", lambda: int(case.query(copied)[0][0]))
+    wait_for("that the copy has sent everything", lambda: waiting() == 0)
+    nothing_is_twice(case)
+    if case.count("rejected"):
+        raise SystemExit(f"FAILED: put aside: {case.query('SELECT reason FROM profivac_data.rejected')}")
+    raise Done("no event and no span is twice in the archive")
+
+
+def nothing_is_twice(case):
+    """No row that a database and its copy both have is twice in the archive."""
+    twice = {
+        "events": "SELECT text, at, count(*) FROM profivac.event GROUP BY station, text, at, kind HAVING count(*) > 1",
+        "alarm changes": "SELECT alarm, at, count(*) FROM profivac_data.alarm GROUP BY station, alarm, id, at HAVING count(*) > 1",
+        "audit rows": "SELECT user_name, at, count(*) FROM profivac_data.audit GROUP BY station, id, at HAVING count(*) > 1",
+        "spans": "SELECT series, level, start, count(*) FROM profivac_data.span GROUP BY series, level, start HAVING count(*) > 1",
+    }
+    for what, sql in twice.items():
+        if rows := case.query(sql):
+            raise SystemExit(f"FAILED: {len(rows)} {what} are twice in the archive, like {rows[0]}")
+
+
+def copied(case):
+    """The station runs on after the copy, and again after the copy was put back. The notes of both times are in the archive."""
+    station = case.stations[0]
+    record = case.folder / station.name / "record.db"
+    station.stop()
+    for file in record.parent.glob("record.db*"):
+        shutil.copy(file, file.with_name("copy-" + file.name))
+    station.start()
+    wait_for("that the station has sent what it recorded", lambda: case.has_all(station) and case.count("batch"))
+    case.wait_for_more()
+    station.kill()
+    for file in record.parent.glob("record.db*"):
+        file.unlink()
+    for file in record.parent.glob("copy-*"):
+        shutil.move(file, file.with_name(file.name.removeprefix("copy-")))
+    station.start()
+    epochs = f"SELECT DISTINCT batch.epoch FROM profivac_data.batch JOIN profivac_data.station ON station.id = station WHERE name = '{station.name}'"
+    wait_for("that a batch is put aside", lambda: case.count("rejected"))
+    rows = [reason for reason, in case.query("SELECT DISTINCT reason FROM profivac_data.rejected")]
+    if not all("came before, made at another time" in reason for reason in rows):
+        raise SystemExit(f"FAILED: put aside: {rows}")
+    wait_for("another epoch", lambda: len(case.query(epochs)) > 1)
+    case.wait_for_more()
+    # Each event that the present file has is in the archive, under one of both epochs.
+    last = lambda: case.record(station, "SELECT count(*) FROM outbox")[0][0]
+    wait_for("that all batches are taken", lambda: last() == 0)
+
+    def missing_events():
+        ours = set(case.record(station, "SELECT text, at_us FROM event WHERE id <= (SELECT event_id FROM outbox_state)"))
+        rows = case.query(f"SELECT text, (extract(epoch FROM at) * 1000000)::bigint FROM profivac.event WHERE station = '{station.name}'")
+        return ours - {(text, int(at)) for text, at in rows}
+
+    wait_for("every event of the copy that was put back", lambda: not missing_events())
+    said = case.record(station, "SELECT count(*) FROM event WHERE text LIKE 'the archive has other batches of this database%'")
+    if said != [(1,)]:
+        raise SystemExit(f"FAILED: the station says {said[0][0]} times that it goes on as another database")
+    wait_for("that nothing is missing", lambda: case.missing() == 0)
+    nothing_is_twice(case)
+    raise Done("the batches of both times are in the archive once, and the station goes on as another database")
+
+
+def retention(case):
+    """Twenty old days and an archive with a number of days that makes them old."""
+    days = "SELECT count(*) FROM pg_inherits WHERE inhparent = 'profivac_data.sample'::regclass"
+    count = lambda: int(case.query(days)[0][0])
+    psql = ["psql", "-X", "-q", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user, "-d", "postgres", "-c"]
+    add = "SELECT profivac_data.add_day(day::date) FROM generate_series(date '2001-02-01', date '2001-02-20', '1 day') AS day"
+    before = count()
+    subprocess.run([*psql, add], check=True, capture_output=True)
+    archive = case.archives[0]
+    archive.stop()
+    archive.start()
+    words = "the samples of 20 days, from 2001-02-01 to 2001-02-20, are beyond samples-days = 30 and are not dropped"
+    wait_for("the words of the archive", lambda: words in archive.log.read_text())
+    case.wait_for_more()
+    if count() != before + 20:
+        raise SystemExit(f"FAILED: {count()} days are left of {before + 20}")
+    command = [case.program, "archive", case.folder / "archive-0.toml", "--drop-old-samples"]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    if count() != before or not told.startswith("the samples of 20 days, from 2001-02-01 to 2001-02-20, are dropped"):
+        raise SystemExit(f"FAILED: {count()} days are left of {before + 20}: {told}")
+    subprocess.run([*psql, add.replace("-20'", "-03'")], check=True, capture_output=True)
+    archive.stop()
+    archive.start()
+    words = "the samples of 3 days, from 2001-02-01 to 2001-02-03, are dropped: samples-days is 30"
+    wait_for("the words of the archive about three days", lambda: words in archive.log.read_text())
+    wait_for("that three days are dropped", lambda: count() == before)
+    # A reader of one day holds back no other.
+    subprocess.run([*psql, add.replace("-20'", "-03'")], check=True, capture_output=True)
+    archive.stop()
+    reader = subprocess.Popen([*psql[:-1], "-At"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        reader.stdin.write("BEGIN; SELECT count(*) FROM profivac_data.sample_20010202;\n")
+        reader.stdin.flush()
+        if reader.stdout.readline() != "0\n":
+            raise SystemExit("FAILED: the reader has no answer")
+        archive.start()
+        words = "the samples of 2001-02-02 stay, because process "
+        wait_for("the words of the archive about the reader", lambda: words in archive.log.read_text() and f"(user {case.user}, psql)" in archive.log.read_text())
+        if count() != before + 1:
+            raise SystemExit(f"FAILED: {count() - before} days are left beside the one with a reader")
+        told = subprocess.run(command, capture_output=True, text=True)
+        if told.returncode == 0 or words not in told.stderr:
+            raise SystemExit(f"FAILED: --drop-old-samples while a reader holds the day: {told.stdout}{told.stderr}")
+        reader.stdin.write("COMMIT;\n")
+    finally:
+        reader.stdin.close()
+        reader.wait()
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    if count() != before or "the samples of one day are dropped" not in told:
+        raise SystemExit(f"FAILED: {count() - before} days are left after the reader: {told}")
+
+
+def power(case):
+    """All files of the servers are gone, as those that the disk did not have yet. The archives have stored none of the batches."""
+    for archive in case.archives:
+        archive.stop()
+    stored = case.count("batch")
+    sql = "SELECT seq - (SELECT count(*) FROM outbox) FROM sqlite_sequence WHERE name = 'outbox'"
+    sent = lambda station: case.record(station, sql)[0][0]
+    for station in case.stations:
+        before = sent(station)
+        station.stop()
+        station.start()
+        wait_for(f"that NATS has acknowledged batches of {station.name}", lambda: sent(station) > before + 2)
+    for server in case.servers:
+        server.kill()
+    for number in range(len(case.servers)):
+        shutil.rmtree(case.folder / f"nats-{number}")
+    case.start_all_again()
+    case.wait_for_more()
+    wait_for("that the archive sees what is missing", lambda: case.missing() > 0)
+    if case.count("batch") <= stored:
+        raise SystemExit("FAILED: no batch came after the loss")
+    wait_for("that nothing is missing", lambda: case.missing() == 0)
+
+
+def crash(case):
+    for sql in ("ALTER SYSTEM SET synchronous_commit = off", "ALTER SYSTEM SET wal_writer_delay = '10s'"):
+        subprocess.run(["psql", "-X", "-q", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user, "-d", "postgres", "-c", sql], check=True)
+    # The settings are those of the start.
+    for process in (*case.archives, case.postgres):
+        process.stop()
+    for process in (case.postgres, *case.archives):
+        case.start_again(process)
+    stored = lambda: {tuple(row) for row in case.query("SELECT station, epoch, number, stored FROM profivac_data.batch")}
+    for number in range(5):
+        case.wait_for_more()
+        main = (case.folder / "postgres" / "postmaster.pid").read_text().split()[0]
+        children = subprocess.run(["pgrep", "-P", main], capture_output=True, text=True, check=True).stdout.split()
+        before = stored()
+        # A process that ends by itself would write what the others have not.
+        for process in (*children, main):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(process), signal.SIGKILL)
+        case.postgres.kill()
+        case.start_again(case.postgres)
+        if lost := before - stored():
+            raise SystemExit(f"FAILED: crash {number + 1}: {len(lost)} batches of {len(before)} are not as they were, like {min(lost)}")
+
+
+def foreign(case):
+    for archive in case.archives:
+        archive.stop()
+    with Client(case.lines[0].target) as nats:
+        create = lambda name, **settings: nats.request(f"$JS.API.STREAM.CREATE.{name}", {"name": name, "num_replicas": 1, **settings})
+        delete = lambda name: nats.request(f"$JS.API.STREAM.DELETE.{name}", {})
+        delete("PROFIVAC")
+        create("OTHER", subjects=["profivac.>"], retention="limits", storage="file")
+        waiting = lambda station: case.record(station, "SELECT count(*) FROM outbox")[0][0]
+        for station in case.stations:
+            station.stop()
+            station.start()
+        for station in case.stations:
+            words = "SELECT count(*) FROM event WHERE text LIKE '%the stream OTHER has taken the batch%'"
+            wait_for(f"the words of {station.name} about the stream", lambda: case.record(station, words)[0][0])
+            if not waiting(station):
+                raise SystemExit(f"FAILED: {station.name} has forgotten what the stream OTHER has taken")
+        delete("OTHER")
+        create("PROFIVAC", subjects=["profivac.v1.*.*.batch"], retention="workqueue", storage="memory", discard="new", max_age=20 * 10**9)
+        case.archives[0].start()
+        words = "storage memory in place of file, max-age 20 s in place of 0 s: batches may be lost"
+        wait_for("the words of the archive about the stream", lambda: words in case.archives[0].log.read_text())
+        case.archives[0].stop()
+        delete("PROFIVAC")
+    case.start_all_again()
+    case.wait_for_more()
+
+
 def same_name(case):
     station = case.stations[0]
     other = case.folder / "other"
@@ -370,9 +650,37 @@ def same_name(case):
         rows = case.query("SELECT DISTINCT reason FROM profivac_data.rejected")
         if not all("two databases send as station" in reason for reason, in rows):
             raise SystemExit(f"FAILED: put aside: {rows}")
+        # Both stations are told, and the archive shows and logs it.
+        for of in (station, second):
+            wait_for(f"the words of {of.name} about batches that are put aside", lambda: case.told(of)["put_aside"] > 0)
+            wait_for(f"the head of the pages of {of.name}", lambda: case.api(of, "/api/station")["archive_problem"])
+        shown = case.query("SELECT put_aside > 0, put_aside_reason FROM profivac.station")
+        if shown[0][0] != "t" or "two databases send as station" not in shown[0][1]:
+            raise SystemExit(f"FAILED: the view shows {shown}")
+        if not any(f"a batch of {station.name} is put aside" in archive.log.read_text() for archive in case.archives):
+            raise SystemExit("FAILED: no archive logs the name and the reason")
     finally:
         second.stop()
-    raise Done(f"{case.count('rejected')} batches of the elder database are put aside with the reason")
+    # The first station is the right one: the twin is off, and what was put aside is stored.
+    station.stop()
+    aside = case.count("rejected")
+    command = [case.program, "archive", case.folder / "archive-0.toml", "--accept", station.name, "--again"]
+    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    [(own,)] = case.record(station, "SELECT epoch FROM outbox_state")
+    [(chosen,)] = case.query("SELECT epoch FROM profivac_data.station")
+    if str(own) != chosen or case.count("rejected") or f"{aside} batches are stored, 0 stay put aside" not in said:
+        raise SystemExit(f"FAILED: {own} is not chosen: {chosen}; {case.count('rejected')} of {aside} batches are put aside: {said}")
+    station.start()
+    has = lambda: case.query(f"SELECT max(number) FROM profivac_data.batch WHERE epoch = {own}")
+    last = lambda: case.record(station, "SELECT seq FROM sqlite_sequence WHERE name = 'outbox'")
+    wait_for("the batches of the station that was chosen", lambda: int(has()[0][0]) >= last()[0][0])
+    second.start()
+    wait_for("that batches of the twin are put aside", lambda: case.count("rejected"))
+    second.stop()
+    rows = case.query("SELECT DISTINCT reason FROM profivac_data.rejected")
+    if not all("an operator has chosen an earlier database" in reason for reason, in rows):
+        raise SystemExit(f"FAILED: put aside: {rows}")
+    raise Done(f"{aside} batches of the elder database were put aside with the reason, and are stored after the choice of the operator")
 
 
 def permissions(case):
@@ -445,10 +753,33 @@ def readers(case):
             # No user has acted, and no span of two minutes is over.
             is_right = found <= plants if view in ("audit", "span") else found == plants
             expect(done.returncode == 0 and is_right, f"{role}, {view}: {found} {done.stderr}")
+    without_rows(case, as_role, expect)
     for sql in ("SELECT FROM profivac_data.sample", "DELETE FROM profivac.station", "SELECT FROM profivac_data.reader"):
         done = as_role("hall_reader", sql)
         expect("permission denied" in done.stderr or "cannot delete" in done.stderr, f"{sql}: {done.stderr}")
     raise Done("the role sees its plant in every view and no table, and the old day is dropped")
+
+
+def without_rows(case, as_role, expect):
+    """Roles that see no row are told why, once in a query, and the archive logs those that are no readers."""
+    for sql in ("CREATE ROLE grafana LOGIN", "CREATE ROLE hal_reader LOGIN", "INSERT INTO profivac_data.reader VALUES ('hal', 'hal_reader')",
+                "GRANT USAGE ON SCHEMA profivac TO grafana, hal_reader", "GRANT SELECT ON ALL TABLES IN SCHEMA profivac TO grafana, hal_reader"):
+        done = as_role(case.user, sql)
+        expect(done.returncode == 0, done.stderr)
+    words = {"grafana": "for role grafana: it is a reader of no plant", "hal_reader": "no station sends with the plant that it reads, hal"}
+    for role, reason in words.items():
+        # Tables without rows are not searched further.
+        for view in ("station", "series", "sample", "event", "alarm", "active_alarm"):
+            done = as_role(role, f"SELECT count(*) FROM profivac.{view}")
+            expect(done.stdout == "0\n" and done.stderr.count(reason) == 1 and done.stderr.count("HINT") == 1, f"{role}, {view}: {done}")
+    for role in ("hall_reader", case.user):
+        done = as_role(role, "SELECT count(*) > 0 FROM profivac.sample")
+        expect(done.stdout == "t\n" and not done.stderr, f"{role}: {done}")
+    # The file names no such role, and the archive logs those that the database has.
+    archive = case.archives[0]
+    archive.stop()
+    archive.start()
+    wait_for("the words about grafana", lambda: "have no rows for grafana, hal_reader" in archive.log.read_text())
 
 
 def hold_back(case, expect):
@@ -542,6 +873,19 @@ class Sender:
     def span(self, series, log10_sum, later=b"", level=2):
         return field(4, field(1, series) + field(2, level) + field(3, self.now) + field(6, log10_sum) + field(7, 1) + later)
 
+    @staticmethod
+    def point(name, unit, kind):
+        return field(1, field(1, b"turbo") + field(2, name) + field(3, unit) + field(4, kind))
+
+    def value(self, name, value, unit=b"", kind=b"number", later=b""):
+        """One value of a point."""
+        return field(8, self.point(name, unit, kind) + field(2, varint(2 * self.now)) + field(3, bytes([128])) + field(4, struct.pack("<d", value)) + later)
+
+    def point_span(self, name, low, high, last, unit=b"", kind=b"number"):
+        """A span of two values of a point."""
+        return field(9, self.point(name, unit, kind) + field(2, 2) + field(3, self.now) + field(4, low) + field(5, high) + field(6, last)
+                     + field(7, low + high) + field(8, 2))
+
     def reasons(self):
         return [row for row, in self.case.query("SELECT reason FROM profivac_data.rejected ORDER BY id")]
 
@@ -560,6 +904,9 @@ def hostile(case):
         # The database has one number for both levels, and refuses a statement with two rows of one key.
         ([span(b"chamber", 1.0, level=40_000), span(b"chamber", 2.0, level=50_000)], "has the level 40000"),
         ([field(5, field(1, 1) + field(2, sender.now) + field(4, b"note") + field(5, b"x" * (4 << 20 >> 1)))], "a text of 2097152 octets"),
+        ([sender.point_span(b"speed", 1.0, float("nan"), 1.0)], "beyond ±1e290"),
+        ([sender.value(os.urandom(4_000).hex().encode(), 1.0)], "a name of 8011 octets"),
+        ([sender.value(b"p%d" % number, 1.0) for number in range(10_001)], "has 10000 points already"),
         ([samples(b"chamber")], "the database of the station began"),
     ]
     for number, (rows, reason) in enumerate(refused, 1):
@@ -567,8 +914,20 @@ def hostile(case):
         status, reasons = sender.send(number, *rows, ahead=ahead), sender.reasons()
         if status != 204 or len(reasons) != number or reason not in reasons[-1]:
             raise SystemExit(f"FAILED: batch {number}: {status}, put aside: {reasons}")
-    if sender.send(9, samples(b"s1")) != 204 or case.count("rejected") != len(refused):
+    if sender.send(len(refused) + 1, samples(b"s1"), sender.value(b"p1", 1.0)) != 204 or case.count("rejected") != len(refused):
         raise SystemExit("FAILED: a batch of a known series is refused")
+    [(count, last)] = case.query(f"SELECT put_aside, put_aside_reason FROM profivac.station WHERE station = '{case.stations[1].name}'")
+    if int(count) != len(refused) or refused[-1][1] not in last:
+        raise SystemExit(f"FAILED: the view shows {count} batches that are put aside, the last one because of: {last}")
+    if "a batch of station-1 is put aside: a name of 8000 octets" not in case.archives[0].log.read_text():
+        raise SystemExit("FAILED: the archive does not log the reason")
+
+    def shown():
+        with urllib.request.urlopen(f"http://127.0.0.1:{case.view_port}/api/archive", timeout=30) as answer:
+            station = json.load(answer)["stations"]["station-1"]
+        return station["put_aside"] == len(refused) and refused[-1][1] in station["put_aside_reason"]
+
+    wait_for("the count and the last reason on the page", shown)
     # The other station and the views for Grafana go on.
     case.wait_for_more()
     if case.query("SELECT count(*) > 0 FROM profivac.span WHERE mean_pa > 0") is None:
@@ -576,11 +935,10 @@ def hostile(case):
     raise Done(f"{len(refused)} batches are put aside with the reason, and the other station goes on")
 
 
-class Publisher:
-    """Publishes batches of a station of its own, in the protocol of NATS."""
+class Client:
+    """Speaks the protocol of NATS."""
 
-    def __init__(self, port, station):
-        self.station, self.now = station, time.time_ns() // 1000
+    def __init__(self, port):
         self.link = socket.create_connection(("127.0.0.1", port), 30)
         self.lines = self.link.makefile("rb")
         if not self.lines.readline().startswith(b"INFO "):
@@ -588,18 +946,48 @@ class Publisher:
         login = json.dumps({"verbose": False, "pedantic": False, "headers": True})
         self.link.sendall(f"CONNECT {login}\r\nSUB answer 1\r\n".encode())
 
-    def publish(self, number):
-        """The answer of the stream to a batch of about half a megabyte."""
-        noise = lambda: os.urandom(16_000).hex().encode()
-        event = lambda row: field(5, field(1, 30 * number + row) + field(2, self.now) + field(4, b"note") + field(5, noise()))
-        payload = deflated(field(1, 1) + field(2, self.now) + b"".join(event(row) for row in range(1, 31)))
-        head = f"NATS/1.0\r\nProfivac-Batch: {self.station}/{self.now}/{number}\r\n\r\n".encode()
-        command = f"HPUB profivac.v1.hall.{self.station}.batch answer {len(head)} {len(head) + len(payload)}\r\n"
-        self.link.sendall(command.encode() + head + payload + b"\r\n")
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.lines.close()
+        self.link.close()
+
+    def answer(self):
         while (line := self.lines.readline()) and not line.startswith(b"MSG "):
             if line.startswith(b"PING"):
                 self.link.sendall(b"PONG\r\n")
         return json.loads(self.lines.read(int(line.split()[-1]) + 2))
+
+    def request(self, subject, body):
+        """The answer to a request, which must not be an error."""
+        payload = json.dumps(body).encode()
+        self.link.sendall(f"PUB {subject} answer {len(payload)}\r\n".encode() + payload + b"\r\n")
+        answer = self.answer()
+        if "error" in answer:
+            raise SystemExit(f"FAILED: {subject}: {answer['error']}")
+        return answer
+
+
+class Publisher(Client):
+    """Publishes batches of a station of its own."""
+
+    def __init__(self, port, station):
+        super().__init__(port)
+        self.station, self.now = station, time.time_ns() // 1000
+
+    def publish(self, number):
+        """The answer of the stream to a batch of about half a megabyte. The same number is the same batch."""
+        noise = lambda: os.urandom(16_000).hex().encode()
+        event = lambda row: field(5, field(1, 30 * number + row) + field(2, self.now) + field(4, b"note") + field(5, noise()))
+        return self.put(number, deflated(field(1, 1) + field(2, self.now) + b"".join(event(row) for row in range(1, 31))))
+
+    def put(self, number, payload):
+        """The answer of the stream to these octets."""
+        head = f"NATS/1.0\r\nProfivac-Batch: {self.station}/{self.now}/{number}\r\n\r\n".encode()
+        command = f"HPUB profivac.v1.hall.{self.station}.batch answer {len(head)} {len(head) + len(payload)}\r\n"
+        self.link.sendall(command.encode() + head + payload + b"\r\n")
+        return self.answer()
 
 
 def greedy(case):
@@ -628,6 +1016,41 @@ def greedy(case):
     print(f"{stored} batches of the greedy station were acknowledged, and are stored")
 
 
+def check_dashboard(case, station):
+    """Every query of the dashboard for Grafana runs in the database, and the points have curves with their units."""
+    dashboard = json.loads(Path(__file__).with_name("grafana.json").read_text())
+    variables = {one["name"]: one["query"] for one in dashboard["templating"]["list"] if one["type"] == "query"}
+    # As Grafana replaces them for a choice of all values; a quotation mark in a value is doubled.
+    chosen, first, last = {}, "0", "4102444800"
+
+    def filled(sql):
+        sql = sql.replace("$__unixEpochTo()", last).replace("$__unixEpochFrom()", first)
+        sql = re.sub(r"\$__timeFilter\((\w+)\)", rf"\1 BETWEEN to_timestamp({first}) AND to_timestamp({last})", sql)
+        for name, values in chosen.items():
+            sql = sql.replace(f"${name}", values)
+        return sql
+
+    def answered(sql):
+        rows = case.query(sql)
+        if rows is None:
+            raise SystemExit(f"FAILED: the database refuses a query of the dashboard: {sql}")
+        return rows
+
+    for name, sql in variables.items():
+        values = [row[0] for row in answered(filled(sql))]
+        chosen[name] = ", ".join("'" + value.replace("'", "''") + "'" for value in values) or "''"
+    rows = {}
+    for panel in dashboard["panels"]:
+        for target in panel["targets"]:
+            # Spans of two minutes: the senders have sent no others.
+            sql = re.sub(r"CASE WHEN \d+ - \d+ > .*? END", "2", filled(target["rawSql"]))
+            rows[panel["title"]] = answered(sql)
+    expected = {(f"{station} turbo.speed [Hz]", "3"), (f"{station} turbo.state", "3")}
+    found = {tuple(row[1:]) for row in rows["Points of slaves"]}
+    if found != expected:
+        raise SystemExit(f"FAILED: the dashboard shows the points {found} in place of {expected}")
+
+
 def versions(case):
     sender = Sender(case)
     later = field(77, b"of a later version") + field(78, 5) + field(79, 1.5)
@@ -640,6 +1063,9 @@ def versions(case):
         (1, [sender.samples(b"later", 3.5, later), sender.span(b"later", 2.0, later), event(2, later), alarm(2, later), audit(2, later), later]),
         (2, [sender.samples(b"next", 4.5)]),
         (1, [sender.samples(b"this again", 5.5)]),
+        (1, [sender.value(b"speed", -2.5, b"Hz"), sender.value(b"speed", 60.0, b"rpm"), sender.value(b"state", 3.0, kind=b"code", later=later),
+             sender.point_span(b"speed", -2.0, 4.0, 4.0, b"Hz"), sender.point_span(b"state", 0.0, 3.0, 3.0, kind=b"code")]),
+        (1, [sender.point_span(b"speed", -2.0, 8.0, 8.0, b"Hz")]),
     ]
     for number, (of_format, rows) in enumerate(batches, 1):
         status = sender.send(number, *rows, of_format=of_format)
@@ -651,6 +1077,11 @@ def versions(case):
             [["this", "2.5"], ["later", "3.5"], ["this again", "5.5"]],
         f"SELECT series, round(mean_pa) FROM profivac.span WHERE station = '{name}' AND series IN ('this', 'later') ORDER BY 2":
             [["this", "10"], ["later", "100"]],
+        f"SELECT slave, point, unit, kind, value FROM profivac.point_sample WHERE station = '{name}' ORDER BY value":
+            [["turbo", "speed", "Hz", "number", "-2.5"], ["turbo", "state", "", "code", "3"], ["turbo", "speed", "rpm", "number", "60"]],
+        # The later batch replaces the span, and a code has no mean.
+        f"SELECT point, unit, min_value, max_value, mean_value, last_value, count FROM profivac.point_span WHERE station = '{name}' ORDER BY 1":
+            [["speed", "Hz", "-2", "8", "3", "8", "2"], ["state", "", "0", "3", "\\N", "3", "2"]],
         f"SELECT text FROM profivac.event WHERE station = '{name}' AND kind = 'note' ORDER BY 1": [["event 1"], ["event 2"]],
         f"SELECT alarm FROM profivac.active_alarm WHERE station = '{name}' AND alarm LIKE 'pump%' ORDER BY 1": [["pump 1"], ["pump 2"]],
         f"SELECT user_name FROM profivac.audit WHERE station = '{name}'": [["ada"], ["ada"]],
@@ -659,11 +1090,135 @@ def versions(case):
         found = case.query(sql)
         if found != rows:
             raise SystemExit(f"FAILED: {sql}: {found} in place of {rows}")
+    check_dashboard(case, name)
     reasons = sender.reasons()
     if len(reasons) != 1 or "format 2" not in reasons[0]:
         raise SystemExit(f"FAILED: put aside: {reasons}")
     case.wait_for_more()
     raise Done("both versions are stored, the batch of a later format is put aside with the reason, and the other station goes on")
+
+
+def metrics(case):
+    """One archive counts; Prometheus reads its numbers."""
+    archive, other = case.archives
+    for process in case.archives:
+        process.stop()
+    file = case.folder / "archive-0.toml"
+    file.write_text(file.read_text() + '\n[prometheus]\nlisten = "127.0.0.1:0"\n')
+    before = {table: case.count(table) for table in ("batch", "sample", "event")}
+    archive.start()
+
+    def url():
+        lines = [line for line in archive.log.read_text().splitlines() if line.startswith("metrics at ")]
+        return lines and lines[-1].split()[-1]
+
+    wait_for("the address of the metrics", url)
+
+    def text():
+        with urllib.request.urlopen(url(), timeout=30) as answer:
+            return answer.read().decode()
+
+    def value(sample):
+        found = [line.rsplit(" ", 1)[1] for line in text().splitlines() if line.rsplit(" ", 1)[0] == sample]
+        return float(found[0]) if found else None
+
+    name = "profivac_archive_"
+    wait_for("that the archive takes batches", lambda: value(f'{name}up{{transport="nats"}}') == 1)
+    case.wait_for_more()
+    counts = {"batch": f"{name}batches_total", "sample": f'{name}rows_total{{table="sample"}}', "event": f'{name}rows_total{{table="event"}}'}
+    same = lambda: all(value(sample) == case.count(table) - before[table] for table, sample in counts.items())
+    wait_for("the numbers of the database in the metrics", same)
+    # Batches of a station of its own: one that comes again, one that is damaged, and three that do not come.
+    with Publisher(case.lines[0].target, "counted") as publisher:
+        publisher.publish(1)
+        publisher.publish(1)
+        wait_for("the batch that came again", lambda: value(f"{name}repeated_batches_total") == 1)
+        publisher.publish(5)
+        publisher.put(6, b"damaged")
+    wait_for("the damaged batch", lambda: value(f'{name}rejected_batches_total{{station="counted",reason="damaged"}}') == 1)
+    of_counted = '{plant="hall",station="counted"}'
+    wait_for("the numbers that have not come", lambda: value(f"{name}station_missing_batches{of_counted}") == 3)
+    if value(f"{name}station_rejected_batches{of_counted}") != 1 or abs(time.time() - value(f"{name}station_last_batch_timestamp_seconds{of_counted}")) > 300:
+        raise SystemExit(f"FAILED: of the station counted: {text()}")
+    for transaction in ("transaction_duration_seconds_count", "retention_next_timestamp_seconds", "retention_last_timestamp_seconds"):
+        if not value(name + transaction):
+            raise SystemExit(f"FAILED: {transaction} is {value(name + transaction)}")
+    case.postgres.kill()
+    wait_for("batches in the stream while PostgreSQL is down", lambda: value(f"{name}stream_batches"))
+    oldest = value(f"{name}stream_oldest_batch_timestamp_seconds")
+    if not oldest or abs(time.time() - oldest) > 300 or value(f'{name}up{{transport="nats"}}') != 0:
+        raise SystemExit(f"FAILED: while PostgreSQL is down: {text()}")
+    errors = [line for line in text().splitlines() if line.startswith(f"{name}database_errors_total")]
+    if not errors:
+        raise SystemExit("FAILED: no error of the database is counted")
+    case.start_again(case.postgres)
+    wait_for("an empty stream", lambda: value(f"{name}stream_batches") == 0)
+    if shutil.which("promtool"):
+        checked = subprocess.run(["promtool", "check", "metrics"], input=text(), text=True, capture_output=True)
+        if checked.returncode != 0:
+            raise SystemExit(f"FAILED: promtool: {checked.stdout}{checked.stderr}")
+    other.start()
+    raise Done(f"batches and rows are counted as in the database, and while PostgreSQL is down: {', '.join(errors)}")
+
+
+def absent(case):
+    """The comparison at the end has every sample, span and event of the time without [archive]."""
+    station = case.stations[0]
+    file = case.folder / f"{station.name}.toml"
+    text = file.read_text()
+    before = text.index("[archive]")
+    after = text.index("[[segment]]", before)
+    station.stop()
+    file.write_text(text[:before] + text[after:])
+    # A constant pressure is recorded at the start and at the end.
+    for _ in range(2):
+        recorded = case.recorded(station)
+        station.start()
+        wait_for("samples without an archive", lambda: case.recorded(station) > recorded)
+        station.stop()
+    meanwhile = case.recorded(station)
+    stored = int(case.query(f"SELECT count(*) FROM profivac.sample WHERE station = '{station.name}'")[0][0])
+    file.write_text(text)
+    case.wait_for_more()
+    wait_for("that everything is sent", lambda: case.record(station, "SELECT count(*) FROM station_state WHERE name = 'archive-absence'") == [(0,)])
+    print(f"{stored} samples were stored, {meanwhile} recorded when [archive] was back")
+
+
+def moved(case):
+    """The statements of docs/archive-operation.md."""
+    station = case.stations[0]
+    station.stop()
+    with Client(case.lines[0].target) as nats:
+        waiting = lambda: nats.request("$JS.API.STREAM.INFO.PROFIVAC", {})["state"]["messages"]
+        wait_for("an empty stream", lambda: waiting() == 0)
+    sql = (f"BEGIN; UPDATE profivac_data.station SET name = 'moved', plant = 'ring' WHERE name = '{station.name}';"
+           "UPDATE profivac_data.rejected SET station = 'moved', subject = 'profivac.v1.ring.moved.batch', "
+           f"message_id = 'moved' || substring(message_id FROM '/.*') WHERE station = '{station.name}';"
+           f"UPDATE profivac_data.put_aside SET station = 'moved' WHERE station = '{station.name}'; COMMIT")
+    subprocess.run(["psql", "-X", "-q", "-v", "ON_ERROR_STOP=1", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user, "-d", "postgres", "-c", sql], check=True)
+    written = case.write_station
+
+    def write_station(name, number, gauges):
+        written(name, number, gauges)
+        if name == station.name:
+            file = case.folder / f"{name}.toml"
+            head, archive = file.read_text().split("[archive]", 1)
+            archive = archive.replace('plant = "hall"', 'plant = "ring"', 1).replace(f'station = "{name}"', 'station = "moved"', 1)
+            file.write_text(f"{head}[archive]{archive}")
+
+    case.write_station = write_station
+    case.write_station(station.name, 0, example["GAUGES"])
+    case.wait_for_more()
+    # A gap would be noted 40 s after a later batch.
+    of_station = "JOIN profivac_data.station ON station.id = station WHERE name = 'moved'"
+    last = int(case.query(f"SELECT max(number) FROM profivac_data.batch {of_station}")[0][0])
+    wait_for("that the numbers are settled", lambda: int(case.query(f"SELECT min(settled) FROM profivac_data.epoch {of_station}")[0][0]) >= last)
+    rows = case.query("SELECT station, plant, missing, put_aside FROM profivac.station ORDER BY 1")
+    if rows != [["moved", "ring", "0", "0"], ["station-1", "ring", "0", "0"]]:
+        raise SystemExit(f"FAILED: the stations are {rows}")
+    # The other comparisons read the folder of the former name.
+    original = case.query
+    case.query = lambda sql: original(sql.replace(f"'{station.name}'", "'moved'"))
 
 
 class Done(Exception):
@@ -679,11 +1234,22 @@ CASES = {
     "nats": (full_server, {"disk": "nats-0"}),
     "station": (full_station, {"disk": "station-0"}),
     "restored": (restored, {}),
+    "older": (restored, {"servers": 0}),
+    "cleaned": (cleaned, {}),
+    "backup": (backup, {"stations": 1}),
+    "copied": (copied, {}),
+    "retention": (retention, {}),
+    "power": (power, {}),
+    "crash": (crash, {}),
+    "foreign": (foreign, {}),
     "secure": (secure, {"is_secure": True}),
     "readers": (readers, {}),
     "hostile": (hostile, {"servers": 0}),
     "versions": (versions, {"servers": 0}),
     "greedy": (greedy, {"stream": "200_000_000"}),
+    "metrics": (metrics, {}),
+    "absent": (absent, {}),
+    "moved": (moved, {}),
     "same-name": (same_name, {"stations": 1}),
 }
 

@@ -15,6 +15,7 @@ import glob
 import os
 import random
 import secrets
+import select
 import shutil
 import signal
 import socket
@@ -156,12 +157,17 @@ class Process:
 
     def __init__(self, name, arguments, folder):
         self.name, self.arguments, self.log = name, arguments, folder / f"{name}.log"
-        self.process = None
+        self.process = self.held = None
 
     def start(self):
+        if self.held is not None:
+            os.close(self.held)
+        # The program and those that it starts hold the other end of this pipe until the last of them has ended.
+        self.held, end = os.pipe()
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
-                self.arguments, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+                self.arguments, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True, pass_fds=[end])
+        os.close(end)
 
     def is_running(self):
         return self.process is not None and self.process.poll() is None
@@ -170,6 +176,8 @@ class Process:
         if self.is_running():
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
+        # A process of PostgreSQL may write a file after the first one of them has ended.
+        assert select.select([self.held], [], [], BOUND)[0], f"a process of {self.name} has not ended after SIGKILL"
 
     def stop(self):
         if self.is_running():

@@ -430,6 +430,21 @@ def running(case):
         case.close()
 
 
+def store_points(case):
+    """The speed and the state of a turbo pump of station-0, for 20 minutes: the page draws them."""
+    sql = """
+        WITH point AS (
+            INSERT INTO profivac_data.point (station, slave, name, unit, kind)
+            SELECT id, 'turbo', new.name, unit, kind
+            FROM profivac_data.station, (VALUES ('speed', 'Hz', 'number'), ('state', '', 'code')) AS new (name, unit, kind)
+            WHERE station.name = 'station-0' RETURNING id)
+        INSERT INTO profivac_data.point_span
+        SELECT id, 2, to_timestamp(floor(extract(epoch FROM now()) / 120) * 120 - 120 * number), 0, 0, 3, 3, 3, 3, 1, 1
+        FROM point, generate_series(1, 10) AS number"""
+    psql = ["psql", "-X", "-q", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user, "-d", "postgres", "-c", sql]
+    subprocess.run(psql, check=True, capture_output=True)
+
+
 def main(program, browser):
     with tempfile.TemporaryDirectory(prefix="profivac-view-") as folder:
         case, guarded = guarded_example(Path(program).resolve(), Path(folder), 1)
@@ -444,6 +459,7 @@ def main(program, browser):
             asks_the_stations(guarded)
             hides_plants(guarded)
             if browser:
+                store_points(case)
                 addresses = {"ARCHIVE": view.url, "ARCHIVE_USERS": guarded.url, "PASSWORD": PASSWORD}
                 subprocess.run(["node", "--test", "archive.mjs"], cwd=ROOT / "crates/station/web/e2e", check=True, env={**os.environ, **addresses})
             shows_full_resolution(guarded)

@@ -25,7 +25,7 @@ const SHARED: [&str; 2] = ["crates/web-server/src/tables", "crates/station/src/c
 const WRAPPERS: [&str; 3] = ["Option", "Spanned", "Parsed"];
 
 /// Types of values, and what the file has for them.
-const WORDS: [(&str, &[&str]); 15] = [
+const WORDS: [(&str, &[&str]); 16] = [
     ("`true` or `false`", &["bool"]),
     ("URL", &["Uri"]),
     ("address and port", &["Listen", "SocketAddr"]),
@@ -41,6 +41,7 @@ const WORDS: [(&str, &[&str]); 15] = [
     ("text", &["Secret", "String"]),
     ("text or integer", &["PrmValue"]),
     ("text or table", &["OutputsToml"]),
+    ("time of the day or `off`", &["DailyTime"]),
 ];
 
 /// Prints the page.
@@ -200,7 +201,9 @@ impl Page<'_> {
     fn keys(&self, of: &str) -> Result<Vec<Key>> {
         let Some(Item::Struct(item)) = self.item(of) else { anyhow::bail!("{of} is no struct") };
         let rename = serde(&item.attrs, "rename_all");
-        let keys = item.fields.iter().map(|field| {
+        // A field without a key is filled while the file is checked.
+        let fields = item.fields.iter().filter(|field| serde(&field.attrs, "skip").is_none());
+        let keys = fields.map(|field| {
             let name = key(field, rename.as_deref());
             let shape = self.shape(&field.ty).with_context(|| format!("{of}: {name}"))?;
             let is_option = matches!(&field.ty, Type::Path(path) if path.path.segments.last().is_some_and(|it| it.ident == "Option"));

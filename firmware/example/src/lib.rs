@@ -52,7 +52,7 @@ impl Example {
     fn new(serial: SerialNumber) -> Self {
         Self {
             serial,
-            presentation: Presentation::new(FACTORY_UNIT),
+            presentation: Presentation::new(&MODEL, FACTORY_UNIT),
             part: MeasuringPart::new(&PART),
             heater: Heater::On,
             filter_ms: 100,
@@ -94,7 +94,7 @@ impl ParameterAccess for Example {
                 self.filter_ms = Some(value.integer()?).filter(|ms| *ms <= 1000).ok_or(AccessError::OutOfRange)?;
             }
             _ => match InputRow::from_index(at.row.index).ok_or(AccessError::NotWritable)? {
-                row @ (InputRow::DataType | InputRow::DataUnits) => self.presentation.set_row(&MODEL, row, value)?,
+                row @ (InputRow::DataType | InputRow::DataUnits) => self.presentation.set_row(row, value)?,
                 row => self.part.set_input(row, value)?,
             },
         }
