@@ -146,7 +146,7 @@ test('an operator logs in and acknowledges an alarm of a station', async () => {
     await row.getByRole('button', { name: 'Acknowledge' }).click()
     await row.getByText('(archive:ada)').waitFor()
     await row.getByRole('button', { name: 'Acknowledge' }).waitFor({ state: 'detached' })
-    assert.match(await page.getByRole('banner').innerText(), /2 alarms/)
+    assert.match(await page.getByRole('banner').innerText(), /2 active alarms/)
     assert.deepEqual(complaints, [])
   } finally {
     await close()
