@@ -230,7 +230,7 @@ impl World {
         let data = self.data(record, value);
         let mut alarm = alarm_of_state(value.state, settings);
         // The words stay if the site gives the state no severity: the end of the range is no pressure then either.
-        let mut message = message(record.signal, value.state);
+        let message = message(record.signal, value.state);
         if value.value == Value::None && value.state == State::Ok {
             alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
         }

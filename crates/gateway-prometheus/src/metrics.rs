@@ -180,21 +180,6 @@ fn is_number(text: &str) -> bool {
     words.next().is_some_and(|first| is_digits(first) && first.parse::<f64>().is_ok()) && words.count() <= 1
 }
 
-#[cfg(test)]
-mod tests {
-    use super::is_number;
-
-    #[test]
-    fn a_number_has_digits_and_at_most_a_unit() {
-        for number in ["12", "-1.5e-3 mbar", "12.5 Hz (uncertain)", "3 (uncertain)"] {
-            assert!(is_number(number), "{number}");
-        }
-        for words in ["", "on", "inf", "nan", "2 of 3 open", "at speed"] {
-            assert!(!is_number(words), "{words}");
-        }
-    }
-}
-
 /// Microseconds since 1970 in seconds.
 struct Seconds(i64);
 
@@ -397,6 +382,21 @@ fn put_gateways(text: &mut Exposition, gateways: &[GatewayView]) {
     for gateway in gateways {
         if let Some(ms) = gateway.last_error_ms {
             text.sample(name, &with_label("", "gateway", &gateway.name), Seconds(ms.saturating_mul(1000)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_number;
+
+    #[test]
+    fn a_number_has_digits_and_at_most_a_unit() {
+        for number in ["12", "-1.5e-3 mbar", "12.5 Hz (uncertain)", "3 (uncertain)"] {
+            assert!(is_number(number), "{number}");
+        }
+        for words in ["", "on", "inf", "nan", "2 of 3 open", "at speed"] {
+            assert!(!is_number(words), "{words}");
         }
     }
 }

@@ -90,6 +90,12 @@ pub fn check(file: &DeviceToml) -> Result<Device, Located> {
 /// The built-in device whose behaviour this one has. It finds its rows by the positions of their blocks.
 fn behaviour(file: &DeviceToml, blocks: &[OwnedBlock]) -> Result<Option<&'static Model>, Located> {
     let Some(name) = &file.behaviour else { return Ok(None) };
+    if let Some(of_block) = file.block.iter().find_map(|block| block.behaviour.as_ref()) {
+        return problem(
+            of_block.span(),
+            "the device has a behaviour, so its blocks cannot have their own; delete that of the device or those of the blocks",
+        );
+    }
     let Some(model) = model_named(name.get_ref()) else {
         let known: Vec<_> = known_names().collect();
         return Err(unknown(name, &format!("a device that profivac has, one of: {}", known.join(", ")), known_names()));
@@ -114,9 +120,6 @@ fn check_behaviours(file: &DeviceToml, device: &Device) -> Result<(), Located> {
     for (block, toml) in device.blocks.iter().zip(&file.block) {
         let (Some(behaviour), Some(name)) = (block.behaviour, &toml.behaviour) else { continue };
         let wrong = |text: String| problem(name.span(), text);
-        if device.behaviour.is_some() {
-            return wrong("the device has a behaviour, so its blocks cannot have their own; delete that of the device or those of the blocks".to_owned());
-        }
         if device.parts.len() > MAX_PARTS {
             return wrong(format!("a device with behaviours of blocks has at most {MAX_PARTS} parts"));
         }

@@ -526,8 +526,15 @@ mod tests {
         assert_eq!(DataType::Float.decode(&f32::NAN.to_be_bytes(), &FORMAT), Err(AccessError::OutOfRange));
         assert_eq!(DataType::ByType.decode(&(-1.0f32).to_be_bytes(), &FORMAT), Err(AccessError::OutOfRange));
         assert_eq!(Value::Integer(256).integer::<u8>(), Err(AccessError::OutOfRange));
-        assert_eq!(Value::Boolean(true).integer::<u8>(), Err(AccessError::OutOfRange));
+        assert_eq!(Value::Float(1.0).integer::<u8>(), Err(AccessError::OutOfRange));
+        assert_eq!(Value::Integer(2).boolean(), Err(AccessError::OutOfRange));
         assert_eq!(Value::octets(&[1, 2, 3]).command(), Err(AccessError::OutOfRange));
+    }
+
+    #[test]
+    fn a_boolean_and_the_numbers_0_and_1_stand_for_each_other() {
+        assert_eq!([false, true].map(|state| Value::Boolean(state).integer::<u8>()), [Ok(0), Ok(1)]);
+        assert_eq!([0, 1].map(|number| Value::Integer(number).boolean()), [Ok(false), Ok(true)]);
     }
 
     #[test]

@@ -104,8 +104,9 @@ pub async fn beacons(socket: UdpSocket, to: (Ipv4Addr, u16), port: u16, shared: 
     let (mut number, mut pause) = (0_u32, FIRST_BEACON);
     loop {
         // The first beacon has to wait until the runtime has seen that the new socket is writable.
+        let beacon = beacon(port, number);
         tokio::select! {
-            sent = socket.send_to(&beacon(port, number), SocketAddr::from(to)) => drop(sent),
+            sent = socket.send_to(&beacon, SocketAddr::from(to)) => drop(sent),
             () = stop.stopped() => return,
         }
         number = number.wrapping_add(1);

@@ -162,8 +162,9 @@ pub async fn beacons(socket: UdpSocket, to: (Ipv4Addr, u16), guid: Guid, port: u
     let mut early = FIRST_BEACONS;
     loop {
         // The first beacon has to wait until the runtime has seen that the new socket is writable.
+        let beacon = beacon(guid, sequence, port);
         tokio::select! {
-            sent = socket.send_to(&beacon(guid, sequence, port), SocketAddr::from(to)) => drop(sent),
+            sent = socket.send_to(&beacon, SocketAddr::from(to)) => drop(sent),
             () = stop.stopped() => return,
         }
         sequence = sequence.wrapping_add(1);
