@@ -297,10 +297,17 @@ fn the_channel_block_works_with_a_controller() {
     let mut plc = Plc::new(device, "tpg500", "PV_TPG500_CHANNEL", &[], configuration.octets);
     let unit = plc.task("WRITE=1 SLOT=1 INDEX=22 LENGTH=1 WHOLE=2");
     assert_eq!((unit.number("DONE"), unit.number("RESULT_WHOLE")), (1.0, 2.0), "{unit:?}");
-    // A threshold can be written while the self-monitoring is off (errata-bpg-bcg-tpg 136).
+    // A threshold can be written while the set is open: IF300P/IF301P manual 3.2.4.2, errata-bpg-bcg-tpg 136 to 138.
+    let upper = "WRITE=1 IS_REAL=1 SLOT=10 INDEX=21 LENGTH=4 NUMBER=0.002";
+    let refused = plc.task(upper);
+    assert_eq!((refused.number("ERROR"), refused.number("ERROR_CODE")), (1.0, 17.0), "{refused:?}");
     plc.task("WRITE=1 SLOT=10 INDEX=20 LENGTH=1 WHOLE=0");
-    let threshold = plc.task("WRITE=1 IS_REAL=1 SLOT=10 INDEX=21 LENGTH=4 NUMBER=0.002");
+    let threshold = plc.task(upper);
     assert_eq!((threshold.number("DONE"), threshold.number("RESULT_NUMBER") as f32), (1.0, 0.002), "{threshold:?}");
+    for settings in ["IS_REAL=1 INDEX=22 LENGTH=4 NUMBER=0.001", "INDEX=20 LENGTH=1 WHOLE=1"] {
+        let written = plc.task(&format!("WRITE=1 SLOT=10 {settings}"));
+        assert_eq!(written.number("DONE"), 1.0, "{settings}: {written:?}");
+    }
 }
 
 #[test]
