@@ -51,7 +51,7 @@ times() {
 python_environment() {
     local wanted=ci/requirements.txt
     if cmp -s "$wanted" target/venv/installed.txt; then return; fi
-    need python3-venv python3 -c 'import ensurepip, venv'
+    need_python
     python3 -m venv --clear target/venv
     target/venv/bin/pip install --quiet --disable-pip-version-check --requirement "$wanted"
     cp "$wanted" target/venv/installed.txt

@@ -25,6 +25,12 @@ need_to_build() {
     need npm npm --version
 }
 
+# A virtual environment, and the headers for the packages in it that are compiled.
+need_python() {
+    need python3-venv python3 -c 'import ensurepip, venv'
+    need python3-dev python3 -c 'import os, sysconfig; os.stat(sysconfig.get_path("include") + "/Python.h")'
+}
+
 # PostgreSQL installed, and a server of NATS unpacked below target/tools: its package would start a server on a public port.
 need_servers() {
     need postgresql ls /usr/lib/postgresql/*/bin/initdb

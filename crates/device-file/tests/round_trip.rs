@@ -6,6 +6,7 @@ use profivac_client::st::{Dialect, st};
 use profivac_device_file::{DeviceFile, show};
 use profivac_devices::catalog::MODELS;
 use profivac_devices::model::Model;
+use std::collections::BTreeSet;
 
 /// The device, read from its own file under another name.
 pub fn again(model: &'static Model, name: &str) -> &'static Model {
@@ -55,6 +56,28 @@ fn like_without_differences_inherits_every_table() {
         let text = format!("format = 1\nname = \"same\"\ntitle = {:?}\nlike = {:?}\n", model.title, model.name);
         let same = DeviceFile::parse(&text).unwrap_or_else(|error| panic!("{error}")).model().unwrap();
         compare(same, model);
+    }
+}
+
+/// Names, units and tasks that no compiled device has.
+#[test]
+fn the_blocks_of_any_device_are_identifiers_numbers_and_statements() {
+    let mut seen = BTreeSet::new();
+    for name in ["a-b", "a--b", "a---b", "a-name-of-thirty-two-characters1", "a-name-of-thirty-two-characters2"] {
+        let text = format!(
+            "format = 1\nname = {name:?}\ntitle = \"\u{c5} *) (*\"\nlike = \"tpg500\"\nunits = [{{ code = 1, name = \"mbar\", per-mbar = 1.0 }}, \
+             {{ code = 40000, name = \"x *) y\", per-mbar = 0.001 }}]\n[parameter-channel]\ntasks = [{{ ak = 1 }}]\n"
+        );
+        let model = DeviceFile::parse(&text).unwrap_or_else(|error| panic!("{error}")).model().unwrap();
+        let text = st(model, Dialect::Standard);
+        for block in text.lines().filter_map(|line| line.strip_prefix("FUNCTION_BLOCK ")) {
+            let is_word = |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_';
+            assert!(block.chars().all(is_word) && !block.contains("__") && block.len() <= 32, "{block}");
+            assert!(seen.insert(block.to_owned()), "{block} is there twice");
+        }
+        assert!(text.is_ascii() && text.matches("(*").count() == text.matches("*)").count(), "{text}");
+        assert!(text.contains("UNIT : DINT := -1;"), "40000 is no INT:\n{text}");
+        assert!(!text.contains("CASE LENGTH OF"), "no task writes:\n{text}");
     }
 }
 

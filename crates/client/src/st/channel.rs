@@ -18,7 +18,7 @@ pub(super) fn write(source: &mut Source, model: &Model) {
     source.variables("VAR_OUTPUT", OUTPUTS);
     source.variables("VAR", OWN);
     source.begin_statements();
-    source.lines(&STATEMENTS.replace("{TASKS}", &tasks(model.channel_rules)));
+    source.lines(&STATEMENTS.replace("{TASKS}\n", &tasks(model.channel_rules)));
     source.end_block();
 }
 
@@ -48,7 +48,7 @@ fn error_codes(rules: &ChannelRules) -> BTreeMap<u8, String> {
     codes
 }
 
-/// The task for a write of each length.
+/// The choice of the task for a write of each length. A device without a task that writes has no choice: a `CASE` needs a value.
 fn tasks(rules: &ChannelRules) -> String {
     let mut tasks = String::new();
     for length in [1, 2, 4] {
@@ -60,7 +60,10 @@ fn tasks(rules: &ChannelRules) -> String {
             let _ = writeln!(tasks, "            {length}: TASK_CODE := {ak};");
         }
     }
-    tasks.trim_end().to_owned()
+    if tasks.is_empty() {
+        return tasks;
+    }
+    format!("        CASE LENGTH OF\n{tasks}        ELSE\n            TASK_CODE := 0;\n        END_CASE;\n")
 }
 
 const HEAD: &str = "\
@@ -70,7 +73,8 @@ const HEAD: &str = "\
    WRITE: FALSE reads, TRUE writes LENGTH octets: NUMBER as a float if IS_REAL (LENGTH 4), otherwise WHOLE.
    ERROR_CODE below 0:
    -1       the inputs of the block do not fit each other, nothing was sent
-   -2       no answer within TIMEOUT_CALLS calls; a write may have been executed: read before you write again
+   -2       no answer within TIMEOUT_CALLS calls; a write may have been executed: read before you write again.
+            The block counts calls, not time: a program without a cycle time calls it too often
    -3       the slave does not exchange data; as -2
    -4       an answer of unknown kind
    ERROR_CODE of the device:";
@@ -86,7 +90,7 @@ LENGTH : INT;
 IS_REAL : BOOL;
 NUMBER : REAL;
 WHOLE : DINT;
-TIMEOUT_CALLS : INT := 1000;";
+TIMEOUT_CALLS : DINT := 1000;";
 
 const OUTPUTS: &str = "\
 REQUEST : ARRAY[0..7] OF BYTE;
@@ -105,17 +109,22 @@ STATE : INT;
 WAS_EXECUTE : BOOL;
 TASK_CODE : INT;
 VALUE : ARRAY[0..3] OF INT;
-CALLS : INT;
+CALLS : DINT;
+IS_LATE : BOOL;
+RAW : BYTE;
 AK : INT;
-I : INT;
+ELEMENT : INT;
+ITEM : INT;
 REST : DINT;
 OCTET : DINT;
 MANTISSA : REAL;
+PLACE : REAL;
 EXPONENT : INT;";
 
 /// STATE 0: no task; 1: waits until the answer has no task, because some devices begin a task only then; 2: waits for the answer.
 const STATEMENTS: &str = "\
-AK := BYTE_TO_INT(RESPONSE[0]) / 16;
+RAW := RESPONSE[0];
+AK := BYTE_TO_INT(RAW) / 16;
 IF NOT EXECUTE AND (STATE = 0) THEN
     DONE := FALSE;
     ERROR := FALSE;
@@ -127,16 +136,12 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
     ERROR_CODE := 0;
     CALLS := 0;
     TASK_CODE := 1;
-    FOR I := 0 TO 3 DO
-        VALUE[I] := 0;
+    FOR ELEMENT := 0 TO 3 DO
+        VALUE[ELEMENT] := 0;
     END_FOR;
     IF WRITE THEN
         TASK_CODE := 0;
-        CASE LENGTH OF
 {TASKS}
-        ELSE
-            TASK_CODE := 0;
-        END_CASE;
         IF IS_REAL THEN
             MANTISSA := ABS(NUMBER);
             EXPONENT := 150;
@@ -156,7 +161,17 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
                 REST := 0;
                 EXPONENT := 0;
             ELSE
-                REST := REAL_TO_DINT(MANTISSA) - 8388608;
+                MANTISSA := MANTISSA - 8388608.0;
+                REST := 0;
+                PLACE := 4194304.0;
+                WHILE PLACE >= 1.0 DO
+                    REST := REST * 2;
+                    IF MANTISSA >= PLACE THEN
+                        MANTISSA := MANTISSA - PLACE;
+                        REST := REST + 1;
+                    END_IF;
+                    PLACE := PLACE * 0.5;
+                END_WHILE;
             END_IF;
             IF LENGTH <> 4 THEN
                 TASK_CODE := 0;
@@ -175,15 +190,15 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
                 TASK_CODE := 0;
             END_IF;
             REST := WHOLE;
-            I := 3;
-            WHILE (TASK_CODE > 0) AND (I > 3 - LENGTH) DO
+            ELEMENT := 3;
+            WHILE (TASK_CODE > 0) AND (ELEMENT > 3 - LENGTH) DO
                 OCTET := REST MOD 256;
                 IF OCTET < 0 THEN
                     OCTET := OCTET + 256;
                 END_IF;
-                VALUE[I] := DINT_TO_INT(OCTET);
+                VALUE[ELEMENT] := DINT_TO_INT(OCTET);
                 REST := (REST - OCTET) / 256;
-                I := I - 1;
+                ELEMENT := ELEMENT - 1;
             END_WHILE;
         END_IF;
     END_IF;
@@ -197,7 +212,10 @@ END_IF;
 WAS_EXECUTE := EXECUTE;
 
 IF STATE <> 0 THEN
-    CALLS := CALLS + 1;
+    IS_LATE := CALLS >= TIMEOUT_CALLS;
+    IF NOT IS_LATE THEN
+        CALLS := CALLS + 1;
+    END_IF;
     IF NOT EXCHANGING THEN
         STATE := 0;
         ERROR := TRUE;
@@ -207,16 +225,19 @@ IF STATE <> 0 THEN
         REQUEST[0] := INT_TO_BYTE(TASK_CODE * 16);
         REQUEST[1] := INT_TO_BYTE(SLOT);
         REQUEST[2] := INT_TO_BYTE(INDEX);
-        REQUEST[3] := INT_TO_BYTE(0);
-        FOR I := 0 TO 3 DO
-            REQUEST[4 + I] := INT_TO_BYTE(VALUE[I]);
+        ITEM := 0;
+        REQUEST[3] := INT_TO_BYTE(ITEM);
+        FOR ELEMENT := 0 TO 3 DO
+            ITEM := VALUE[ELEMENT];
+            REQUEST[4 + ELEMENT] := INT_TO_BYTE(ITEM);
         END_FOR;
     ELSIF (STATE = 2) AND (AK <> 0) AND (RESPONSE[1] = REQUEST[1]) AND (RESPONSE[2] = REQUEST[2]) THEN
         STATE := 0;
         DONE := TRUE;
-        FOR I := 0 TO 3 DO
-            RESULT[I] := RESPONSE[4 + I];
-            VALUE[I] := BYTE_TO_INT(RESPONSE[4 + I]);
+        FOR ELEMENT := 0 TO 3 DO
+            RESULT[ELEMENT] := RESPONSE[4 + ELEMENT];
+            RAW := RESPONSE[4 + ELEMENT];
+            VALUE[ELEMENT] := BYTE_TO_INT(RAW);
         END_FOR;
         CASE AK OF
             1: RESULT_LENGTH := 2;
@@ -238,14 +259,21 @@ IF STATE <> 0 THEN
             IF (AK = 2) AND (VALUE[0] >= 128) THEN
                 RESULT_WHOLE := -1;
             END_IF;
-            FOR I := 4 - RESULT_LENGTH TO 3 DO
-                RESULT_WHOLE := RESULT_WHOLE * 256 + INT_TO_DINT(VALUE[I]);
-            END_FOR;
+            ELEMENT := 4 - RESULT_LENGTH;
+            WHILE ELEMENT <= 3 DO
+                ITEM := VALUE[ELEMENT];
+                RESULT_WHOLE := RESULT_WHOLE * 256 + INT_TO_DINT(ITEM);
+                ELEMENT := ELEMENT + 1;
+            END_WHILE;
             EXPONENT := (VALUE[0] MOD 128) * 2 + VALUE[1] / 128;
             RESULT_IS_NUMBER := (AK = 2) AND (EXPONENT < 255);
             IF RESULT_IS_NUMBER AND (EXPONENT > 0) THEN
-                RESULT_NUMBER := 8388608.0 + INT_TO_REAL(VALUE[1] MOD 128) * 65536.0
-                    + INT_TO_REAL(VALUE[2]) * 256.0 + INT_TO_REAL(VALUE[3]);
+                ITEM := VALUE[1] MOD 128 + 128;
+                RESULT_NUMBER := INT_TO_REAL(ITEM) * 65536.0;
+                ITEM := VALUE[2];
+                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL(ITEM) * 256.0;
+                ITEM := VALUE[3];
+                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL(ITEM);
                 EXPONENT := EXPONENT - 150;
                 WHILE EXPONENT > 0 DO
                     RESULT_NUMBER := RESULT_NUMBER * 2.0;
@@ -260,7 +288,7 @@ IF STATE <> 0 THEN
                 END_IF;
             END_IF;
         END_IF;
-    ELSIF CALLS > TIMEOUT_CALLS THEN
+    ELSIF IS_LATE THEN
         STATE := 0;
         ERROR := TRUE;
         ERROR_CODE := -2;
@@ -268,8 +296,9 @@ IF STATE <> 0 THEN
 END_IF;
 
 IF STATE < 2 THEN
-    FOR I := 0 TO 7 DO
-        REQUEST[I] := INT_TO_BYTE(0);
+    ITEM := 0;
+    FOR ELEMENT := 0 TO 7 DO
+        REQUEST[ELEMENT] := INT_TO_BYTE(ITEM);
     END_FOR;
 END_IF;
 BUSY := STATE <> 0;";

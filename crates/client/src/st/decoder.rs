@@ -1,9 +1,9 @@
 //! The block that decodes a telegram of the inputs: the rules of [`crate::cyclic`], in structured text.
 
-use super::source::{Source, bit, real};
-use super::{decoder_name, is_pressure};
+use super::source::{Source, bit, octet, real};
+use super::{decoder_name, in_comment, is_pressure};
 use crate::cyclic::unranged_instances;
-use profivac_devices::model::{Counts, Field, Model, NumberType, PartSpec, Principle, Scale, Telegram};
+use profivac_devices::model::{Counts, Field, Model, NumberType, PartSpec, Principle, Role, Row, Scale, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_devices::reading::Quality;
 
@@ -74,7 +74,7 @@ impl Decoder<'_> {
 
     fn relays(&self) -> Option<(usize, u8)> {
         self.telegram.layout().find_map(|(start, field)| match field {
-            Field::TripRelays(count) => Some((start, count)),
+            Field::TripRelays(count) if count > 0 => Some((start, count)),
             _ => None,
         })
     }
@@ -120,9 +120,9 @@ impl Decoder<'_> {
             source.line(&format!("   {offset:<8} {}{channel}{number}", field.name()));
         }
         if self.has_unit() {
-            source.line("   UNIT is Data Units of the device, as its user parameters select it:");
+            self.describe_unit(source);
             for unit in self.model.units {
-                source.line(&format!("   {:<8} {}", unit.code, unit.name));
+                source.line(&format!("   {:<8} {}", unit.code, in_comment(unit.name)));
             }
         }
         source.line("   QUALITY:");
@@ -140,13 +140,69 @@ impl Decoder<'_> {
         source.line("   The pressures are those of SUBSTITUTE_PA unless VALID is TRUE. *)");
     }
 
+    /// Whether the user parameters select the unit. A TPG has none: IF300P/IF301P manual 3.2.1.2.
+    fn has_unit_in_user_prm(&self) -> bool {
+        self.model.user_prm.iter().any(|prm| self.model.unit(prm.unit_code()).is_some())
+    }
+
+    /// The slot and the row of the unit, if it is a parameter.
+    fn unit_parameter(&self) -> Option<(u8, &'static Row)> {
+        self.model.blocks.iter().find_map(|placed| {
+            let row = placed.block.rows.iter().find(|row| row.role == Some(Role::Unit))?;
+            Some((placed.locations.first()?.slot, row))
+        })
+    }
+
+    /// A unit that is a parameter can change during data exchange, and the inputs do not show it: IF300P/IF301P manual 3.2.4.1.
+    fn describe_unit(&self, source: &mut Source) {
+        if self.has_unit_in_user_prm() {
+            source.line("   UNIT is Data Units of the device, as its user parameters select it:");
+            return;
+        }
+        if self.single_unit().is_some() {
+            source.line("   UNIT is the only unit of the device:");
+            return;
+        }
+        let parameter = self.unit_parameter().map_or_else(
+            || "the unit of the device".to_owned(),
+            |(slot, row)| {
+                format!("slot {slot}, index {} ({}) in the parameter channel", row.index, in_comment(row.name))
+            },
+        );
+        source.lines(&format!(
+            "   CAUTION: the user parameters have no unit, and the unit can change during data exchange.\n   \
+                Read {parameter} again and again,\n   \
+                and set UNIT to it. After a change the pressures are wrong, and VALID is TRUE, until UNIT has the new code:"
+        ));
+        source.line("   -1       not known, no pressure: UNIT until the program sets it");
+    }
+
+    /// The only unit of the device, if it has one only.
+    fn single_unit(&self) -> Option<u16> {
+        match self.model.units {
+            [unit] => Some(unit.code),
+            _ => None,
+        }
+    }
+
+    /// The value of UNIT that the program does not set. A unit that the user parameters do not select is not assumed.
+    fn initial_unit(&self) -> i32 {
+        let usual = || self.model.unit_named("mbar").or_else(|| self.model.units.first()).map(|unit| unit.code);
+        let unit = if self.has_unit_in_user_prm() { usual() } else { self.single_unit() };
+        unit.map_or(-1, i32::from)
+    }
+
+    /// A device file can have codes that are no `INT`.
+    fn unit_type(&self) -> &'static str {
+        let is_int = |code: u16| i16::try_from(code).is_ok();
+        if self.model.units.iter().all(|unit| is_int(unit.code)) { "INT" } else { "DINT" }
+    }
+
     fn variables(&self, source: &mut Source) {
         let last = self.telegram.octets().saturating_sub(1);
         let mut inputs = format!("OCTETS : ARRAY[0..{last}] OF BYTE;\nEXCHANGING : BOOL;\n");
-        if let (true, Some(unit)) =
-            (self.has_unit(), self.model.unit_named("mbar").or_else(|| self.model.units.first()))
-        {
-            inputs += &format!("UNIT : INT := {};\n", unit.code);
+        if self.has_unit() {
+            inputs += &format!("UNIT : {} := {};\n", self.unit_type(), self.initial_unit());
         }
         inputs += "SUBSTITUTE_PA : REAL := 1.01325E+5;";
         source.variables("VAR_INPUT", &inputs);
@@ -181,14 +237,14 @@ impl Decoder<'_> {
             Status::Ttr => "ERROR : BOOL;\n",
             Status::None => "",
         };
-        let mut own = String::from("AT_OCTET : INT;\nB0 : INT;\nB1 : INT;\n");
+        let mut own = String::from("AT_OCTET : INT;\nRAW : BYTE;\nB0 : INT;\nB1 : INT;\n");
         if float {
             own += "B2 : INT;\nB3 : INT;\nEXPONENT : INT;\n";
         }
         if mantissa {
             own += "POWER : INT;\n";
         }
-        own += "NUMBER : REAL;\nIS_PRESSURE : BOOL;\nPA : REAL;\nQ : INT;\n";
+        own += "NUMBER : REAL;\nIS_PRESSURE : BOOL;\nPRESSURE : REAL;\nVERDICT : INT;\n";
         if self.has_integers() {
             own += "IS_HIGHEST : BOOL;\nIS_ZERO : BOOL;\n";
         }
@@ -197,13 +253,10 @@ impl Decoder<'_> {
             own += "CHANNEL : INT;\n";
         }
         if self.has_counts() {
-            own += "X : REAL;\n";
+            own += "EXPONENT_OF_E : REAL;\n";
         }
         if self.needs_range() {
             own += "HAS_RANGE : BOOL;\nLOW : REAL;\nHIGH : REAL;\nPIRANI : BOOL;\n";
-        }
-        if self.relays().is_some() {
-            own += "I : INT;\n";
         }
         own
     }
@@ -211,7 +264,7 @@ impl Decoder<'_> {
     /// The statements before those for each value.
     fn common(&self, source: &mut Source) {
         if let Some(offset) = self.exception() {
-            source.line(&format!("EXCEPTION := BYTE_TO_INT(OCTETS[{offset}]);"));
+            source.lines(&octet("EXCEPTION", offset));
             source.line(&format!("ALARM := {};", any_bit("EXCEPTION", ExceptionStatus::ALARM)));
             let warnings = ExceptionStatus::WARNING_COMMON
                 | ExceptionStatus::WARNING_DEVICE
@@ -219,22 +272,23 @@ impl Decoder<'_> {
             source.line(&format!("WARNING := {};", any_bit("EXCEPTION", warnings)));
         }
         if let Some(offset) = self.selector() {
-            source.line(&format!("INSTANCE := BYTE_TO_INT(OCTETS[{offset}]);"));
+            source.lines(&octet("INSTANCE", offset));
         }
         if let Some((offset, count)) = self.relays() {
-            source.open(&format!("FOR I := 1 TO {count} DO"));
-            source.line(&format!("RELAY[I] := BYTE_TO_INT(OCTETS[{} + I]) <> 0;", offset.saturating_sub(1)));
-            source.close("END_FOR;");
+            // No FOR: a device with one relay would have one whose start is its end.
+            for (relay, place) in (1..=count).zip(offset..) {
+                source.lines(&format!("RAW := OCTETS[{place}];\nRELAY[{relay}] := BYTE_TO_INT(RAW) <> 0;"));
+            }
         }
         match self.status() {
             Status::Gauge(offset) => {
-                source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{offset}]);"));
+                source.lines(&octet("STATUS", offset));
                 source.line(&format!("INVALID := {};", bit("STATUS", StatusExtension::INVALID.bits())));
             }
             Status::Channels(offset) => {
                 source.line("MEASURES := FALSE;");
-                for octet in [offset, offset.saturating_add(1)] {
-                    source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[{octet}]);"));
+                for place in [offset, offset.saturating_add(1)] {
+                    source.lines(&octet("STATUS", place));
                     let invalid = StatusExtension::INVALID.bits();
                     let (low, high) = (bit("STATUS", invalid), bit("STATUS", invalid << 4));
                     source.lines(&format!("IF NOT ({low}) OR NOT ({high}) THEN\n    MEASURES := TRUE;\nEND_IF;"));
@@ -253,8 +307,8 @@ impl Decoder<'_> {
             0 => source.line(&format!("AT_OCTET := {first};")),
             stride => source.line(&format!("AT_OCTET := {first} + (CHANNEL - 1) * {stride};")),
         }
-        source.line("B0 := BYTE_TO_INT(OCTETS[AT_OCTET]);");
-        source.line("B1 := BYTE_TO_INT(OCTETS[AT_OCTET + 1]);");
+        source.lines(&octet("B0", "AT_OCTET"));
+        source.lines(&octet("B1", "AT_OCTET + 1"));
         source.line("IS_PRESSURE := TRUE;");
         match field {
             Field::ChannelMantissa(_) => source.lines(MANTISSA),
@@ -271,15 +325,17 @@ impl Decoder<'_> {
         if self.has_integers() {
             self.integer_ends(source);
         }
-        source
-            .lines(&format!("IF (PA <= 0.0) OR (PA > {}) THEN\n    IS_PRESSURE := FALSE;\nEND_IF;", real(HIGHEST_PA)));
+        source.lines(&format!(
+            "IF (PRESSURE <= 0.0) OR (PRESSURE > {}) THEN\n    IS_PRESSURE := FALSE;\nEND_IF;",
+            real(HIGHEST_PA)
+        ));
         if self.needs_range() {
             self.range(source);
         }
         self.verdict(source, &pressures);
-        source.lines(&format!("QUALITY{index} := Q;\nVALID{index} := Q = 0;"));
+        source.lines(&format!("QUALITY{index} := VERDICT;\nVALID{index} := VERDICT = 0;"));
         source.lines(&format!(
-            "IF Q = 0 THEN\n    PRESSURE_PA{index} := PA;\nELSE\n    PRESSURE_PA{index} := SUBSTITUTE_PA;\nEND_IF;\n\
+            "IF VERDICT = 0 THEN\n    PRESSURE_PA{index} := PRESSURE;\nELSE\n    PRESSURE_PA{index} := SUBSTITUTE_PA;\nEND_IF;\n\
              PRESSURE_MBAR{index} := PRESSURE_PA{index} / 100.0;"
         ));
     }
@@ -311,8 +367,12 @@ impl Decoder<'_> {
 
     /// The parts, each instance once: the first of an instance has its COUNTS.
     fn parts(&self) -> Vec<&'static PartSpec> {
-        let mut parts: Vec<&PartSpec> = self.model.parts.to_vec();
-        parts.dedup_by_key(|spec| spec.part.instance);
+        let mut parts: Vec<&PartSpec> = Vec::new();
+        for spec in self.model.parts.iter().copied() {
+            if parts.iter().all(|known| known.part.instance != spec.part.instance) {
+                parts.push(spec);
+            }
+        }
         parts
     }
 
@@ -322,20 +382,20 @@ impl Decoder<'_> {
     }
 
     fn to_pascal(&self, source: &mut Source) {
-        source.line("PA := 0.0;");
+        source.line("PRESSURE := 0.0;");
         source.open("CASE UNIT OF");
         for unit in self.model.units {
             match unit.scale {
                 Scale::PerMbar(factor) => {
                     source.line(&format!(
-                        "{}: PA := NUMBER * {}; (* {} *)",
+                        "{}: PRESSURE := NUMBER * {}; (* {} *)",
                         unit.code,
                         real(100.0 / factor),
-                        unit.name
+                        in_comment(unit.name)
                     ));
                 }
                 Scale::Counts => {
-                    source.open(&format!("{}: (* {} *)", unit.code, unit.name));
+                    source.open(&format!("{}: (* {} *)", unit.code, in_comment(unit.name)));
                     self.counts(source);
                     source.close("");
                 }
@@ -361,7 +421,7 @@ impl Decoder<'_> {
                 source.open(&format!("CASE {instance} OF"));
                 for (number, spec) in parts.into_iter().enumerate() {
                     // Without an active instance the master takes the first.
-                    let none = if number == 0 { "0, " } else { "" };
+                    let none = if number == 0 && spec.part.instance != 0 { "0, " } else { "" };
                     source.open(&format!("{none}{}:", spec.part.instance));
                     source.lines(&counts(spec.counts));
                     source.close("");
@@ -390,9 +450,13 @@ impl Decoder<'_> {
             return;
         }
         let unranged = unranged_instances(self.model);
+        let ranged: Vec<_> = self.parts().into_iter().filter(|spec| !unranged.contains(&spec.part.instance)).collect();
+        if ranged.is_empty() {
+            return;
+        }
         let has_ion = self.model.parts.iter().any(|spec| spec.part.principle == Principle::HotCathode);
         source.open("CASE INSTANCE OF");
-        for spec in self.parts().into_iter().filter(|spec| !unranged.contains(&spec.part.instance)) {
+        for spec in ranged {
             source.open(&format!("{}: (* {} *)", spec.part.instance, spec.part.principle.part_name()));
             source.lines(&set_range(spec.limits.under_pa, spec.limits.over_pa));
             if has_ion && spec.part.principle == Principle::Pirani {
@@ -408,14 +472,14 @@ impl Decoder<'_> {
     fn verdict(&self, source: &mut Source, pressures: &[(usize, Field)]) {
         if let Status::Channels(offset) = self.status() {
             source.lines(&format!(
-                "STATUS := BYTE_TO_INT(OCTETS[{offset} + (CHANNEL - 1) / 2]);\n\
-                 IF CHANNEL MOD 2 = 0 THEN\n    STATUS := STATUS / 16;\nEND_IF;\nINVALID := {};",
+                "{}\nIF CHANNEL MOD 2 = 0 THEN\n    STATUS := STATUS / 16;\nEND_IF;\nINVALID := {};",
+                octet("STATUS", format_args!("{offset} + (CHANNEL - 1) / 2")),
                 bit("STATUS", StatusExtension::INVALID.bits())
             ));
         }
         if let (Status::Measurement, Some((first, field))) = (self.status(), pressures.first()) {
             let offset = first.saturating_add(field.octets()).saturating_sub(*first);
-            source.line(&format!("STATUS := BYTE_TO_INT(OCTETS[AT_OCTET + {offset}]);"));
+            source.lines(&octet("STATUS", format_args!("AT_OCTET + {offset}")));
         }
         if matches!(self.status(), Status::Ttr) {
             source.line("ERROR := B0 >= 128;");
@@ -429,10 +493,10 @@ impl Decoder<'_> {
         for (number, (condition, quality)) in rules.into_iter().enumerate() {
             let word = if number == 0 { "IF" } else { "ELSIF" };
             source.line(&format!("{word} {condition} THEN"));
-            source.line(&format!("    Q := {}; (* {} *)", quality as u8, quality.word()));
+            source.line(&format!("    VERDICT := {}; (* {} *)", quality as u8, quality.word()));
         }
         source.lines(&format!(
-            "ELSIF IS_PRESSURE THEN\n    Q := {}; (* {} *)\nELSE\n    Q := {}; (* {} *)\nEND_IF;",
+            "ELSIF IS_PRESSURE THEN\n    VERDICT := {}; (* {} *)\nELSE\n    VERDICT := {}; (* {} *)\nEND_IF;",
             Quality::Valid as u8,
             Quality::Valid.word(),
             Quality::Fault as u8,
@@ -453,11 +517,11 @@ impl Decoder<'_> {
             ]
         };
         let within = format!(
-            "HAS_RANGE AND IS_PRESSURE AND (PA > LOW * {}) AND (PA < HIGH * {})",
+            "HAS_RANGE AND IS_PRESSURE AND (PRESSURE > LOW * {}) AND (PRESSURE < HIGH * {})",
             real(1.0 + ROUNDING),
             real(1.0 - ROUNDING)
         );
-        let at_low_end = format!("(PA <= LOW * {})", real(1.0 + ROUNDING));
+        let at_low_end = format!("(PRESSURE <= LOW * {})", real(1.0 + ROUNDING));
         match self.status() {
             Status::Gauge(_) => {
                 let mut rules = by_extension(ExceptionStatus::ALARM);
@@ -484,7 +548,10 @@ impl Decoder<'_> {
             Status::Ttr => vec![
                 rule("ERROR", Quality::Fault),
                 (format!("HAS_RANGE AND IS_PRESSURE AND {at_low_end}"), Quality::Underrange),
-                (format!("HAS_RANGE AND IS_PRESSURE AND (PA >= HIGH * {})", real(1.0 - ROUNDING)), Quality::Overrange),
+                (
+                    format!("HAS_RANGE AND IS_PRESSURE AND (PRESSURE >= HIGH * {})", real(1.0 - ROUNDING)),
+                    Quality::Overrange,
+                ),
             ],
             Status::None => vec![
                 rule("ALARM", Quality::Fault),
@@ -526,8 +593,8 @@ fn set_range(low_pa: f64, high_pa: f64) -> String {
 fn counts(counts: Counts) -> String {
     match counts {
         Counts::Log { per_decade, at_1_mbar } => format!(
-            "X := (NUMBER - {}) / {} * 2.302585093;\n\
-             IF (NUMBER = 0.0) OR (X > 60.0) THEN\n    IS_PRESSURE := FALSE;\nELSIF X < -75.0 THEN\n    PA := 1.0E-30;\nELSE\n    PA := EXP(X) * 100.0;\nEND_IF;",
+            "EXPONENT_OF_E := (NUMBER - {}) / {} * 2.302585093;\n\
+             IF (NUMBER = 0.0) OR (EXPONENT_OF_E > 60.0) THEN\n    IS_PRESSURE := FALSE;\nELSIF EXPONENT_OF_E < -75.0 THEN\n    PRESSURE := 1.0E-30;\nELSE\n    PRESSURE := EXP(EXPONENT_OF_E) * 100.0;\nEND_IF;",
             real(at_1_mbar),
             real(per_decade)
         ),
@@ -538,13 +605,15 @@ fn counts(counts: Counts) -> String {
 }
 
 fn linear(per_mbar: f64) -> String {
-    format!("PA := NUMBER * {};", real(100.0 / per_mbar))
+    format!("PRESSURE := NUMBER * {};", real(100.0 / per_mbar))
 }
 
 /// A float of 32 bits, taken apart. Numbers that no gauge sends (denormalised, from 2^104 on, infinite, no number) are no pressure.
 const FLOAT: &str = "\
-B2 := BYTE_TO_INT(OCTETS[AT_OCTET + 2]);
-B3 := BYTE_TO_INT(OCTETS[AT_OCTET + 3]);
+RAW := OCTETS[AT_OCTET + 2];
+B2 := BYTE_TO_INT(RAW);
+RAW := OCTETS[AT_OCTET + 3];
+B3 := BYTE_TO_INT(RAW);
 EXPONENT := (B0 MOD 128) * 2 + B1 / 128;
 NUMBER := 8388608.0 + INT_TO_REAL(B1 MOD 128) * 65536.0 + INT_TO_REAL(B2) * 256.0 + INT_TO_REAL(B3);
 IF (EXPONENT = 0) OR (EXPONENT > 230) THEN
@@ -568,7 +637,8 @@ END_IF;";
 /// The Inficon floating point format, as [`crate::cyclic::mantissa_number`] assumes it.
 const MANTISSA: &str = "\
 NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);
-POWER := BYTE_TO_INT(OCTETS[AT_OCTET + 2]);
+RAW := OCTETS[AT_OCTET + 2];
+POWER := BYTE_TO_INT(RAW);
 IF POWER >= 128 THEN
     POWER := POWER - 256;
 END_IF;
@@ -589,5 +659,5 @@ END_WHILE;";
 /// Telegram 205, as [`crate::cyclic::TtrReading`] decodes it: the exponent of ten in Pa is value / 482 - 2.778.
 const TTR: &str = "\
 NUMBER := INT_TO_REAL(B0 MOD 16) * 256.0 + INT_TO_REAL(B1);
-PA := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);
+PRESSURE := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);
 IS_PRESSURE := (B0 <> 0) OR (B1 <> 0);";

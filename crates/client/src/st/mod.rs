@@ -7,7 +7,7 @@
 //!
 //! The blocks use only what engineering tools agree on: `IF`, `CASE`, `FOR`, `WHILE`, arithmetic, `MOD`, `EXP` and type conversions of
 //! whole numbers. They take a float apart themselves, because `DWORD_TO_REAL` converts the number in one tool and copies the bits in
-//! another.
+//! another. `docs/decisions/290-structured-text.md` lists what they avoid.
 
 mod channel;
 mod decoder;
@@ -53,9 +53,9 @@ pub fn st(model: &Model, dialect: Dialect) -> String {
     source.text
 }
 
-/// The text with nothing that begins or ends a comment.
+/// The text with nothing that begins or ends a comment, and in ASCII: tools read a file without a mark in the code page of the computer.
 fn in_comment(text: &str) -> String {
-    text.replace("*)", "* )").replace("(*", "( *")
+    text.replace("*)", "* )").replace("(*", "( *").replace(|letter: char| !letter.is_ascii(), "?")
 }
 
 /// The telegrams of the inputs that have a pressure, without repetitions.
@@ -80,10 +80,93 @@ fn has_channel(model: &Model) -> bool {
 
 /// The name of the block for a telegram: `PV_BCG450_T7`.
 fn decoder_name(model: &Model, telegram: &Telegram) -> String {
-    format!("PV_{}_T{}", model.name.to_uppercase(), telegram.number)
+    format!("PV_{}_T{}", device_identifier(model.name), telegram.number)
 }
 
 /// The name of the block for the parameter channel: `PV_BCG450_CHANNEL`.
 fn channel_name(model: &Model) -> String {
-    format!("PV_{}_CHANNEL", model.name.to_uppercase())
+    format!("PV_{}_CHANNEL", device_identifier(model.name))
+}
+
+/// The longest name of a block. IEC 61131-3:2013 6.1.2 leaves it to the implementation.
+// chosen: 32 characters, which the tools that docs/plc.md names take
+const LONGEST_NAME: usize = 32;
+
+/// What is left of it for the name of the device.
+const LONGEST_DEVICE: usize = LONGEST_NAME - "PV_".len() - "_CHANNEL".len();
+
+/// The characters of a checksum: `_X` and eight digits.
+const CHECKSUM: usize = 10;
+
+/// The name of a device as a part of an identifier: words of letters and digits with one underscore between them (IEC 61131-3:2013
+/// 6.1.2). A name that does not keep its letters this way, or is too long, gets its checksum, so that two devices in one project have
+/// different blocks.
+fn device_identifier(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let plain = words.collect::<Vec<_>>().join("_").to_ascii_uppercase();
+    let fits = (1..=LONGEST_DEVICE).contains(&plain.len());
+    if fits && plain.to_ascii_lowercase().replace('_', "-") == name {
+        return plain;
+    }
+    // FNV-1a.
+    let sum = name.bytes().fold(0x811C_9DC5_u32, |sum, octet| (sum ^ u32::from(octet)).wrapping_mul(0x0100_0193));
+    let begin: String = plain.chars().take(LONGEST_DEVICE - CHECKSUM).collect();
+    format!("{}_X{sum:08X}", begin.trim_end_matches('_')).trim_start_matches('_').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_name_of_small_letters_digits_and_single_hyphens_is_kept() {
+        for (name, identifier) in [("bcg450", "BCG450"), ("my-gauge", "MY_GAUGE"), ("a-1-b", "A_1_B")] {
+            assert_eq!(device_identifier(name), identifier);
+        }
+    }
+
+    #[test]
+    fn every_name_of_a_device_makes_an_identifier_and_different_names_make_different_ones() {
+        let long = "gauge-with-a-name-of-32-letters-";
+        let names = [
+            "a-b".to_owned(),
+            "a--b".to_owned(),
+            "a---b".to_owned(),
+            "a b".to_owned(),
+            "a_b".to_owned(),
+            "A-b".to_owned(),
+            "-a-b".to_owned(),
+            "a-b-".to_owned(),
+            "1a".to_owned(),
+            "end-function-block".to_owned(),
+            "tpg300 or tpg500".to_owned(),
+            "x*)y".to_owned(),
+            "\u{e9}".to_owned(),
+            "\u{e8}".to_owned(),
+            String::new(),
+            "a".repeat(21),
+            "a".repeat(22),
+            "a".repeat(32),
+            "aaaaaaaaaa-aaaaaaaaaaaaaaaa".to_owned(),
+            format!("{long}1"),
+            format!("{long}2"),
+        ];
+        let mut seen = BTreeSet::new();
+        for name in &names {
+            let block = format!("PV_{}_CHANNEL", device_identifier(name));
+            let is_word = |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_';
+            assert!(block.chars().all(is_word) && !block.contains("__"), "{name:?}: {block}");
+            assert!(block.len() <= LONGEST_NAME, "{name:?}: {block}");
+            assert!(seen.insert(block.clone()), "{name:?}: {block} is there twice");
+        }
+    }
+
+    #[test]
+    fn a_text_in_a_comment_neither_ends_it_nor_begins_another() {
+        for text in ["m *) x := 1; (*", "(*)", "*)*)", "((**))", "\u{b5}bar"] {
+            let comment = in_comment(text);
+            assert!(comment.is_ascii() && !comment.contains("(*") && !comment.contains("*)"), "{comment}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The text of function blocks, with its indentation.
 
 use super::Dialect;
+use std::fmt::Display;
 
 /// Structured text that grows line by line.
 pub(super) struct Source {
@@ -84,6 +85,12 @@ pub(super) fn bit(variable: &str, mask: u8) -> String {
         1 => format!("{variable} MOD 2 = 1"),
         mask => format!("({variable} / {mask}) MOD 2 = 1"),
     }
+}
+
+/// The statements that take an octet of the inputs as a whole number. `RAW` is a variable because tools differ about an element of an array
+/// as the argument of a conversion.
+pub(super) fn octet(variable: &str, place: impl Display) -> String {
+    format!("RAW := OCTETS[{place}];\n{variable} := BYTE_TO_INT(RAW);")
 }
 
 /// A real literal, with the digits of a 32-bit float.

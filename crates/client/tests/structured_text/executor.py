@@ -1,7 +1,8 @@
 """Executes function blocks in structured text: blark parses them, this program translates its tree to Python and runs it.
 
 Strict where a PLC is: a value outside the range of its type, an index outside its array and a division by zero end the program.
-Arithmetic of REAL is rounded to 32 bits after each operation.
+Arithmetic of REAL is rounded to 32 bits after each operation. Strict also where tools differ: INT and DINT do not mix, an argument is no
+element of an array, a loop FOR begins below its end, and no REAL becomes a whole number.
 
 Each line on standard input calls a block: NAME INSTANCE VARIABLE=VALUE ...; octets are hexadecimal. The answer has the outputs.
 """
@@ -47,8 +48,6 @@ def remainder(dividend, divisor):
 def wider(one, other):
     if one == other:
         return one
-    if {one, other} <= {"INT", "DINT"}:
-        return "DINT"
     raise TypeError(f"{one} with {other}: convert one of them")
 
 
@@ -141,6 +140,8 @@ class Block:
                     self.nested("else:", node.else_clause.statements)
             case tree.ForStatement(step=None):
                 place, kind = self.place(node.control)
+                if int(str(node.from_)) >= int(str(node.to)):
+                    raise ValueError(f"{node} runs once or never")
                 low, high = self.expression(node.from_)[0], self.expression(node.to)[0]
                 self.emit(f"{place} = {low}")
                 self.emit(f"last = {high}")
@@ -160,7 +161,7 @@ class Block:
     def assigned(code, kind, wanted, node):
         if kind == wanted:
             return f"ranged({kind!r}, {code})" if kind in RANGES else code
-        if (kind, wanted) in {("INT", "DINT"), ("literal", "DINT"), ("literal", "INT")}:
+        if (kind, wanted) in {("literal", "DINT"), ("literal", "INT")}:
             return f"ranged({wanted!r}, {code})"
         raise TypeError(f"{kind} to {wanted}: {node}")
 
@@ -226,17 +227,19 @@ class Block:
     def call(self, node):
         name = str(node.name.name).upper()
         (argument,) = node.parameters
+        if isinstance(argument.value, (tree.MultiElementVariable, tree.Integer, tree.Real)):
+            raise TypeError(f"{name} of {argument.value}: assign it to a variable first")
         code, kind = self.expression(argument.value)
         if name in ("EXP", "ABS") and kind == "REAL":
             return f"real({name.lower()}({code}))", "REAL"
         source, _, target = name.partition("_TO_")
-        if kind != source and not (kind == "literal" and source in RANGES):
+        if kind != source or (source == "REAL" and target in RANGES):
             raise TypeError(f"{name} of {kind}: {node}")
         match target:
             case "REAL":
                 return f"real(float({code}))", target
             case "INT" | "DINT" | "BYTE":
-                return f"ranged({target!r}, round({code}))", target
+                return f"ranged({target!r}, {code})", target
         raise TypeError(name)
 
 

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 mod blocks;
+mod constructs;
 mod names;
 mod page;
 
@@ -296,10 +297,17 @@ fn the_channel_block_works_with_a_controller() {
     let mut plc = Plc::new(device, "tpg500", "PV_TPG500_CHANNEL", &[], configuration.octets);
     let unit = plc.task("WRITE=1 SLOT=1 INDEX=22 LENGTH=1 WHOLE=2");
     assert_eq!((unit.number("DONE"), unit.number("RESULT_WHOLE")), (1.0, 2.0), "{unit:?}");
-    // A threshold can be written while the self-monitoring is off (errata-bpg-bcg-tpg 136).
+    // A threshold can be written while the set is open: IF300P/IF301P manual 3.2.4.2, errata-bpg-bcg-tpg 136 to 138.
+    let upper = "WRITE=1 IS_REAL=1 SLOT=10 INDEX=21 LENGTH=4 NUMBER=0.002";
+    let refused = plc.task(upper);
+    assert_eq!((refused.number("ERROR"), refused.number("ERROR_CODE")), (1.0, 17.0), "{refused:?}");
     plc.task("WRITE=1 SLOT=10 INDEX=20 LENGTH=1 WHOLE=0");
-    let threshold = plc.task("WRITE=1 IS_REAL=1 SLOT=10 INDEX=21 LENGTH=4 NUMBER=0.002");
+    let threshold = plc.task(upper);
     assert_eq!((threshold.number("DONE"), threshold.number("RESULT_NUMBER") as f32), (1.0, 0.002), "{threshold:?}");
+    for settings in ["IS_REAL=1 INDEX=22 LENGTH=4 NUMBER=0.001", "INDEX=20 LENGTH=1 WHOLE=1"] {
+        let written = plc.task(&format!("WRITE=1 SLOT=10 {settings}"));
+        assert_eq!(written.number("DONE"), 1.0, "{settings}: {written:?}");
+    }
 }
 
 #[test]
@@ -338,6 +346,48 @@ fn the_channel_block_gives_up_without_an_answer_and_without_data_exchange() {
     blocks.call(name, "b", start);
     let outputs = blocks.call(name, "b", "EXCHANGING=0");
     assert_eq!((outputs.number("BUSY"), outputs.number("ERROR_CODE")), (0.0, -3.0));
+}
+
+/// A block counts calls. In a program without a cycle time they are so many that an `INT` would overflow.
+#[test]
+fn the_timeout_of_the_channel_block_is_any_number_of_calls() {
+    let name = "PV_BCG450_CHANNEL";
+    let mut blocks = Blocks::start(&block(model_named("bcg450").unwrap(), name));
+    let start = "EXCHANGING=1 EXECUTE=1 SLOT=0 INDEX=25 RESPONSE=0000000000000000";
+    for timeout in ["32767", "2147483647"] {
+        let outputs = blocks.call(name, timeout, &format!("{start} TIMEOUT_CALLS={timeout}"));
+        assert_eq!((outputs.number("BUSY"), outputs.number("ERROR")), (1.0, 0.0), "{timeout}");
+    }
+    blocks.call(name, "a", &format!("{start} TIMEOUT_CALLS=0"));
+    let outputs = blocks.call(name, "a", "");
+    assert_eq!((outputs.number("BUSY"), outputs.number("ERROR_CODE")), (0.0, -2.0), "no call is left");
+}
+
+/// IF300P/IF301P manual 3.2.1.2 and 3.2.4.1: no user parameter selects the unit of a controller, and a master or the operator can change it
+/// during data exchange.
+#[test]
+fn a_controller_has_no_pressure_until_the_program_sets_its_unit() {
+    let text = block(model_named("tpg500").unwrap(), "PV_TPG500_T11");
+    assert!(text.contains("slot 1, index 22 (Pressure unit)"), "{text}");
+    assert!(text.contains("can change during data exchange"), "{text}");
+    assert!(!text.contains("user parameters select it"), "{text}");
+    let mut blocks = Blocks::start(&text);
+    // 5e-6 mbar, as a controller sends it in Torr.
+    let torr = 5e-6_f32 * 0.750_061_68;
+    let octets = format!("{}{}00", "00".repeat(8), blocks::hex(&torr.to_be_bytes()));
+    let outputs = blocks.call("PV_TPG500_T11", "a", &format!("EXCHANGING=1 OCTETS={octets}"));
+    assert_eq!((outputs.number("VALID"), outputs.number("QUALITY")), (0.0, 3.0));
+    let outputs = blocks.call("PV_TPG500_T11", "a", "UNIT=2");
+    assert_eq!(outputs.number("VALID"), 1.0);
+    assert!((outputs.number("PRESSURE_MBAR") - 5e-6).abs() < 1e-10, "{outputs:?}");
+    for model in MODELS.into_iter().filter(|model| !model.name.starts_with("tpg")) {
+        let text = st(model, Dialect::Standard);
+        assert!(
+            text.contains("as its user parameters select it") && !text.contains("UNIT : INT := -1"),
+            "{}",
+            model.name
+        );
+    }
 }
 
 /// The heads for TIA Portal differ; the statements are those that the other tests execute.
