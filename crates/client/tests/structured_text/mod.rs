@@ -6,6 +6,8 @@
 mod blocks;
 mod names;
 mod page;
+#[cfg(feature = "plcopen")]
+mod plcopen;
 
 use blocks::{Blocks, Outputs};
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
