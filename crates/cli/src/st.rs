@@ -4,9 +4,9 @@ use crate::device_files::named;
 use crate::failure::Failure;
 use crate::output::out;
 use clap::{Args, ValueEnum};
-use profivac_client::st;
+use profivac_client::st::{self, PlcopenTool};
 
-/// Print function blocks of a device for a PLC, in structured text (IEC 61131-3).
+/// Print function blocks of a device for a PLC, in structured text (IEC 61131-3) or as PLCopen XML.
 ///
 /// One block decodes each telegram of the inputs to a pressure with its quality; one reads and writes parameters in the parameter channel.
 #[derive(Args, Debug)]
@@ -18,6 +18,34 @@ pub struct Arguments {
     /// The engineering tool
     #[arg(long, value_enum, default_value_t = Dialect::Standard)]
     dialect: Dialect,
+    /// Print PLCopen XML, which engineering tools import in one step: codesys unless you name another
+    #[arg(
+        long,
+        value_name = "TOOL",
+        value_enum,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "codesys"
+    )]
+    plcopen: Option<Plcopen>,
+}
+
+/// The tools that read PLCopen XML, by their names on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Plcopen {
+    /// CODESYS, TwinCAT and others
+    Codesys,
+    /// Beremiz and the OpenPLC Editor
+    Beremiz,
+}
+
+impl From<Plcopen> for PlcopenTool {
+    fn from(tool: Plcopen) -> Self {
+        match tool {
+            Plcopen::Codesys => Self::Codesys,
+            Plcopen::Beremiz => Self::Beremiz,
+        }
+    }
 }
 
 /// The dialects by their names on the command line.
@@ -41,10 +69,21 @@ impl From<Dialect> for st::Dialect {
 const EXAMPLES: &str = "\
 Examples:
   profivac st bcg450 > bcg450.st
-  profivac st bcg450 --dialect tia > bcg450.scl";
+  profivac st bcg450 --dialect tia > bcg450.scl
+  profivac st bcg450 --plcopen > bcg450.xml";
 
 /// Prints the blocks.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    out(st::st(named(&arguments.device)?, arguments.dialect.into()).trim_end());
+    let model = named(&arguments.device)?;
+    let blocks = match (arguments.plcopen, arguments.dialect) {
+        (None, dialect) => st::st(model, dialect.into()),
+        (Some(tool), Dialect::Standard) => st::plcopen(model, tool.into()),
+        (Some(_), Dialect::Tia) => {
+            return Err(Failure::usage(
+                "TIA Portal does not import PLCopen XML: leave out --plcopen and add an external source file",
+            ));
+        }
+    };
+    out(blocks.trim_end());
     Ok(())
 }

@@ -363,3 +363,24 @@ fn a_text_of_a_device_file_is_no_code_of_a_function_block() {
     let first = stdout(&blocks).lines().next().unwrap_or_default();
     assert!(first.contains("x := 1") && first.matches("(*").count() == 1 && !first.contains("*)"), "{first}");
 }
+
+#[test]
+fn the_function_blocks_of_a_device_file_are_plcopen_xml() {
+    let folder = Folder::new();
+    let file = folder.name("mine.toml");
+    fs::write(&file, format!("{LIKE}manual = \"a < b ]]> c & d\"\n")).unwrap();
+    for (option, tool, manual) in [
+        ("--plcopen", "<xhtml xmlns=", "a &lt; b ]]&gt; c &amp; d"),
+        ("--plcopen=codesys", "<xhtml xmlns=", "a &lt; b ]]&gt; c &amp; d"),
+        ("--plcopen=beremiz", "<xhtml:p><![CDATA[", "a < b ]] > c & d"),
+    ] {
+        let blocks = run(&["st", option, &file]);
+        assert_eq!(blocks.status.code(), Some(0), "{}", stderr(&blocks));
+        for expected in ["<pou name=\"PV_MINE_CHANNEL\" pouType=\"functionBlock\">", tool, manual] {
+            assert!(stdout(&blocks).contains(expected), "{option}: {expected} in {}", stdout(&blocks));
+        }
+    }
+    let refused = run(&["st", "bcg450", "--plcopen", "--dialect", "tia"]);
+    assert_eq!((refused.status.code(), stdout(&refused)), (Some(2), ""));
+    assert!(stderr(&refused).contains("TIA Portal does not import PLCopen XML"), "{}", stderr(&refused));
+}

@@ -11,7 +11,12 @@
 
 mod channel;
 mod decoder;
+#[cfg(feature = "plcopen")]
+mod plcopen;
 mod source;
+
+#[cfg(feature = "plcopen")]
+pub use plcopen::{PlcopenTool, plcopen};
 
 use profivac_devices::model::{Field, Model, Telegram};
 use source::Source;

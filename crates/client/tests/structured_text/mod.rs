@@ -7,6 +7,8 @@ mod blocks;
 mod constructs;
 mod names;
 mod page;
+#[cfg(feature = "plcopen")]
+mod plcopen;
 
 use blocks::{Blocks, Outputs};
 use profivac_client::cyclic::{CyclicSlave, ReportedChannels};
