@@ -7,6 +7,7 @@ mod list;
 mod login;
 mod openid;
 mod requests;
+mod restart;
 mod sessions;
 mod test_provider;
 mod test_station;

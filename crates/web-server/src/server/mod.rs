@@ -167,6 +167,7 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let provider = openid.map(|openid| OpenIdProvider::new(openid, url(address, keys.is_some()))).transpose()?;
         let authenticator = Arc::new(authenticator.with_provider(provider));
+        authenticator.restore_sessions();
         let guard = RequestGuard {
             authenticator: Arc::clone(&authenticator),
             hosts: Hosts { loopback: listen.ip().is_loopback(), configured: hosts },
@@ -261,6 +262,7 @@ fn run(
             _ = stopped => {}
         }
     });
+    authenticator.store_sessions_at_stop();
     // Live streams do not end on their own.
     runtime.shutdown_background();
 }
@@ -302,13 +304,17 @@ fn runtime() -> std::io::Result<Runtime> {
     Builder::new_multi_thread().worker_threads(2).max_blocking_threads(64).enable_io().enable_time().build()
 }
 
-/// Reads the users' file again after each change. Never returns.
+/// Reads the users' file again after each change, and stores the sessions. Never returns.
 async fn watch_users(authenticator: &Arc<Authenticator>) {
     loop {
         tokio::time::sleep(USERS_INTERVAL).await;
         let authenticator = Arc::clone(authenticator);
+        let work = move || {
+            authenticator.reload_users();
+            authenticator.store_sessions();
+        };
         // After a panic the users stay as they were.
-        tokio::task::spawn_blocking(move || authenticator.reload_users()).await.ok();
+        tokio::task::spawn_blocking(work).await.ok();
     }
 }
 
