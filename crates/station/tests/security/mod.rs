@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod control;
+mod http2;
 mod list;
 mod login;
 mod openid;

@@ -69,6 +69,12 @@ impl TestStation {
         Self::around(Arc::clone(services), tempfile::tempdir().unwrap(), |_, _| {})
     }
 
+    /// The same with TLS.
+    pub fn over_with_tls(services: &Arc<Services>) -> Self {
+        let tls = |setup: &mut Setup, folder: &TempDir| setup.tls = Some(certificate(folder));
+        Self::around(Arc::clone(services), tempfile::tempdir().unwrap(), tls)
+    }
+
     fn around(services: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let users = folder.path().join("users.toml");
         Users::change(&users, |users| {

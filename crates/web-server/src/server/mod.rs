@@ -4,6 +4,7 @@
 //! loses when another client needs it, and nothing else. Listening beyond loopback requires TLS and users.
 
 mod heads;
+mod http2;
 mod slow_client;
 mod tls;
 
@@ -376,11 +377,17 @@ impl Connections {
             }
             acceptor.accept(stream).await.ok()
         };
-        if let Ok(Some(stream)) = timeout(self.limits.head, handshake).await {
+        let Ok(Some(stream)) = timeout(self.limits.head, handshake).await else { return };
+        if stream.get_ref().1.alpn_protocol() == Some(http2::PROTOCOL) {
+            let times = http2::Times { head: self.limits.head, stalled: self.limits.stalled };
+            let stream = StallTimeout::new(stream, times.stalled);
+            http2::serve(stream, &self.router, peer, &permit, times).await;
+        } else {
             self.answer(stream, peer, permit).await;
         }
     }
 
+    /// Serves HTTP/1.1.
     async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, permit: Arc<Permit>) {
         let mut stream = Heads::new(StallTimeout::new(stream, self.limits.stalled));
         let framing = stream.framing();
