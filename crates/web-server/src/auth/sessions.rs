@@ -317,8 +317,9 @@ impl Sessions {
 
     /// Ends a session.
     pub fn end(&mut self, id: &RandomSecret) {
-        self.all.remove(&id.digest());
-        self.changes = self.changes.wrapping_add(1);
+        if self.all.remove(&id.digest()).is_some() {
+            self.changes = self.changes.wrapping_add(1);
+        }
     }
 
     /// A number that is another one after a session has begun, or has ended by a logout or login.
