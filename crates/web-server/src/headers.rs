@@ -145,8 +145,8 @@ mod tests {
         ];
         for (uri, hosts, expected) in requests {
             let mut headers = HeaderMap::new();
-            for host in hosts {
-                headers.append(HOST, HeaderValue::from_static(*host));
+            for &host in hosts {
+                headers.append(HOST, HeaderValue::from_static(host));
             }
             assert_eq!(requested_host(&headers, &uri.parse().unwrap()), expected, "{uri} {hosts:?}");
         }
