@@ -12,10 +12,14 @@ use std::process::Command;
 const SOURCES: [&str; 7] =
     ["index.html", "archive.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "src"];
 
+/// Compresses the built files. Node has brotli and gzip.
+const COMPRESS: &str = "compress.mjs";
+
 fn main() -> Result<()> {
     let web = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join("../station/web");
     let copy = PathBuf::from(variable("OUT_DIR")?).join("web");
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed={COMPRESS}");
     for source in SOURCES {
         println!("cargo::rerun-if-changed={}", web.join(source).display());
     }
@@ -31,6 +35,8 @@ fn main() -> Result<()> {
         // This file does not exist, so the next build tries again.
         println!("cargo::rerun-if-changed={}", web.join("no-node").display());
         println!("cargo::warning=it needs Node 18 or newer, on Debian the packages nodejs and npm");
+        // Files of an earlier build would be answered in place of the page below.
+        let _gone = fs::remove_dir_all(copy.join("dist"));
         fs::create_dir_all(copy.join("dist"))?;
         fs::write(copy.join("dist/index.html"), MISSING)?;
     }
@@ -46,7 +52,9 @@ fn build(folder: &Path, installed: bool) -> Result<()> {
     if !installed {
         npm(folder, &["ci", "--no-audit", "--no-fund"])?;
     }
-    npm(folder, &["run", "build"])
+    npm(folder, &["run", "build"])?;
+    let script = Path::new(&variable("CARGO_MANIFEST_DIR")?).join(COMPRESS);
+    succeeds("node", Command::new("node").arg(script).arg(folder.join("dist")))
 }
 
 fn variable(name: &str) -> Result<String> {
@@ -71,14 +79,14 @@ fn npm(folder: &Path, arguments: &[&str]) -> Result<()> {
         // The page does not offer what the station refuses.
         command.env("VITE_WITHOUT_PARQUET", "1");
     }
-    let output = command
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .map_err(|error| Error::other(format!("npm cannot be started: {error}")))?;
+    succeeds(&format!("npm {}", arguments.join(" ")), command.args(arguments).current_dir(folder))
+}
+
+fn succeeds(name: &str, command: &mut Command) -> Result<()> {
+    let output = command.output().map_err(|error| Error::other(format!("{name} cannot be started: {error}")))?;
     if output.status.success() {
         return Ok(());
     }
     let output = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    Err(Error::other(format!("npm {}:\n{output}", arguments.join(" "))))
+    Err(Error::other(format!("{name}:\n{output}")))
 }

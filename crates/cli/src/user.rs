@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use profivac_host::readiness::{Readiness, wait};
 use profivac_web_server::auth::Role;
 use profivac_web_server::auth::password::{self, ADVISED, Hash, LONGEST};
-use profivac_web_server::auth::users::Users;
+use profivac_web_server::auth::users::{AccountError, Users};
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use std::io::{self, IsTerminal, Stdin, Write};
 use std::path::{Path, PathBuf};
@@ -30,7 +30,8 @@ A viewer reads. An operator also acknowledges alarms and sends commands to gauge
 
 Examples:
   profivac user add ada --role engineer plant.toml
-  profivac user add wall --role viewer plant.toml --password-stdin
+  profivac user add vera --role viewer plant.toml --password-stdin
+  profivac user wall hall-screen plant.toml              # a wall display: its login lasts a year
   profivac user list plant.toml
   profivac user role ada operator plant.toml
   profivac user password ada plant.toml
@@ -40,7 +41,7 @@ Examples:
 enum Action {
     /// Add a user
     #[command(
-        after_help = "Examples:\n  profivac user add ada --role engineer plant.toml\n  profivac user add wall --role viewer plant.toml --password-stdin"
+        after_help = "Examples:\n  profivac user add ada --role engineer plant.toml\n  profivac user add vera --role viewer plant.toml --password-stdin"
     )]
     Add {
         #[command(flatten)]
@@ -51,7 +52,18 @@ enum Action {
         #[command(flatten)]
         typed: PasswordArguments,
     },
-    /// Print names and roles
+    /// Add a wall display: a viewer that logs in once a year
+    ///
+    /// Log in once in the browser of the display. The login lasts a year, also while the display or the station is off, and ends
+    /// when the user is removed or gets a new password.
+    #[command(after_help = "Examples:\n  profivac user wall hall-screen plant.toml")]
+    Wall {
+        #[command(flatten)]
+        who: UserArguments,
+        #[command(flatten)]
+        typed: PasswordArguments,
+    },
+    /// Print names and roles, and which are wall displays
     #[command(after_help = "Examples:\n  profivac user list plant.toml")]
     List {
         /// The file that describes the station
@@ -108,19 +120,13 @@ struct PasswordArguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.action {
         Action::Add { who, role, typed } => {
-            let file = users(&who.file)?;
-            existing_users(&file)?.can_add(&who.name)?;
-            let hash = typed.password(&who.name)?;
-            let first = !file.exists();
-            Users::change(&file, |users| users.add(&who.name, *role, hash))?;
-            if first {
-                notice(&"this is the first user; a running station asks for a login from now on");
-            }
+            add(who, typed, |users, hash| users.add(&who.name, *role, hash))?;
         }
+        Action::Wall { who, typed } => add(who, typed, |users, hash| users.add_wall(&who.name, hash))?,
         Action::List { file } => list(&users(file)?)?,
         Action::Remove { who } => Users::change(&users(&who.file)?, |users| users.remove(&who.name))?,
         Action::Role { name, role, file } => {
-            Users::change(&users(file)?, |users| users.get_mut(name).map(|user| user.role = *role))?;
+            Users::change(&users(file)?, |users| users.set_role(name, *role))?;
         }
         Action::Password { who, typed } => {
             let file = users(&who.file)?;
@@ -128,6 +134,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let hash = typed.password(&who.name)?;
             Users::change(&file, |users| users.get_mut(&who.name).map(|user| user.password = hash))?;
         }
+    }
+    Ok(())
+}
+
+/// Asks for a password and adds a user with it.
+fn add(
+    who: &UserArguments,
+    typed: &PasswordArguments,
+    add: impl FnOnce(&mut Users, Hash) -> Result<(), AccountError>,
+) -> Result<(), Failure> {
+    let file = users(&who.file)?;
+    existing_users(&file)?.can_add(&who.name)?;
+    let hash = typed.password(&who.name)?;
+    let first = !file.exists();
+    Users::change(&file, |users| add(users, hash))?;
+    if first {
+        notice(&"this is the first user; a running station asks for a login from now on");
     }
     Ok(())
 }
@@ -158,7 +181,10 @@ fn list(file: &Path) -> Result<(), Failure> {
     }
     let users = Users::read(file)?;
     let widest = users.iter().map(|user| user.name.len()).max().unwrap_or_default();
-    users.iter().for_each(|user| out(&format!("{:widest$}  {}", user.name, user.role)));
+    users.iter().for_each(|user| {
+        let wall = if user.is_wall { ", wall display" } else { "" };
+        out(&format!("{:widest$}  {}{wall}", user.name, user.role));
+    });
     Ok(())
 }
 

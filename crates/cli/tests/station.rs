@@ -199,6 +199,44 @@ fn users_of_the_command_log_in_and_a_running_station_logs_removed_users_out() {
     assert!(!database.windows(password.len()).any(|octets| octets == password.as_bytes()), "it has no password");
 }
 
+/// The status line of the answer to a request with this session.
+fn status(address: &str, session: &str) -> String {
+    let (mut stream, port) = (TcpStream::connect(address).unwrap(), address.rsplit(':').next().unwrap());
+    write!(
+        stream,
+        "GET /api/gauges HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nCookie: profivac-{port}={session}\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer.lines().next().unwrap().to_owned()
+}
+
+#[test]
+fn a_login_outlasts_the_end_of_the_program_and_its_next_start() {
+    let (folder, port) = memory_segment();
+    let file = folder.name("plant.toml");
+    private(&file, &format!("[[segment]]\nname = \"a\"\nport = {port:?}\n"));
+    let password = "tin whisker plateau";
+    let added = run_with(&["user", "wall", "screen", &file, "--password-stdin"], password);
+    assert!(added.status.success(), "{}", String::from_utf8_lossy(&added.stderr));
+    let mut station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    let ready = station.ready();
+    let address = ready.strip_prefix("http://").unwrap();
+    let login = format!("{{\"name\":\"screen\",\"password\":{password:?}}}");
+    let answer = post(address, "/api/login", "", &login);
+    let cookie = answer.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
+    let session = cookie.split(['=', ';']).nth(1).unwrap();
+    assert_eq!(status(address, session), "HTTP/1.1 200 OK");
+    station.terminate();
+    assert_eq!(station.exit_code(), 0);
+    let station = Program::start(&["run", &file, "--listen", "127.0.0.1:0"]);
+    let ready = station.ready();
+    let address = ready.strip_prefix("http://").unwrap();
+    assert_eq!(status(address, session), "HTTP/1.1 200 OK");
+    assert_eq!(status(address, &"0".repeat(64)), "HTTP/1.1 401 Unauthorized");
+}
+
 #[test]
 fn a_file_that_names_secrets_must_be_private() {
     let (folder, port) = memory_segment();

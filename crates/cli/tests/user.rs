@@ -58,6 +58,24 @@ fn users_are_added_changed_and_removed() {
 }
 
 #[test]
+fn a_wall_display_is_a_viewer_that_is_listed_and_removed() {
+    let (folder, file) = station_file();
+    assert!(add("ada", "engineer", &file, PASSWORD).status.success());
+    let wall = run_with(&["user", "wall", "screen", &file, "--password-stdin"], PASSWORD);
+    assert!(wall.status.success(), "{}", stderr_of(&wall));
+    assert_eq!(list(&file), "ada     engineer\nscreen  viewer, wall display\n");
+    let refused = run(&["user", "role", "screen", "operator", &file]);
+    let sentence = "profivac: screen is a wall display, whose login lasts: expected the role viewer\n";
+    assert_eq!((refused.status.code(), stderr_of(&refused).as_str()), (Some(2), sentence));
+    let twice = run_with(&["user", "wall", "Ada", &file, "--password-stdin"], PASSWORD);
+    assert!(stderr_of(&twice).contains("there is already a user Ada"), "{}", stderr_of(&twice));
+    let text = fs::read_to_string(folder.path("plant.users.toml")).unwrap();
+    assert_eq!(text.matches("wall = true").count(), 1);
+    assert!(run(&["user", "remove", "screen", &file]).status.success());
+    assert_eq!(list(&file), "ada  engineer\n");
+}
+
+#[test]
 fn a_user_is_added_whom_the_file_names_already() {
     for table in ["[epics.write]\nuser = \"ada\"\n", "[opcua]\nwrite = true\n"] {
         let (_folder, file) = station_file();

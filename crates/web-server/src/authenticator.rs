@@ -5,6 +5,7 @@ use crate::auth::openid::{BegunLogin, Identity, OpenIdError, OpenIdProvider, Ret
 use crate::auth::password::{self, Hash, PasswordError};
 use crate::auth::rate_limit::{RateLimiters, RateLimits};
 use crate::auth::secret::RandomSecret;
+use crate::auth::session_file;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
@@ -13,7 +14,7 @@ use std::net::IpAddr;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 
@@ -22,6 +23,13 @@ const MAX_HASHES: usize = 2;
 
 /// The longest wait for a password hash to begin.
 const HASH_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// How often the times of the last uses of sessions are stored, while no session begins or ends. chosen: a power cut makes a session unused
+/// for a few minutes longer than it was.
+const USES_PERIOD: Duration = Duration::from_secs(5 * 60);
+
+/// The pause after the sessions could not be stored. chosen.
+const STORE_PAUSE: Duration = Duration::from_secs(10);
 
 /// Why a login or a change of password is refused.
 #[derive(Debug, thiserror::Error)]
@@ -94,6 +102,19 @@ struct UserDirectory {
     /// The hash that is verified for an unknown name, so that the answer takes as long as for a known one.
     dummy: Hash,
     stamp: Mutex<Option<Stamp>>,
+    session_file: PathBuf,
+    stored: Mutex<StoredState>,
+}
+
+/// What the file of the sessions has.
+#[derive(Default)]
+struct StoredState {
+    /// The state of the sessions that was stored.
+    changes: u64,
+    /// The last attempt, if there was one.
+    at: Option<Instant>,
+    /// Whether the last attempt failed.
+    has_failed: bool,
 }
 
 /// The authentication of requests.
@@ -125,7 +146,7 @@ impl Authenticator {
         };
         let authenticator = Self {
             observer,
-            anonymous: AuthenticatedUser { user, token },
+            anonymous: AuthenticatedUser { user, token, cookie_age: None },
             directory: directory.map_or_else(OnceLock::new, OnceLock::from),
             provider: None,
             awaited,
@@ -145,6 +166,50 @@ impl Authenticator {
     #[must_use]
     pub fn provider(&self) -> Option<&OpenIdProvider> {
         self.provider.as_ref().filter(|_| self.requires_login())
+    }
+
+    /// Continues the sessions of before a restart. A file of sessions that is lost or damaged is no error: every user logs in again.
+    /// Control authority and armed commands do not continue.
+    pub fn restore_sessions(&self) {
+        let Some(directory) = self.directory() else { return };
+        match session_file::read(&directory.session_file, SystemTime::now()) {
+            Ok(None) => {}
+            Ok(Some((stored, stopped))) => {
+                let users = directory.users();
+                let now = Instant::now();
+                let count = directory.sessions().restore(stored, stopped, &users, self.issuer(), now);
+                directory.stored.lock().unwrap_or_else(PoisonError::into_inner).at = Some(now);
+                if count > 0 {
+                    self.record_event(&format!("sessions of before the restart continue: {count}"));
+                }
+            }
+            Err(error) => self.record_event(&format!("every user logs in again: {error}")),
+        }
+    }
+
+    /// Stores the sessions if one has begun or ended, or if the last uses were stored minutes ago. Waits for the disk. A failure is an event
+    /// and nothing else: sessions begin and continue without the file.
+    pub fn store_sessions(&self) {
+        self.store_sessions_after(USES_PERIOD);
+    }
+
+    /// Stores the sessions and their last uses, for the next start.
+    pub fn store_sessions_at_stop(&self) {
+        self.store_sessions_after(Duration::ZERO);
+    }
+
+    fn store_sessions_after(&self, period: Duration) {
+        let failed = self.directory().and_then(|directory| directory.store_sessions(self.issuer(), period).err());
+        if let Some(error) = failed {
+            self.record_event(&format!(
+                "after a restart every user logs in again: the sessions cannot be stored: {error}"
+            ));
+        }
+    }
+
+    /// The OpenID provider at which users of the station may log in.
+    fn issuer(&self) -> Option<&str> {
+        self.provider.as_ref().map(OpenIdProvider::issuer)
     }
 
     /// The users who log in; `None` while every request is that of the anonymous user.
@@ -426,6 +491,8 @@ impl UserDirectory {
             sessions: Mutex::default(),
             dummy,
             stamp: Mutex::new(stamp),
+            session_file: session_file::path(&file),
+            stored: Mutex::default(),
             file,
         })
     }
@@ -440,6 +507,34 @@ impl UserDirectory {
 
     fn sessions(&self) -> MutexGuard<'_, Sessions> {
         self.sessions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Stores the sessions, unless none has begun or ended and the last uses were stored less than `period` ago. Only the first of several
+    /// failures is an error.
+    fn store_sessions(&self, issuer: Option<&str>, period: Duration) -> std::io::Result<()> {
+        // Held while the file is written: an earlier state never replaces a later one.
+        let mut stored = self.stored.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        let since = stored.at.map(|at| now.saturating_duration_since(at));
+        let (changes, sessions) = {
+            let sessions = self.sessions();
+            let is_changed = stored.changes != sessions.changes();
+            let pause = if stored.has_failed { STORE_PAUSE.min(period) } else { Duration::ZERO };
+            let is_due = if is_changed {
+                since.is_none_or(|since| since >= pause)
+            } else {
+                since.is_some_and(|since| since >= period)
+            };
+            if !is_due {
+                return Ok(());
+            }
+            (sessions.changes(), sessions.stored(&self.users(), issuer, now))
+        };
+        let written = session_file::write(&self.session_file, sessions, SystemTime::now());
+        let has_failed_before = stored.has_failed;
+        let changes = if written.is_ok() { changes } else { stored.changes };
+        *stored = StoredState { changes, at: Some(now), has_failed: written.is_err() };
+        if has_failed_before { Ok(()) } else { written }
     }
 
     fn begin(

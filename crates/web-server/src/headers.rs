@@ -92,12 +92,15 @@ impl Hosts {
     }
 }
 
-/// The host that a request is meant for: from its URI, or else from its `Host` header. Empty if there are two headers.
+/// The host that a request is meant for: from its URI (`:authority` of HTTP/2), or else from its `Host` header. Empty if there are two headers,
+/// or if URI and header differ (RFC 9113 8.3.1): a proxy in front of the station could decide by the other one.
 #[must_use]
 pub fn requested_host(headers: &HeaderMap, uri: &Uri) -> String {
     let mut all = headers.get_all(HOST).iter();
     let (first, second) = (all.next().and_then(|host| host.to_str().ok()), all.next());
-    let requested = uri.authority().map(Authority::as_str).or(first).filter(|_| second.is_none());
+    let authority = uri.authority().map(Authority::as_str);
+    let is_same = first.zip(authority).is_none_or(|(host, authority)| host.eq_ignore_ascii_case(authority));
+    let requested = authority.or(first).filter(|_| second.is_none() && is_same);
     requested.unwrap_or_default().to_owned()
 }
 
@@ -128,6 +131,25 @@ mod tests {
             assert_eq!(public.accept(name), accepted, "{name}");
         }
         assert!(hosts(false, &[]).accept("anything.example") && !hosts(true, &[]).accept("anything.example"));
+    }
+
+    #[test]
+    fn the_authority_of_a_request_is_its_host_and_differs_from_no_header() {
+        let requests: [(&str, &[&'static str], &str); 6] = [
+            ("/", &["vacuum.example"], "vacuum.example"),
+            ("https://vacuum.example:8443/", &[], "vacuum.example:8443"),
+            ("https://vacuum.example/", &["Vacuum.example"], "vacuum.example"),
+            ("https://vacuum.example/", &["evil.example"], ""),
+            ("https://vacuum.example/", &["vacuum.example", "evil.example"], ""),
+            ("/", &[], ""),
+        ];
+        for (uri, hosts, expected) in requests {
+            let mut headers = HeaderMap::new();
+            for &host in hosts {
+                headers.append(HOST, HeaderValue::from_static(host));
+            }
+            assert_eq!(requested_host(&headers, &uri.parse().unwrap()), expected, "{uri} {hosts:?}");
+        }
     }
 
     #[test]

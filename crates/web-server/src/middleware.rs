@@ -35,6 +35,9 @@ use tokio_stream::StreamExt;
 /// The largest body, in octets: enough for the names of a thousand alarms.
 const MAX_BODY: usize = 64 << 10;
 
+/// How long an answer waits until the end of its session is stored. chosen: a disk that hangs delays no logout for longer.
+const STORE_TIMEOUT: Duration = Duration::from_secs(5);
+
 /// The path of the live stream.
 const LIVE_STREAM: &str = "/api/live";
 
@@ -113,10 +116,17 @@ impl RequestContext {
         self.authenticator().authenticate(self.session()).is_some()
     }
 
-    /// The cookie that sets this session, or that deletes the session of the browser.
+    /// Stores the sessions, so that one that has ended does not continue after a restart.
+    pub async fn store_sessions(&self) {
+        let authenticator = Arc::clone(&self.guard.authenticator);
+        let stored = tokio::task::spawn_blocking(move || authenticator.store_sessions());
+        tokio::time::timeout(STORE_TIMEOUT, stored).await.ok();
+    }
+
+    /// The cookie that sets this session for `lifetime` (`None`: until the browser is closed), or that deletes the session of the browser.
     #[must_use]
-    pub fn cookie(&self, session: Option<&RandomSecret>) -> HeaderValue {
-        self.cookie_of(&self.guard.cookie_name(self.is_secure), session, None)
+    pub fn cookie(&self, session: Option<&RandomSecret>, lifetime: Option<Duration>) -> HeaderValue {
+        self.cookie_of(&self.guard.cookie_name(self.is_secure), session, lifetime)
     }
 
     /// The cookie that binds a login at the OpenID provider to the browser while it is pending, or that deletes it.

@@ -61,7 +61,7 @@ pub struct Session {
 
 impl Session {
     fn new(authenticated: &AuthenticatedUser, login: LoginState, context: Option<&RequestContext>) -> Self {
-        let AuthenticatedUser { user: User { name, role }, token } = authenticated;
+        let AuthenticatedUser { user: User { name, role }, token, .. } = authenticated;
         let has_password = login == LoginState::LoggedIn && !is_openid(name);
         let (name, token) = (name.to_string(), token.reveal().to_owned());
         Self { name, role: *role, token, login, has_password, provider: provider(context) }
@@ -218,7 +218,8 @@ pub async fn openid_login(
     let returned = ReturnedLogin { state, code, error, issuer: iss };
     let (browser, before) = (context.openid_browser(), context.session());
     let begun = context.authenticator().finish_openid(&returned, browser, before, context.peer()).await?;
-    let cookies = [(SET_COOKIE, context.cookie(Some(&begun.0))), (SET_COOKIE, context.openid_cookie(None))];
+    let cookies =
+        [(SET_COOKIE, context.cookie(Some(&begun.0), begun.1.cookie_age)), (SET_COOKIE, context.openid_cookie(None))];
     Ok((AppendHeaders(cookies), Json(Session::new(&begun.1, LoginState::LoggedIn, Some(context)))))
 }
 
@@ -235,8 +236,10 @@ pub async fn openid_login(
 )]
 pub async fn logout(extensions: Extensions) -> Result<Response, Problem> {
     let context = context(&extensions)?;
-    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(None))]);
-    Ok(match context.authenticator().logout(context.session(), context.peer()) {
+    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(None, None))]);
+    let provider = context.authenticator().logout(context.session(), context.peer());
+    context.store_sessions().await;
+    Ok(match provider {
         Some(url) => (cookie, Json(ProviderAddress { url })).into_response(),
         None => (StatusCode::NO_CONTENT, cookie).into_response(),
     })
@@ -273,7 +276,7 @@ fn session_response(
     context: &RequestContext,
     (session, authenticated): &(RandomSecret, AuthenticatedUser),
 ) -> impl IntoResponse + use<> {
-    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session)))]);
+    let cookie = AppendHeaders([(SET_COOKIE, context.cookie(Some(session), authenticated.cookie_age))]);
     (cookie, Json(Session::new(authenticated, LoginState::LoggedIn, Some(context))))
 }
 

@@ -22,7 +22,7 @@ const MEMORY: &str = "sim:line.toml";
 
 /// Options that a command gets, if it has this part and not the option: addresses that are free, fewer requests, and the options with which a
 /// script agrees where the program would ask on a terminal.
-const ADDED: [(&str, &str, &str); 14] = [
+const ADDED: [(&str, &str, &str); 15] = [
     ("demo", "", "--listen 127.0.0.1:0"),
     ("scan", "", "--hsa 10"),
     ("init", "", "--hsa 10"),
@@ -30,6 +30,7 @@ const ADDED: [(&str, &str, &str); 14] = [
     ("field-test", "--port", "--cycles 20"),
     ("field-test", "--allow-writes", "--own"),
     ("user add", "", "--password-stdin"),
+    ("user wall", "", "--password-stdin"),
     ("user password", "", "--password-stdin"),
     ("address", "--lock", "--yes"),
     ("write", "--octets", "--yes"),

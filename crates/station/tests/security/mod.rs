@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 mod control;
+mod http2;
 mod list;
 mod login;
 mod openid;
 mod requests;
+mod restart;
 mod sessions;
 mod test_provider;
 mod test_station;

@@ -344,16 +344,16 @@ fn live_streams_of_a_session_are_bounded_and_other_users_get_theirs() {
         stream.read_exact(&mut status).unwrap();
         (String::from_utf8_lossy(&status).into_owned(), stream)
     };
-    let mut own: Vec<_> = (0..8).map(|_| open(&vera)).collect();
+    let mut own: Vec<_> = (0..16).map(|_| open(&vera)).collect();
     assert!(own.iter().all(|(status, _)| status == "HTTP/1.1 200"));
     let refused = Request::get("/api/live").cookie(&vera).to(&station);
-    let expected = "expected at most 8 live streams of one session: close another page of the dashboard";
+    let expected = "expected at most 16 live streams of one session: close another page of the dashboard";
     assert_eq!((refused.status, refused.problem()), (429, expected.to_owned()));
     // With further sessions the bound of the user comes first, and it leaves places for others.
     let sessions: Vec<_> = (0..4).map(|_| station.login("vera")).collect();
     let more: Vec<_> = sessions.iter().flat_map(|page| (0..8).map(|_| open(page)).collect::<Vec<_>>()).collect();
     let granted = more.iter().filter(|(status, _)| status == "HTTP/1.1 200").count();
-    assert_eq!(granted, 24, "32 in all");
+    assert_eq!(granted, 16, "32 in all");
     let ada = station.login("ada");
     assert_eq!(open(&ada).0, "HTTP/1.1 200");
     // A page that is closed makes room.

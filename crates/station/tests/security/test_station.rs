@@ -14,7 +14,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::os::unix::fs::PermissionsExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -69,6 +69,12 @@ impl TestStation {
         Self::around(Arc::clone(services), tempfile::tempdir().unwrap(), |_, _| {})
     }
 
+    /// The same with TLS.
+    pub fn over_with_tls(services: &Arc<Services>) -> Self {
+        let tls = |setup: &mut Setup, folder: &TempDir| setup.tls = Some(certificate(folder));
+        Self::around(Arc::clone(services), tempfile::tempdir().unwrap(), tls)
+    }
+
     fn around(services: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
         let users = folder.path().join("users.toml");
         Users::change(&users, |users| {
@@ -77,10 +83,26 @@ impl TestStation {
             users.add("vera", Role::Viewer, HASH.clone())
         })
         .unwrap();
+        Self::start(services, folder, change)
+    }
+
+    fn start(services: Arc<Services>, folder: TempDir, change: impl FnOnce(&mut Setup, &TempDir)) -> Self {
+        let users = folder.path().join("users.toml");
         let mut setup = Setup::new("127.0.0.1:0".parse().unwrap(), Access::Users(users));
         change(&mut setup, &folder);
         let server = profivac_station::server::start(Arc::clone(&services), setup).unwrap();
         Self { folder, services, server }
+    }
+
+    /// The station after a restart, at another port and with another database. `while_stopped` gets the folder.
+    pub fn restarted(self, while_stopped: impl FnOnce(&Path)) -> Self {
+        let Self { folder, services, server } = self;
+        drop((server, services));
+        while_stopped(folder.path());
+        let file = folder.path().join("restarted.db");
+        let recorder = Recorder::start(&file, Settings::default()).unwrap();
+        let services = Arc::new(Services::new("Target hall".to_owned(), file, recorder));
+        Self::start(services, folder, |_, _| {})
     }
 
     pub fn file(&self, name: &str) -> PathBuf {
@@ -275,6 +297,12 @@ impl Page {
         let cookie = answer.header("set-cookie").unwrap();
         let cookie = cookie.split(';').next().unwrap().to_owned();
         Self { cookie, token: answer.json()["token"].as_str().unwrap().to_owned() }
+    }
+
+    /// The same cookie and token for a station at another port, whose cookie has another name.
+    pub fn at(&self, station: &TestStation) -> Self {
+        let (_, id) = self.cookie.split_once('=').unwrap();
+        Self { cookie: format!("profivac-{}={id}", station.port()), token: self.token.clone() }
     }
 }
 

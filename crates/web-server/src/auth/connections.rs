@@ -23,8 +23,9 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::oneshot;
 
-/// The most live streams of one session. chosen: a browser opens six connections to one server.
-pub const MAX_STREAMS_PER_SESSION: usize = 8;
+/// The most live streams of one session. chosen: more windows than a control room opens. With HTTP/1.1 a browser opens six connections to one
+/// server.
+pub const MAX_STREAMS_PER_SESSION: usize = 16;
 
 /// One user or one address may use the total divided by this number. chosen: enough for dozens of pages.
 const SHARE: usize = 4;
@@ -396,11 +397,11 @@ mod tests {
         };
         let new = || Some(RandomSecret::new().unwrap());
         let (one, limit) = take_all("127.0.0.1", "vera", &new());
-        assert_eq!((one.len(), limit), (8, StreamLimit::Session(8)));
+        assert_eq!((one.len(), limit), (16, StreamLimit::Session(16)));
         let more: Vec<_> = (0..4).map(|_| take_all("127.0.0.1", "vera", &new())).collect();
         let taken: Vec<_> = more.iter().map(|(permits, limit)| (permits.len(), *limit)).collect();
-        let session = (8, StreamLimit::Session(8));
-        assert_eq!(taken, [session, session, session, (0, StreamLimit::User(32))]);
+        let (session, user) = ((16, StreamLimit::Session(16)), (0, StreamLimit::User(32)));
+        assert_eq!(taken, [session, user, user, user]);
         let remote: Vec<_> = ["a", "b", "c", "d", "e"].map(|user| take_all("10.0.0.1", user, &new())).into();
         assert_eq!(remote[4].1, StreamLimit::Address(32));
         let local: Vec<_> = (0..20).map(|user| take_all("127.0.0.1", &user.to_string(), &new())).collect();

@@ -16,6 +16,7 @@
 //! | [`password`] | rules for passwords, and their hashes |
 //! | [`rate_limit`] | limits on requests and logins |
 //! | [`secret`] | random numbers for sessions and tokens |
+//! | [`session_file`] | the file of the sessions, which survive a restart |
 //! | [`sessions`] | sessions in memory |
 //! | [`users`] | the users' file |
 //!
@@ -30,6 +31,7 @@ pub mod openid;
 pub mod password;
 pub mod rate_limit;
 pub mod secret;
+pub mod session_file;
 pub mod sessions;
 pub mod users;
 

@@ -6,6 +6,8 @@
 //! role = "engineer"
 //! password = "$argon2id$v=19$m=19456,t=2,p=1$..."
 //! ```
+//!
+//! A viewer with `wall = true` is a wall display: its login lasts a year.
 
 use super::file_permissions::{self, PermissionError};
 use super::password::{Hash, HashProblem};
@@ -35,6 +37,8 @@ pub struct Account {
     pub role: Role,
     /// The password hash.
     pub password: Hash,
+    /// Whether it is a wall display, always with the role viewer.
+    pub is_wall: bool,
 }
 
 impl Account {
@@ -89,6 +93,9 @@ pub enum AccountError {
     /// No account has this name.
     #[error("there is no user {0:?}")]
     Unknown(String),
+    /// A wall display would have another role than viewer.
+    #[error("{0} is a wall display, whose login lasts: expected the role viewer")]
+    WallRole(String),
     /// The file has the maximum number of accounts.
     #[error("expected at most {MAX_USERS} users")]
     TooMany,
@@ -128,6 +135,8 @@ struct AccountToml {
     name: Spanned<String>,
     role: Role,
     password: Spanned<String>,
+    #[serde(default)]
+    wall: bool,
 }
 
 /// All accounts, in the order of the file.
@@ -181,11 +190,14 @@ impl Users {
         };
         let parsed: UsersToml = toml::from_str(text).map_err(syntax)?;
         let mut users = Self::default();
-        for AccountToml { name, role, password } in parsed.user {
+        for AccountToml { name, role, password, wall } in parsed.user {
             let hash = Hash::parse(password.get_ref());
             let hash = hash.map_err(|problem| at(password.span().start, UsersFileProblem::Hash(problem)))?;
             let wrong = |error| at(name.span().start, UsersFileProblem::Account(error));
             users.add(name.get_ref(), role, hash).map_err(wrong)?;
+            if wall {
+                users.make_wall(name.get_ref()).map_err(wrong)?;
+            }
         }
         Ok(users)
     }
@@ -213,10 +225,10 @@ impl Users {
     #[must_use]
     pub fn text(&self) -> String {
         let head = "# The users of a station. `profivac user` changes this file; a running station reads it again.\n";
-        self.0.iter().fold(head.to_owned(), |mut text, Account { name, role, password }| {
-            let password = password.as_str();
+        self.0.iter().fold(head.to_owned(), |mut text, Account { name, role, password, is_wall }| {
+            let (password, wall) = (password.as_str(), if *is_wall { "wall = true\n" } else { "" });
             // Writing to a String cannot fail.
-            let _ = write!(text, "\n[[user]]\nname = {name:?}\nrole = \"{role}\"\npassword = {password:?}\n");
+            let _ = write!(text, "\n[[user]]\nname = {name:?}\nrole = \"{role}\"\npassword = {password:?}\n{wall}");
             text
         })
     }
@@ -262,7 +274,39 @@ impl Users {
     /// As [`Self::can_add`].
     pub fn add(&mut self, name: &str, role: Role, password: Hash) -> Result<(), AccountError> {
         self.can_add(name)?;
-        self.0.push(Account { name: Arc::from(name), role, password });
+        self.0.push(Account { name: Arc::from(name), role, password, is_wall: false });
+        Ok(())
+    }
+
+    /// Adds the account of a wall display, with the role viewer.
+    ///
+    /// # Errors
+    /// As [`Self::can_add`].
+    pub fn add_wall(&mut self, name: &str, password: Hash) -> Result<(), AccountError> {
+        self.add(name, Role::Viewer, password)?;
+        self.make_wall(name)
+    }
+
+    /// Makes the account of a viewer that of a wall display.
+    fn make_wall(&mut self, name: &str) -> Result<(), AccountError> {
+        let account = self.get_mut(name)?;
+        if account.role != Role::Viewer {
+            return Err(AccountError::WallRole(name.to_owned()));
+        }
+        account.is_wall = true;
+        Ok(())
+    }
+
+    /// Changes the role of an account.
+    ///
+    /// # Errors
+    /// [`AccountError::Unknown`], and [`AccountError::WallRole`] for a wall display.
+    pub fn set_role(&mut self, name: &str, role: Role) -> Result<(), AccountError> {
+        let account = self.get_mut(name)?;
+        if account.is_wall && role != Role::Viewer {
+            return Err(AccountError::WallRole(account.name.to_string()));
+        }
+        account.role = role;
         Ok(())
     }
 
@@ -326,6 +370,21 @@ mod tests {
     fn a_written_file_reads_back_unchanged() {
         let users = users();
         assert_eq!(Users::parse(&users.text(), Path::new("users.toml")).unwrap(), users);
+    }
+
+    #[test]
+    fn a_wall_display_is_a_viewer() {
+        let mut users = users();
+        users.add_wall("wall", hash()).unwrap();
+        assert_eq!(Users::parse(&users.text(), Path::new("users.toml")).unwrap(), users);
+        assert!(users.get("wall").is_some_and(|wall| wall.is_wall && wall.role == Role::Viewer));
+        for role in [Role::Operator, Role::Engineer] {
+            assert_eq!(users.set_role("Wall", role), Err(AccountError::WallRole("wall".to_owned())));
+        }
+        let text = users.text().replace("wall = true", "");
+        let text = text.replace("role = \"engineer\"", "role = \"engineer\"\nwall = true");
+        let error = Users::parse(&text, Path::new("users.toml")).unwrap_err().to_string();
+        assert!(error.ends_with("ada is a wall display, whose login lasts: expected the role viewer"), "{error}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! loses when another client needs it, and nothing else. Listening beyond loopback requires TLS and users.
 
 mod heads;
+mod http2;
 mod slow_client;
 mod tls;
 
@@ -167,6 +168,7 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let provider = openid.map(|openid| OpenIdProvider::new(openid, url(address, keys.is_some()))).transpose()?;
         let authenticator = Arc::new(authenticator.with_provider(provider));
+        authenticator.restore_sessions();
         let guard = RequestGuard {
             authenticator: Arc::clone(&authenticator),
             hosts: Hosts { loopback: listen.ip().is_loopback(), configured: hosts },
@@ -261,6 +263,7 @@ fn run(
             _ = stopped => {}
         }
     });
+    authenticator.store_sessions_at_stop();
     // Live streams do not end on their own.
     runtime.shutdown_background();
 }
@@ -302,13 +305,17 @@ fn runtime() -> std::io::Result<Runtime> {
     Builder::new_multi_thread().worker_threads(2).max_blocking_threads(64).enable_io().enable_time().build()
 }
 
-/// Reads the users' file again after each change. Never returns.
+/// Reads the users' file again after each change, and stores the sessions. Never returns.
 async fn watch_users(authenticator: &Arc<Authenticator>) {
     loop {
         tokio::time::sleep(USERS_INTERVAL).await;
         let authenticator = Arc::clone(authenticator);
+        let work = move || {
+            authenticator.reload_users();
+            authenticator.store_sessions();
+        };
         // After a panic the users stay as they were.
-        tokio::task::spawn_blocking(move || authenticator.reload_users()).await.ok();
+        tokio::task::spawn_blocking(work).await.ok();
     }
 }
 
@@ -370,11 +377,17 @@ impl Connections {
             }
             acceptor.accept(stream).await.ok()
         };
-        if let Ok(Some(stream)) = timeout(self.limits.head, handshake).await {
+        let Ok(Some(stream)) = timeout(self.limits.head, handshake).await else { return };
+        if stream.get_ref().1.alpn_protocol() == Some(http2::PROTOCOL) {
+            let times = http2::Times { head: self.limits.head, stalled: self.limits.stalled };
+            let stream = StallTimeout::new(stream, times.stalled);
+            http2::serve(stream, &self.router, peer, &permit, times).await;
+        } else {
             self.answer(stream, peer, permit).await;
         }
     }
 
+    /// Serves HTTP/1.1.
     async fn answer(&self, stream: impl AsyncRead + AsyncWrite + Unpin, peer: IpAddr, permit: Arc<Permit>) {
         let mut stream = Heads::new(StallTimeout::new(stream, self.limits.stalled));
         let framing = stream.framing();

@@ -1,5 +1,6 @@
 //! TLS: certificate and key, which can be read again while the server runs.
 
+use super::http2;
 use crate::auth::file_permissions::{self, PermissionError};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -114,7 +115,7 @@ fn config(files: &TlsFiles) -> Result<ServerConfig, TlsError> {
         .with_no_client_auth()
         .with_single_cert(certificates, key)
         .map_err(pair)?;
-    config.alpn_protocols = vec![b"http/1.1".to_vec()];
+    config.alpn_protocols = vec![http2::PROTOCOL.to_vec(), b"http/1.1".to_vec()];
     Ok(config)
 }
 

@@ -224,6 +224,12 @@ impl OpenIdProvider {
         quota.check(RateLimit::new(RELOADS, RELOAD_PERIOD), Instant::now()).is_ok()
     }
 
+    /// The provider, as it names itself.
+    #[must_use]
+    pub fn issuer(&self) -> &str {
+        &self.settings.issuer
+    }
+
     /// The name on the button.
     #[must_use]
     pub fn name(&self) -> &str {
