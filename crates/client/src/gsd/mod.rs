@@ -217,6 +217,8 @@ fn modules(model: &Model) -> Vec<Module> {
     let single = identifiers.filter(|one| is_modular(model) && seen.insert(*one)).map(|one| (span(one), one));
     let module = |((contents, octets), number): ((String, &[u8]), u32)| Module {
         number,
+        // Module_Reference: files of revision 3 have it, those of revision 1 do not. profibus-wire 7.2
+        numbered: model.features.dpv1,
         name: format!("{number} {contents}"),
         config: octets.to_vec(),
         ..Module::default()
