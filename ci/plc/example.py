@@ -2,8 +2,8 @@
 """The example of docs/plc-example.md with awlsim, a soft PLC for S7 STL, and pyprofibus, its PROFIBUS master: ci/plc/example.py PROGRAM
 
 Both are GPL: awlsim runs in a process of its own and is linked to nothing. This program reads its CPU dump, in which the PLC program
-shows what it has seen, and compares that with the simulated gauge and with a listener on the same line. The four families of gauges
-run at the same time, each on its own line.
+shows what it has seen, and compares that with the simulated gauge, and with `sniff` and a listen-only station on the same line. The four families of
+gauges run at the same time, each on its own line.
 """
 
 import concurrent.futures
@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import urllib.request
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 EXAMPLE = os.path.join(ROOT, "contrib", "plc")
@@ -34,6 +35,18 @@ FAMILIES = {
     "img400": (EXECUTING, SAFE_VALUE, "user C0 01 00 13 08 (unit hPa)"),
     "tpg500": (MBAR, 1, "ident 05D9, groups 01"),
 }
+STATION = """
+[[segment]]
+name = "line"
+port = "{folder}/station"
+baud = 19200
+listen-only = true
+
+[[segment.gauge]]
+name = "gauge"
+address = 5
+device = "{device}"
+"""
 ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 FLAGS = re.compile(r" +M: +((?:[0-9A-F]{2} ){16})")
 
@@ -61,10 +74,16 @@ class Process:
         self.lines.append(line)
 
     def wait_for(self, what, condition):
-        """Waits until `condition(self)` is true."""
+        """Waits until `condition(self)` is true; it is looked at after each line of output."""
+        seen = []
+
+        def is_over():
+            seen.append(condition(self))
+            return seen[-1] or self.ended
+
         with self.change:
-            self.change.wait_for(lambda: self.ended or condition(self), HANG_S)
-            assert condition(self), f"{what}: {self.describe()}"
+            self.change.wait_for(is_over, HANG_S)
+            assert seen[-1], f"{what}: {self.describe()}"
 
     def describe(self):
         return "\n".join(self.lines[-20:])
@@ -127,6 +146,27 @@ class Listener(Process):
         return any(all(word in line for word in words) for line in self.lines)
 
 
+class Station(Process):
+    """`profivac run` with a listen-only segment."""
+
+    def wait_until_ready(self):
+        self.wait_for("the station", lambda it: any(line.startswith("ready ") for line in it.lines))
+        self.url = next(line.split()[1] for line in self.lines if line.startswith("ready "))
+
+    def gauge(self):
+        with urllib.request.urlopen(f"{self.url}/api/gauges", timeout=HANG_S) as answer:
+            return json.load(answer)[0]
+
+    def shows(self, mbar):
+        """Whether a reading of the gauge is valid and has this pressure."""
+        valid = [reading["pa"] for reading in self.gauge()["readings"] if reading["quality"] == "valid"]
+        return any(abs(pa / (100 * mbar) - 1) < 1e-3 for pa in valid)
+
+    def misses(self):
+        gauge = self.gauge()
+        return gauge["state"] == "missing" and all(reading["pa"] is None for reading in gauge["readings"])
+
+
 def check_page(flags):
     """The page names the versions of ci/requirements.txt, the project, and the flags as they are; octets 6 and 7 count."""
     with open(PAGE) as page, open(REQUIREMENTS) as requirements:
@@ -149,31 +189,37 @@ def check(program, device, folder):
         return processes[-1]
 
     try:
-        hub = start(Process, program, "hub", "--pty", "plc", "--pty", "gauge", "--pty", "listener")
+        hub = start(Process, program, "hub", "--pty", "plc", "--pty", "gauge", "--pty", "listener", "--pty", "station")
         hub.wait_for("the line", lambda it: any(line.startswith("ready") for line in it.lines))
         gauge = start(Process, program, "simulate", "--serial", "gauge", "--pressure", "2e-3 mbar", f"{device}@5")
         gauge.wait_for("the gauge", lambda it: any(line.startswith("ready") for line in it.lines))
         listener = start(Listener, program, "sniff", "--port", "listener", "--json")
         listener.wait_for("the listener", lambda it: any("listening on" in line for line in it.lines))
+        file = os.path.join(folder, "station.toml")
+        with open(file, "w", opener=lambda path, flags: os.open(path, flags, 0o600)) as text:
+            text.write(STATION.format(folder=folder, device=device))
+        station = start(Station, program, "run", file, "--listen", "127.0.0.1:0")
+        station.wait_until_ready()
         plc = start(Plc, AWLSIM, f"{device}.awlpro")
 
-        plc.wait_for("the pressure", lambda it: it.shows(2e-3, within=True))
+        plc.wait_for("the pressure", lambda it: it.shows(2e-3, within=True) and station.shows(2e-3))
         plc.wait_for("the parameter channel", lambda it: it.bit(1) and it.bit(2) and not it.bit(3))
         assert (plc.double(8), plc.double(12)) == (read, written), plc.describe()
         if device == "bcg450":
             check_page(plc.flags)
         gauge.tell("pressure 8e-3 mbar")
-        plc.wait_for("the other pressure", lambda it: it.shows(8e-3, within=False))
+        plc.wait_for("the other pressure", lambda it: it.shows(8e-3, within=False) and station.shows(8e-3))
         gauge.tell("pressure 2e-3 mbar")
-        plc.wait_for("the first pressure again", lambda it: it.shows(2e-3, within=True))
+        plc.wait_for("the first pressure again", lambda it: it.shows(2e-3, within=True) and station.shows(2e-3))
 
         gauge.tell("power 5 off")
-        plc.wait_for("the lost gauge", lambda it: it.shows(2e-3, within=False, answers=False))
+        plc.wait_for("the lost gauge", lambda it: it.shows(2e-3, within=False, answers=False) and station.misses())
         gauge.tell("pressure 8e-3 mbar")
         tasks = plc.word(6)
         gauge.tell("power 5 on")
-        plc.wait_for("the gauge again", lambda it: it.shows(8e-3, within=False) and it.word(6) > tasks)
+        plc.wait_for("the gauge again", lambda it: it.shows(8e-3, within=False) and it.word(6) > tasks and station.shows(8e-3))
         assert not plc.bit(3), plc.describe()
+        assert station.gauge()["listen_only"] and not station.gauge()["assumptions"], station.gauge()
 
         for words in [
             ["master 2 sets its parameters", parameters],
