@@ -36,6 +36,7 @@ fn agrees(file: &GenericStationDescription, model: &Model) {
     assert_eq!((file.max_modules, single), manual, "{}", model.name);
     let references = file.available_modules.iter().map(|module| module.reference);
     assert!(references.eq(numbers(model)), "{}", model.name);
+    assert!(file.available_modules.iter().all(|module| module.info_text.is_some() == model.features.dpv1));
     let user = gsd_parser::PrmBuilder::new(&file.user_prm_data).into_bytes();
     assert!(model.user_prm(&user).is_some(), "{}: {user:02X?}", model.name);
     for unit in file.user_prm_data.data_ref.iter().flat_map(|(_, definition)| &definition.text_ref) {
@@ -88,9 +89,10 @@ fn python(script: &str) -> String {
     message
 }
 
-/// Keywords of DP-V1, which pyprofibus does not have, FMS, and the types of user parameters, which it ignores. It ignores the lines with
-/// the numbers of modules too.
-const NEW: [&str; 6] = ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16"];
+/// Keywords of DP-V1, which pyprofibus does not have, FMS, and texts and the types of user parameters, which it ignores. It ignores the lines
+/// with the numbers of modules too.
+const NEW: [&str; 7] =
+    ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16", "Info_Text"];
 
 /// profibus-wire 7.3
 #[test]
