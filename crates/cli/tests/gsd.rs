@@ -1,4 +1,4 @@
-//! Two independent parsers accept the GSD file of every device and read the values of the tables.
+//! Three independent parsers accept the GSD file of every device and read the values of the tables.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -18,6 +18,13 @@ fn printed(device: &str) -> String {
 /// The modules of the one manual that has modules. IF300P/IF301P manual 3.2.1.2, errata-bpg-bcg-tpg 122.
 const MODULES: [&[u8]; 5] = [&[0x97], &[0xA7], &[0xA0], &[0x94], &[0x93]];
 
+/// The reference numbers of all modules: with GSD_Revision 3, one after the other.
+fn numbers(model: &Model) -> impl Iterator<Item = Option<u32>> {
+    let modular = if model.name.starts_with("tpg") { MODULES.len() } else { 0 };
+    let (is_numbered, count) = (model.features.dpv1, model.configurations.len() + modular);
+    (1..).take(count).map(move |number| is_numbered.then_some(number))
+}
+
 /// Compares what an engineering tool would send, one module and its user parameters, with the tables.
 fn agrees(file: &GenericStationDescription, model: &Model) {
     assert_eq!((file.ident_number, file.model.as_str()), (model.ident, model.title));
@@ -27,6 +34,9 @@ fn agrees(file: &GenericStationDescription, model: &Model) {
     assert_eq!(whole, configurations, "{}", model.name);
     let manual: (u8, &[&[u8]]) = if model.name.starts_with("tpg") { (7, &MODULES) } else { (1, &[]) };
     assert_eq!((file.max_modules, single), manual, "{}", model.name);
+    let references = file.available_modules.iter().map(|module| module.reference);
+    assert!(references.eq(numbers(model)), "{}", model.name);
+    assert!(file.available_modules.iter().all(|module| module.info_text.is_some() == model.features.dpv1));
     let user = gsd_parser::PrmBuilder::new(&file.user_prm_data).into_bytes();
     assert!(model.user_prm(&user).is_some(), "{}: {user:02X?}", model.name);
     for unit in file.user_prm_data.data_ref.iter().flat_map(|(_, definition)| &definition.text_ref) {
@@ -63,12 +73,8 @@ for path in sys.argv[1:]:
     print('read', '%04x' % gsd.getIdentNumber(), bytes(gsd.getUserPrmData()).hex(), ','.join(configurations))
 ";
 
-/// Keywords of DP-V1, which pyprofibus does not have, FMS, and the types of user parameters, which it ignores.
-const NEW: [&str; 6] = ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16"];
-
-/// profibus-wire 7.3
-#[test]
-fn pyprofibus_reads_the_values_of_the_tables() {
+/// What a script prints about the files of all devices, whose paths are its arguments.
+fn python(script: &str) -> String {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
     assert!(python.exists(), "there is no {}: ./test makes it", python.display());
     let folder = Folder::new();
@@ -77,13 +83,26 @@ fn pyprofibus_reads_the_values_of_the_tables() {
         std::fs::write(&path, printed(model.name)).unwrap();
         path
     });
-    let output = Command::new(python).args(["-c", PYTHON]).args(paths).output().unwrap();
+    let output = Command::new(python).args(["-c", script]).args(paths).output().unwrap();
     let message = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{message}{}", String::from_utf8_lossy(&output.stderr));
+    message
+}
+
+/// Keywords of DP-V1, which pyprofibus does not have, FMS, and texts and the types of user parameters, which it ignores. It ignores the lines
+/// with the numbers of modules too.
+const NEW: [&str; 7] =
+    ["FMS_supp", "C1_", "C2_", "Max_Initiate_PDU_Length", "WD_Base_1ms_supp", "Unsigned16", "Info_Text"];
+
+/// profibus-wire 7.3
+#[test]
+fn pyprofibus_reads_the_values_of_the_tables() {
+    let message = python(PYTHON);
     let warned =
         message.lines().zip(message.lines().skip(1)).filter(|(line, _)| line.starts_with("GSD parser warning"));
     for (_, line) in warned {
-        assert!(NEW.iter().any(|keyword| line.starts_with(keyword)), "pyprofibus does not know: {line}");
+        let is_known = NEW.iter().any(|keyword| line.starts_with(keyword)) || line.parse::<u16>().is_ok();
+        assert!(is_known, "pyprofibus does not know: {line}");
     }
     let read = message.lines().filter_map(|line| line.strip_prefix("read "));
     let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
@@ -96,6 +115,43 @@ fn pyprofibus_reads_the_values_of_the_tables() {
         let [ident, user, read] = fields[..] else { panic!("{line}") };
         assert_eq!((ident, read), (format!("{:04x}", model.ident).as_str(), configurations.join(",").as_str()));
         assert!(model.user_prm.iter().any(|prm| hex(prm.octets).get(2..) == user.get(2..)), "{line}");
+    }
+}
+
+/// The reader of industriagents-profibus-mcp, without the server of the package, which needs much else.
+const INDUSTRIAGENTS: &str = "
+import importlib.util, json, pathlib, sys
+path = pathlib.Path(sys.prefix).parent / 'tools/gsd_reader/profibus_mcp/gsd_parser.py'
+spec = importlib.util.spec_from_file_location('gsd_parser', path)
+reader = sys.modules['gsd_parser'] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(reader)
+for path in sys.argv[1:]:
+    file = reader.GSDParser().load(path)
+    names = 'config_hex', 'input_length', 'output_length', 'reference'
+    modules = [[module[name] for name in names] for module in file['modules']]
+    metadata = file['metadata']
+    print(json.dumps([metadata['ident_number'], metadata['model_name'], len(file['baud_rates']), modules, file['warnings']]))
+";
+
+/// profibus-wire 7.2
+#[test]
+fn industriagents_reads_the_values_of_the_tables() {
+    let message = python(INDUSTRIAGENTS);
+    let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02x}")).collect::<String>();
+    assert_eq!(message.lines().count(), MODELS.len(), "{message}");
+    for (line, model) in message.lines().zip(MODELS) {
+        let read: serde_json::Value = serde_json::from_str(line).unwrap();
+        let whole = model.configurations.iter().map(|one| (hex(one.octets), one.input_octets(), one.output_octets()));
+        // IF300P/IF301P manual 3.2.1.2
+        let single = [("97", 8, 0), ("a7", 0, 8), ("a0", 0, 1), ("94", 5, 0), ("93", 4, 0)];
+        let single = single.into_iter().filter(|_| model.name.starts_with("tpg"));
+        let all = whole.chain(single.map(|(octets, inputs, outputs)| (octets.to_owned(), inputs, outputs)));
+        let modules: Vec<_> = all
+            .zip(numbers(model))
+            .map(|((octets, inputs, outputs), number)| serde_json::json!([octets, inputs, outputs, number]))
+            .collect();
+        let expected = serde_json::json!([format!("0x{:04X}", model.ident), model.title, 10, modules, []]);
+        assert_eq!(read, expected);
     }
 }
 

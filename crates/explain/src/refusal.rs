@@ -2,9 +2,13 @@
 
 use super::note::octets;
 use profivac_devices::model::{Configuration, Model};
+use profivac_gsd::dpv1_status_bits;
 use profivac_sim::describe::Hex;
 use profivac_wire::cfg::lengths;
 use profivac_wire::prm::{PrmStatus, SetPrm};
+
+/// DPV1_Status_1 to 3, at the front of the user parameters.
+const DPV1_OCTETS: usize = 3;
 
 /// The reason for Prm_Fault. `octets` is the data unit of Set_Prm; `model` and `ident` are those of the slave.
 pub(super) fn set_prm_reason(octets: &[u8], model: Option<&'static Model>, ident: u16) -> String {
@@ -41,12 +45,36 @@ fn by_tables(prm: &SetPrm<'_>, model: &'static Model) -> Vec<String> {
         let known: Vec<String> = known.take(3).collect();
         let sent = if prm.user.is_empty() { "none".to_owned() } else { Hex(prm.user).to_string() };
         reasons.push(format!(
-            "a {} takes user parameters such as {}, the master sent {sent}",
+            "a {} takes user parameters such as {}, the master sent {sent}{}",
             model.name,
-            known.join(", ")
+            known.join(", "),
+            foreign_bits(prm.user, model)
         ));
     }
     reasons
+}
+
+/// The bits of DPV1_Status_1 to 3 that the device does not take, by name: `: it takes no WD_BASE_1MS (04) in DPV1_Status_1`. Empty if
+/// there are none, or if no string of the device is as long.
+fn foreign_bits(user: &[u8], model: &'static Model) -> String {
+    let length = user.len();
+    let same_length = || model.user_prm.iter().filter(move |prm| prm.octets.len() == length);
+    let same_unit = same_length().find(|prm| prm.octets.get(DPV1_OCTETS..) == user.get(DPV1_OCTETS..));
+    let Some(known) = same_unit.or_else(|| same_length().next()).filter(|_| model.features.dpv1) else {
+        return String::new();
+    };
+    let [first, second] = model.free_bits();
+    let taken = [first, second, 0].into_iter().zip(known.octets).map(|(free, octet)| free | octet);
+    let foreign = user.iter().zip(taken).map(|(octet, taken)| octet & !taken).enumerate();
+    let bits: Vec<String> = foreign
+        .filter(|(_, bits)| *bits != 0)
+        .map(|(octet, bits)| {
+            let names = dpv1_status_bits(octet, bits).join(" and ");
+            let names = if names.is_empty() { format!("bits {bits:02X}") } else { format!("{names} ({bits:02X})") };
+            format!("no {names} in DPV1_Status_{}", octet.saturating_add(1))
+        })
+        .collect();
+    if bits.is_empty() { String::new() } else { format!(": it takes {}", bits.join(", ")) }
 }
 
 /// A configuration that a slave refused.

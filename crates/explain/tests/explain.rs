@@ -123,6 +123,27 @@ fn the_notes_show_the_reason_when_a_slave_refuses_set_prm() {
 }
 
 #[test]
+fn the_reason_of_a_refused_set_prm_names_the_bits_that_differ() {
+    let bcg = model("bcg450");
+    for (user, end) in [
+        (&[0x04_u8, 0, 0, 0x05, 0x1C], "sent 04 00 00 05 1C: it takes no WD_BASE_1MS (04) in DPV1_Status_1"),
+        (&[0xC8, 0x01, 0, 0x05, 0x1C], "sent C8 01 00 05 1C: it takes no bits 08 in DPV1_Status_1"),
+        (
+            &[0xC0, 0x21, 0x08, 0x05, 0x1C],
+            "sent C0 21 08 05 1C: it takes no DIAGNOSTIC_ALARM (20) in DPV1_Status_2, no PRM_STRUCTURE (08) in DPV1_Status_3",
+        ),
+        // The unit alone is wrong.
+        (&[0xC0, 0x01, 0, 0x13, 0x08], "sent C0 01 00 13 08"),
+    ] {
+        let mut test = TestSegment::new("bcg450", &SlaveParameters { user_prm: user, ..fitting(bcg) });
+        test.run(11);
+        let notes = notes_text(&test.segment.trace().to_string());
+        let refused = notes.lines().find(|line| line.contains("Set_Prm refused")).unwrap();
+        assert!(refused.ends_with(end), "{refused}");
+    }
+}
+
+#[test]
 fn the_notes_show_the_silence_and_the_restart_of_a_slave_without_power() {
     let mut test = TestSegment::new("bcg450", &fitting(model("bcg450")));
     test.run(14);

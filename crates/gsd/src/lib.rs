@@ -35,5 +35,5 @@ pub use fit::{Fit, FitError, FittedSlot};
 pub use general::{General, RATES, Rate, RateError};
 pub use parameter::{DataType, Interval, Parameter, PrmArea, PrmContent, PrmDefinition, PrmItem, PrmText};
 pub use problem::{Fault, Problem, Severity, Tool};
-pub use reading::{Difference, ReadValue, Reading};
+pub use reading::{Difference, ReadValue, Reading, dpv1_status_bits};
 pub use write::{commented_text, text};

@@ -134,8 +134,8 @@ impl fmt::Display for Difference {
 
 /// The bits of a DP-V1 status octet that a master has changed: `DPV1_ENABLE on, FAIL_SAFE off`.
 fn status_changes(octet: usize, before: u8, now: u8) -> String {
-    let on = status_bits(octet, now & !before).into_iter().map(|name| format!("{name} on"));
-    let off = status_bits(octet, before & !now).into_iter().map(|name| format!("{name} off"));
+    let on = dpv1_status_bits(octet, now & !before).into_iter().map(|name| format!("{name} on"));
+    let off = dpv1_status_bits(octet, before & !now).into_iter().map(|name| format!("{name} off"));
     let mut changes: Vec<_> = on.chain(off).collect();
     let alarms = Dpv1Status3::ALARM_MODE.bits();
     if octet == 2 && (before ^ now) & alarms != 0 {
@@ -144,8 +144,9 @@ fn status_changes(octet: usize, before: u8, now: u8) -> String {
     changes.join(", ")
 }
 
-/// The names of the bits in a DP-V1 status octet.
-fn status_bits(octet: usize, bits: u8) -> Vec<&'static str> {
+/// The names of the bits in a DP-V1 status octet, the first one with the number 0. Reserved bits and the number of alarms have no name.
+#[must_use]
+pub fn dpv1_status_bits(octet: usize, bits: u8) -> Vec<&'static str> {
     match octet {
         0 => Dpv1Status1::from_bits_retain(bits).iter_names().map(|(name, _)| name).collect(),
         1 => Dpv1Status2::from_bits_retain(bits).iter_names().map(|(name, _)| name).collect(),

@@ -42,6 +42,9 @@ const RESPONSE_TIMEOUT: u32 = 100;
 /// The longest record.
 const MAX_RECORD: u32 = 240;
 
+/// The longest Info_Text.
+const INFO_LENGTH: usize = 256;
+
 /// Bits of the first user parameter octet.
 const DPV1_ENABLE: u8 = 0x80;
 const FAIL_SAFE: u8 = 0x40;
@@ -211,17 +214,46 @@ fn user_prm(model: &Model) -> UserPrm {
 }
 
 fn modules(model: &Model) -> Vec<Module> {
-    let whole = model.configurations.iter().map(|one| (contents(one), one.octets));
+    let is_new = model.features.dpv1;
+    let whole = model.configurations.iter().map(|one| (contents(one), one.octets, info(one).filter(|_| is_new)));
     let mut seen = BTreeSet::new();
     let identifiers = model.configurations.iter().flat_map(|one| one.octets.chunks(1));
-    let single = identifiers.filter(|one| is_modular(model) && seen.insert(*one)).map(|one| (span(one), one));
-    let module = |((contents, octets), number): ((String, &[u8]), u32)| Module {
+    let single = identifiers.filter(|one| is_modular(model) && seen.insert(*one)).map(|one| (span(one), one, None));
+    let module = |((contents, octets, info), number): ((String, &[u8], Option<String>), u32)| Module {
         number,
+        // Module_Reference: files of revision 3 have it, those of revision 1 do not. profibus-wire 7.2
+        numbered: is_new,
         name: format!("{number} {contents}"),
         config: octets.to_vec(),
+        info,
         ..Module::default()
     };
     whole.chain(single).zip(1..).map(module).collect()
+}
+
+/// The fields of a module with their octets, counted from 0: an engineering tool shows the text in its catalogue. `None` if it is longer
+/// than an Info_Text may be.
+fn info(configuration: &Configuration) -> Option<String> {
+    let fields = |telegram: Option<&Telegram>, way: &str| {
+        let fields: Vec<_> = telegram?.layout().map(|(start, field)| placed(start, field)).collect();
+        Some(format!("{way}: {}", fields.join(", ")))
+    };
+    let ways = [fields(configuration.inputs, "Inputs"), fields(configuration.outputs, "Outputs")];
+    let text = ways.into_iter().flatten().collect::<Vec<_>>().join(". ");
+    (!text.is_empty() && text.len() <= INFO_LENGTH).then_some(text)
+}
+
+/// A field with its octets: `9-12 Measured Value 1`.
+fn placed(start: usize, field: Field) -> String {
+    let last = start.saturating_add(field.octets()).saturating_sub(1);
+    let octets = if last == start { start.to_string() } else { format!("{start}-{last}") };
+    let name = field.name();
+    match field {
+        Field::ChannelValue(channel, _) | Field::ChannelMantissa(channel) | Field::MeasurementStatus(channel) => {
+            format!("{octets} {name} {channel}")
+        }
+        _ => format!("{octets} {name}"),
+    }
 }
 
 /// Whether every configuration consists of identifiers of one octet, the modules of the manual. IF300P/IF301P manual
@@ -301,6 +333,25 @@ mod tests {
         device.parameters.values_mut().for_each(|parameter| parameter.line = 0);
         device.texts.values_mut().for_each(|texts| texts.line = 0);
         device.prm.items.iter_mut().for_each(|item| item.line = 0);
+    }
+
+    /// The files of revision 3: a PLC engineer finds the octets in the catalogue.
+    #[test]
+    fn a_module_says_which_octets_it_has() {
+        for model in MODELS {
+            let whole = modules(model).into_iter().zip(model.configurations);
+            for (module, configuration) in whole.filter(|_| model.features.dpv1) {
+                let info = module.info.unwrap_or_default();
+                let ways = [("Inputs", configuration.inputs), ("Outputs", configuration.outputs)];
+                for (way, telegram) in ways {
+                    assert_eq!(info.contains(way), telegram.is_some(), "{}: {}: {info}", model.name, module.name);
+                }
+            }
+        }
+        let bcg = profivac_devices::catalog::model_named("bcg450").map(gsd).unwrap_or_default();
+        let octets = "Info_Text=\"Inputs: 0 Exception Status, 1 One Of N Status Extension, 2 One Of N PV Selector, 3-6 Process Value. \
+                      Outputs: 0-1 Transition Command and Value\"\n";
+        assert!(bcg.contains(octets), "{bcg}");
     }
 
     #[test]

@@ -129,9 +129,11 @@ fn telegrams(all: impl Iterator<Item = &'static Telegram>) -> String {
 fn user_prm(model: &Model) -> String {
     let lines = model.user_prm.iter().map(|prm| vec![prm.name.to_owned(), hex(prm.octets)]);
     let text = table(&["Selects", "Octets"], lines);
-    match model.dpv1_status {
-        0 => text,
-        free => format!("{text}\nThe first octet may have these bits besides: `{free:02X}`.\n"),
+    match model.free_bits() {
+        [0, 0] => text,
+        [first, second] => {
+            format!("{text}\nThe first octet may have these bits besides: `{first:02X}`, the second `{second:02X}`.\n")
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use super::role::Role;
 #[cfg(feature = "texts")]
 use super::typed::TypedParameter;
 use profivac_dp::slave::Features;
+use profivac_wire::prm::{Dpv1Status1, Dpv1Status2};
 
 /// Whether tables may come from a device file. A microcontroller has its own alone, which the compiler then knows.
 pub(crate) const DESCRIBED: bool = cfg!(feature = "texts");
@@ -50,7 +51,8 @@ pub struct Model {
     pub max_integer: u16,
     /// The user parameter strings that the device accepts.
     pub user_prm: &'static [UserPrm],
-    /// The bits of the first user parameter octet that a master may add to a printed string.
+    /// The bits of the first user parameter octet that the device has by its manual, besides those of a printed string. Its GSD file
+    /// announces them; [`free_bits`](Self::free_bits) are all that a master may add.
     pub dpv1_status: u8,
     /// The blocks and their locations.
     pub blocks: &'static [PlacedBlock],
@@ -114,7 +116,19 @@ impl Model {
     /// The user parameter string with these octets.
     #[must_use]
     pub fn user_prm(&self, user: &[u8]) -> Option<&'static UserPrm> {
-        self.user_prm.iter().find(|prm| prm.matches(user, self.dpv1_status))
+        self.user_prm.iter().find(|prm| prm.matches(user, self.free_bits()))
+    }
+
+    /// The bits that a master may add to the first two octets of a printed string: those of `dpv1_status`. chosen: a DP-V1 device takes
+    /// Fail_Safe and Check_Cfg_Mode too, because the manuals do not forbid them and a master may set them for each DP-V1 slave.
+    /// errata-bpg-bcg-tpg 4, errata-pxg55x-img400 39.
+    #[must_use]
+    pub const fn free_bits(&self) -> [u8; 2] {
+        if self.features.dpv1 {
+            [self.dpv1_status | Dpv1Status1::FAIL_SAFE.bits(), Dpv1Status2::CHECK_CFG_MODE.bits()]
+        } else {
+            [self.dpv1_status, 0]
+        }
     }
 
     /// The configuration with exactly these octets.
@@ -224,12 +238,11 @@ pub struct UserPrm {
 }
 
 impl UserPrm {
-    /// Whether `user` is this string, apart from the `free` bits of the first octet: errata-bpg-bcg-tpg 4.
-    fn matches(&self, user: &[u8], free: u8) -> bool {
-        match (self.octets, user) {
-            ([first, rest @ ..], [user_first, user_rest @ ..]) => *first == user_first & !free && rest == user_rest,
-            (octets, user) => octets == user,
-        }
+    /// Whether `user` is this string, apart from the `free` bits of its first octets.
+    fn matches(&self, user: &[u8], free: [u8; 2]) -> bool {
+        let mut free = free.into_iter();
+        let mut pairs = self.octets.iter().zip(user);
+        self.octets.len() == user.len() && pairs.all(|(own, user)| *own == *user & !free.next().unwrap_or(0))
     }
 
     /// The last two octets: the code of the unit.

@@ -100,7 +100,7 @@ fn a_configuration_that_is_not_in_the_table_is_refused() {
 }
 
 #[test]
-fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
+fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable_fail_safe_and_check_cfg_mode() {
     let mut tester = tester();
     let mut accepts = |user: &[u8]| {
         tester.set_prm(user);
@@ -114,11 +114,29 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
     }
     for first in 0..=255 {
         // errata-bpg-bcg-tpg 4
-        assert_eq!(accepts(&[first, 0, 0, 0x05, 0x1C]), first == 0 || first == 0x80, "{first:02X}");
+        assert_eq!(accepts(&[first, 0, 0, 0x05, 0x1C]), first & !0xC0 == 0, "{first:02X}");
+        assert_eq!(accepts(&[0, first, 0, 0x05, 0x1C]), first & !0x01 == 0, "{first:02X}");
+        assert_eq!(accepts(&[0xC0, 0x01, first, 0x05, 0x1C]), first == 0, "{first:02X}");
     }
-    for user in ["", "00", "00 00 00", "00 00 00 05", "00 00 00 05 1C 00", "00 01 00 05 1C", "00 00 01 05 1C", "05 1C"]
+    for user in ["", "00", "00 00 00", "00 00 00 05", "00 00 00 05 1C 00", "C0 01 00 13 08", "00 00 01 05 1C", "05 1C"]
     {
         assert!(!accepts(&hex(user)), "{user}");
+    }
+}
+
+/// chosen, (4): `C0 01` is in the user parameters that awlsim sends to every DP-V1 slave. Check_Cfg_Mode makes no check easier; with
+/// Fail_Safe outputs of length 0 are Clear.
+#[test]
+fn the_configuration_check_stays_strict_and_empty_outputs_need_fail_safe() {
+    let mut tester = tester();
+    tester.set_prm(&hex("C0 01 00 05 1C"));
+    // One octet short, as 1.4 prints it (2).
+    tester.chk_cfg(&hex("C6 81 86 05 05 05 05 08"));
+    assert!(!tester.is_exchanging());
+    for (user, exchanges) in [("C0 01 00 05 1C", true), ("80 01 00 05 1C", false)] {
+        tester.bring_up(&hex(user), &hex("C6 81 86 05 05 05 05 05 08"));
+        assert_eq!(tester.exchange(&[]).len(), 7, "{user}");
+        assert_eq!(tester.is_exchanging(), exchanges, "{user}");
     }
 }
 

@@ -116,8 +116,10 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_bits() {
     for first in 0..=255 {
         // DPV1_Enable, Fail_Safe, WD_Base_1ms (39)
         assert_eq!(accepts(&[first, 0, 0, 0x13, 0x08]), first & !0xC4 == 0, "{first:02X}");
+        // Check_Cfg_Mode (39)
+        assert_eq!(accepts(&[0, first, 0, 0x13, 0x08]), first & !0x01 == 0, "{first:02X}");
     }
-    for user in ["", "00 00 00", "13 08", "00 00 00 13", "00 00 00 13 08 00", "00 01 00 13 08", "00 00 00 05 1C"] {
+    for user in ["", "00 00 00", "13 08", "00 00 00 13", "00 00 00 13 08 00", "00 00 01 13 08", "00 00 00 05 1C"] {
         assert!(!accepts(&hex(user)), "{user}");
     }
 }

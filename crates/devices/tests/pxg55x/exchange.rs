@@ -170,8 +170,10 @@ fn only_the_printed_strings_are_accepted() {
     for first in 0..=255 {
         // The slave handles DPV1_Enable, Fail_Safe and WD_Base_1ms (39).
         assert_eq!(accepts(&[first, 0, 0, 0x13, 0x08]), first & !0xC4 == 0, "{first:02X}");
+        // Check_Cfg_Mode (39)
+        assert_eq!(accepts(&[0, first, 0, 0x13, 0x08]), first & !0x01 == 0, "{first:02X}");
     }
-    for user in ["", "13 08", "00 00 00", "00 00 00 13", "00 00 00 13 08 00", "00 01 00 13 08", "00 00 01 13 08"] {
+    for user in ["", "13 08", "00 00 00", "00 00 00 13", "00 00 00 13 08 00", "C0 01 00 13 02", "00 00 01 13 08"] {
         assert!(!accepts(&hex(user)), "{user}");
     }
 }

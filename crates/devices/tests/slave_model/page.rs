@@ -125,7 +125,7 @@ impl Page {
             .map(|cells| octets(&cells[1].replace("none", "")))
             .collect();
         let bits = page.lines().find(|line| line.starts_with("The first octet may have"));
-        let first_octet = bits.map_or(0, |line| octets(line.split('`').nth(1).expect("bits"))[0]);
+        let bits = |position: usize| bits.map_or(0, |line| octets(line.split('`').nth(position).expect("bits"))[0]);
         let instructions = cells(page, "## Parameter channel");
         let reasons = cells(page, "## Refusals").iter().skip(1).map(|cells| Self::reason(cells)).collect();
         Self {
@@ -141,7 +141,7 @@ impl Page {
                 configurations,
                 default_configuration,
                 user_parameters,
-                first_octet,
+                free_bits: [bits(1), bits(3)],
                 // open(12): the gauges close Ident.
                 ident_strings: None,
                 im0: None,

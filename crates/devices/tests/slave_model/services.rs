@@ -258,7 +258,10 @@ impl Services {
         let mut user = self.one_of(&model.table.user_parameters);
         if let Some(first) = user.first_mut() {
             let bits = self.one_of(&[0x80, 0xC0, 0xC4, 0x80, 0x40, 0x84, 0]);
-            *first |= bits & model.table.first_octet;
+            *first |= bits & model.table.free_bits[0];
+        }
+        if let Some(second) = user.get_mut(1) {
+            *second |= self.one_of(&[0_u8, 1]) & model.table.free_bits[1];
         }
         du.extend(user);
         if good && self.chance(80) {

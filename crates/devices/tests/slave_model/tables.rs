@@ -23,8 +23,8 @@ pub struct Table {
     pub default_configuration: usize,
     /// Strings of user parameters.
     pub user_parameters: Vec<Vec<u8>>,
-    /// Bits that the first octet of them may have besides.
-    pub first_octet: u8,
+    /// Bits that the first two octets of them may have besides.
+    pub free_bits: [u8; 2],
     pub ident_strings: Option<[String; 4]>,
     pub im0: Option<[u8; 64]>,
 }
@@ -54,7 +54,7 @@ impl Table {
             ],
             default_configuration: 0,
             user_parameters: vec![vec![], vec![0, 0, 0], vec![0, 0, 0, 0x11, 0x22]],
-            first_octet: 0xC4,
+            free_bits: [0xC4, 0x01],
             ident_strings: Some(["vendor", "chip", "1", "2.0"].map(String::from)),
             im0: Some(im0),
         }
@@ -63,8 +63,8 @@ impl Table {
     /// Whether the user parameters are one of the strings.
     pub fn takes_user_parameters(&self, user: &[u8]) -> bool {
         let mut plain = user.to_vec();
-        if let Some(first) = plain.first_mut() {
-            *first &= !self.first_octet;
+        for (octet, free) in plain.iter_mut().zip(self.free_bits) {
+            *octet &= !free;
         }
         self.user_parameters.contains(&plain)
     }

@@ -123,7 +123,7 @@ fn a_configuration_that_is_not_in_the_table_is_refused() {
 }
 
 #[test]
-fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
+fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable_fail_safe_and_check_cfg_mode() {
     let mut tester = tester(Xpg400Model::Hpg);
     let mut accepts = |user: &[u8]| {
         tester.set_prm(user);
@@ -137,9 +137,10 @@ fn only_the_unit_strings_are_accepted_with_or_without_dpv1_enable() {
     }
     for first in 0..=255 {
         // (4)
-        assert_eq!(accepts(&[first, 0, 0, 0x05, 0x1C]), first == 0 || first == 0x80, "{first:02X}");
+        assert_eq!(accepts(&[first, 0, 0, 0x05, 0x1C]), first & !0xC0 == 0, "{first:02X}");
+        assert_eq!(accepts(&[0, first, 0, 0x05, 0x1C]), first & !0x01 == 0, "{first:02X}");
     }
-    for user in ["", "00", "00 00 00", "00 00 00 05", "00 00 00 05 1C 00", "00 01 00 05 1C", "05 1C"] {
+    for user in ["", "00", "00 00 00", "00 00 00 05", "00 00 00 05 1C 00", "C0 01 00 13 08", "05 1C"] {
         assert!(!accepts(&hex(user)), "{user}");
     }
 }
