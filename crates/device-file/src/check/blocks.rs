@@ -71,13 +71,16 @@ impl Tables<'_> {
     /// The position of the table with names that a value of the cyclic data has.
     pub(super) fn of_names(&self, name: &Spanned<String>) -> Result<usize, Located> {
         let all = || self.names.iter().copied().zip(&self.lists);
-        let has_names = |list: &CodeList| matches!(list, CodeList::Names(_));
-        let found = all().position(|(known, list)| known == name.get_ref().as_str() && has_names(list));
+        let found = all().position(|(known, list)| known == name.get_ref().as_str() && is_of_names(list));
         found.ok_or_else(|| {
-            let known = all().filter(|(_, list)| has_names(list)).map(|(known, _)| known);
+            let known = all().filter(|(_, list)| is_of_names(list)).map(|(known, _)| known);
             unknown(name, "a table of [codes] with names", known)
         })
     }
+}
+
+const fn is_of_names(list: &CodeList) -> bool {
+    matches!(list, CodeList::Names(_))
 }
 
 /// Two limits, the lower one first.
