@@ -508,6 +508,20 @@ fn another_configuration_of_a_device_file_has_its_own_values_and_a_point_replace
     assert_eq!(names, [("temperature", Some("°C")), ("state", None), ("speed", Some("rpm"))]);
 }
 
+/// The station sends zeros to its gauges.
+#[test]
+fn a_device_with_outputs_is_a_slave_and_no_gauge_that_the_station_owns() {
+    let read = |keys: &str| {
+        let folder = folder();
+        fs::write(folder.path().join("turbo.toml"), TURBO).unwrap();
+        let gauge = "[[segment.gauge]]\nname = \"pump\"\naddress = 12\ndevice = \"turbo.toml\"\n";
+        let segment = format!("[[segment]]\nname = \"hall\"\nport = \"/dev/ttyUSB0\"\n{keys}{gauge}");
+        read_in(&folder, &segment).map(drop).map_err(|error| error.problem.to_string())
+    };
+    assert!(read("").unwrap_err().starts_with("Turbo pump takes outputs, and zeros can stop a pump"));
+    assert_eq!(read("listen-only = true\n"), Ok(()));
+}
+
 #[test]
 fn a_slave_has_a_gsd_file_or_a_device() {
     for keys in ["", "device = \"turbo.toml\"\ngsd = \"pump.gsd\"\n"] {
