@@ -269,7 +269,7 @@ fn part(tables: &DeviceTables, instance: u8) -> String {
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
-    use profivac_devices::model::{Code, CyclicValue, Model, NumberType, Quantity, code, telegram};
+    use profivac_devices::model::{Code, CyclicValue, Gsd, Model, NumberType, Quantity, code, telegram};
 
     #[test]
     fn values_of_a_device_file_have_their_names_and_codes_are_states() {
@@ -296,7 +296,8 @@ mod tests {
                 codes: Codes::Names(&NAMES),
             },
         ];
-        let model: &'static Model = Box::leak(Box::new(Model { values: &VALUES, ..MODEL }));
+        let gsd = Gsd { ..MODEL.gsd };
+        let model: &'static Model = Box::leak(Box::new(Model { values: &VALUES, gsd, ..MODEL }));
         let tables = DeviceTables { model: Some(model), unit: None, instance: None };
         let cyclic = Cyclic { configuration: Some(&CONFIGURATION), ..Cyclic::default() };
         let expected = [("speed 1000 Hz".to_owned(), false), ("state at speed".to_owned(), true)];
