@@ -145,6 +145,10 @@ fn known_prm(session: &mut BusSession, address: u8, line: Line) -> Result<Vec<u8
         Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one; give the user parameters with user_prm"
         ))),
+        Err(CyclicError::NeedsOutputs(_)) => Err(Failure::usage(format!(
+            "the slave at address {address} takes outputs, and conform sends zeros, which can stop a pump or close a valve; to test it all \
+             the same give the user parameters with user_prm"
+        ))),
         Err(error) => Err(error.into()),
     }
 }

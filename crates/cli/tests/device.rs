@@ -281,6 +281,9 @@ fn monitor_does_not_own_a_device_whose_file_names_outputs() {
     let monitored = told(&port, &files, &["monitor", "--for", "1", "--own", "7"]);
     assert_eq!(monitored.status.code(), Some(1), "{monitored:?}");
     assert!(stderr(&monitored).contains("takes outputs, and zeros can stop a pump"), "{}", stderr(&monitored));
+    let conformed = told(&port, &files, &["conform", "--address", "7", "--own"]);
+    assert_eq!(conformed.status.code(), Some(2), "{conformed:?}");
+    assert!(stderr(&conformed).contains("give the user parameters with --prm"), "{}", stderr(&conformed));
 }
 
 #[test]
