@@ -886,6 +886,10 @@ class Sender:
         return field(9, self.point(name, unit, kind) + field(2, 2) + field(3, self.now) + field(4, low) + field(5, high) + field(6, last)
                      + field(7, low + high) + field(8, 2))
 
+    def code_text(self, name, value, text):
+        """The text of a code of a point."""
+        return field(11, self.point(name, b"", b"code") + field(2, value) + field(3, text))
+
     def reasons(self):
         return [row for row, in self.case.query("SELECT reason FROM profivac_data.rejected ORDER BY id")]
 
@@ -1065,7 +1069,8 @@ def versions(case):
         (1, [sender.samples(b"this again", 5.5)]),
         (1, [sender.value(b"speed", -2.5, b"Hz"), sender.value(b"speed", 60.0, b"rpm"), sender.value(b"state", 3.0, kind=b"code", later=later),
              sender.point_span(b"speed", -2.0, 4.0, 4.0, b"Hz"), sender.point_span(b"state", 0.0, 3.0, 3.0, kind=b"code")]),
-        (1, [sender.point_span(b"speed", -2.0, 8.0, 8.0, b"Hz")]),
+        (1, [sender.point_span(b"speed", -2.0, 8.0, 8.0, b"Hz"), sender.code_text(b"state", 3.0, b"closed"), sender.code_text(b"state", 0.0, b"open")]),
+        (1, [sender.code_text(b"state", 3.0, b"shut")]),
     ]
     for number, (of_format, rows) in enumerate(batches, 1):
         status = sender.send(number, *rows, of_format=of_format)
@@ -1079,6 +1084,10 @@ def versions(case):
             [["this", "10"], ["later", "100"]],
         f"SELECT slave, point, unit, kind, value FROM profivac.point_sample WHERE station = '{name}' ORDER BY value":
             [["turbo", "speed", "Hz", "number", "-2.5"], ["turbo", "state", "", "code", "3"], ["turbo", "speed", "rpm", "number", "60"]],
+        # The later batch replaces the text of its value, and the others stay.
+        f"SELECT point, value, text FROM profivac.point_text WHERE station = '{name}' ORDER BY value":
+            [["state", "0", "open"], ["state", "3", "shut"]],
+        f"SELECT value, text FROM profivac.point_sample WHERE station = '{name}' AND kind = 'code'": [["3", "shut"]],
         # The later batch replaces the span, and a code has no mean.
         f"SELECT point, unit, min_value, max_value, mean_value, last_value, count FROM profivac.point_span WHERE station = '{name}' ORDER BY 1":
             [["speed", "Hz", "-2", "8", "3", "8", "2"], ["state", "", "0", "3", "\\N", "3", "2"]],

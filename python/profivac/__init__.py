@@ -17,7 +17,7 @@ from ._bus import Bus, Exchange, Gauge, tables
 from ._conform import Conformance, Outcome, Rule, conform
 from ._decode import Note, Telegram, decode
 from ._errors import Connection, ProfivacError, Refused, Usage
-from ._ports import is_devices, is_station, plain_port
+from ._ports import DeviceFiles, device_paths, is_devices, is_station, plain_port
 from ._profivac import __version__
 from ._station_bus import StationBus, StationGauge
 from ._types import Change, Command, Difference, Parameter, Reading, Restored, State, Station, Unit, Value
@@ -72,6 +72,7 @@ def open(
     master: int = 0,
     timeout: float = 5.0,
     via: str = "ms2",
+    device_files: DeviceFiles = (),
     user: str | None = None,
     password: str | None = None,
     cafile: str | None = None,
@@ -82,8 +83,12 @@ def open(
     devices: ``sim:bcg450@5 pcg550@6``, or the address of a station: ``http://127.0.0.1:8080``, ``https://station:8443``. ``names`` gives
     addresses a name. ``baud`` is in bit/s, ``master`` the address of this program, ``timeout`` in s.
 
+    ``device_files`` names files that describe devices (docs/device-files.md), and folders of them. Those of
+    ``/usr/share/profivac/devices`` and ``~/.config/profivac/devices`` are known without that; a wrong one there is left out. Virtual
+    devices of files, ``sim:my-gauge.toml@5``, are known too.
+
     The bus of a station is a :class:`StationBus`: its gauges are read over HTTP, and ``.station`` has history and events. ``user``,
-    ``password`` and ``cafile`` are for a station, as with :func:`connect`; ``baud``, ``master`` and ``via`` are not.
+    ``password`` and ``cafile`` are for a station, as with :func:`connect`; ``baud``, ``master``, ``via`` and ``device_files`` are not.
 
     ``via`` is the way to the parameters. ``ms2`` takes no ownership: a PLC that owns a gauge stays its owner. ``pkw`` (the parameter
     channel, the only way to a TPG 300 or TPG 500) and ``ms1`` take ownership of a gauge for each request, and are refused while another
@@ -101,7 +106,8 @@ def open(
     if is_devices(port):
         segment = VirtualSegment(*port.removeprefix("sim:").split(), names=names, via=via, master=master, timeout=timeout)
         return segment.bus
-    return Bus(_profivac.Bus.open(plain_port(port), baud, master, timeout), names or {}, via)
+    core = _profivac.Bus.open(plain_port(port), baud, master, timeout, device_paths(device_files))
+    return Bus(core, names or {}, via)
 
 
 def connect(
@@ -120,7 +126,7 @@ def connect(
 
 
 def parameters_of(device: str) -> dict[str, Parameter]:
-    """The parameters of a device by its name, without a bus.
+    """The parameters of a device by its name, or of a device file (``"my-gauge.toml"``), without a bus.
 
     >>> parameters_of("bcg450")["pirani.safe-state"].choices[:2]
     ('zero', 'full-scale')

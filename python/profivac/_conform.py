@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from . import _profivac
 from ._errors import Connection, Refused, Usage
-from ._ports import plain_port
+from ._ports import DeviceFiles, device_paths, plain_port
 
 
 class Outcome(enum.Enum):
@@ -112,6 +112,7 @@ def conform(
     baud: int = 19200,
     master: int = 0,
     timeout: float = 5.0,
+    device_files: DeviceFiles = (),
     report: Callable[[Rule], object] | None = None,
 ) -> Conformance:
     """Tests a slave against the rules of PROFIBUS DP (docs/conformance.md): any DP slave, not only a gauge.
@@ -121,7 +122,7 @@ def conform(
     slave that is not in use, and a line without another master; the stored values of the slave stay as they are.
 
     ``cfg`` and ``user_prm`` are the configuration and the user parameters that the slave accepts; without them the answer to Get_Cfg,
-    and the user parameters that keep the unit of a known gauge. ``report`` is called with each rule as soon as it has an outcome. A run
+    and the user parameters that keep the unit of a known gauge; ``device_files`` are those of :func:`profivac.open`. ``report`` is called with each rule as soon as it has an outcome. A run
     takes minutes; Ctrl-C ends it after the present rule, and the slave is released.
 
     >>> import profivac as pv
@@ -147,5 +148,5 @@ def conform(
         if report is not None:
             report(rules[-1])
 
-    _profivac.conform(plain_port(port), address, cfg, user_prm, baud, master, timeout, add)
+    _profivac.conform(plain_port(port), address, cfg, user_prm, baud, master, timeout, device_paths(device_files), add)
     return Conformance(address, tuple(rules))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from . import _profivac
 from ._errors import Usage
+from ._ports import DeviceFiles, device_paths
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,12 @@ class Telegram:
     notes: tuple[Note, ...]
 
 
-def decode(recording: bytes | str | PathLike[str], *, baud: int = 19200) -> list[Telegram]:
+def decode(
+    recording: bytes | str | PathLike[str], *, baud: int = 19200, device_files: DeviceFiles = ()
+) -> list[Telegram]:
     """Explains a recording: the path of a pcapng file, a trace or a log, or its contents as ``bytes``.
 
-    ``baud`` in bit/s applies when the recording has no rate. A recording without a telegram raises :class:`profivac.Usage`.
+    ``baud`` in bit/s applies when the recording has no rate; ``device_files`` are those of :func:`profivac.open`. A recording without a telegram raises :class:`profivac.Usage`.
 
     >>> import profivac as pv
     >>> for telegram in pv.decode(b"TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16"):
@@ -49,7 +52,7 @@ def decode(recording: bytes | str | PathLike[str], *, baud: int = 19200) -> list
         contents = recording if isinstance(recording, bytes) else Path(recording).read_bytes()
     except OSError as error:
         raise Usage(f"{recording!s} cannot be read: {error}") from error
-    rows = _profivac.decode(contents, baud)
+    rows = _profivac.decode(contents, baud, device_paths(device_files))
     return [
         Telegram(seconds, octets, kind, meaning, tuple(Note(*note) for note in notes))
         for seconds, octets, kind, meaning, notes in rows

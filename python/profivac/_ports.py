@@ -1,6 +1,19 @@
-"""Names of ports."""
+"""Names of ports, and of device files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike, fspath
 
 from ._errors import Usage
+
+DeviceFiles = str | PathLike[str] | Sequence[str | PathLike[str]]
+"""Files that describe devices, and folders of them; or one of them."""
+
+
+def device_paths(files: DeviceFiles) -> list[str]:
+    """The paths of device files."""
+    return [fspath(file) for file in ([files] if isinstance(files, (str, PathLike)) else files)]
 
 
 def is_station(port: str) -> bool:

@@ -71,8 +71,8 @@ def _pressure(value: str | float, unit: Unit | str | None) -> str:
 class VirtualSegment(_Segment):
     """Virtual gauges around one chamber, and a bus to them.
 
-    A device is written as for ``profivac simulate``: ``bcg450@5``, ``psg550@6:unit=torr``. With ``seed`` the sensors are real ones:
-    they lag, drift and are noisy.
+    A device is written as for ``profivac simulate``: ``bcg450@5``, ``psg550@6:unit=torr``, ``my-gauge.toml@7``; the bus knows its
+    file. With ``seed`` the sensors are real ones: they lag, drift and are noisy.
 
     >>> import profivac as pv
     >>> with pv.VirtualSegment("psg550@5", pressure="2e-2 mbar") as chamber:

@@ -1,6 +1,7 @@
 //! A bus and its gauges.
 
 use crate::cyclic::{self, Cyclic};
+use crate::devices;
 use crate::failure::Failure;
 use crate::settings;
 use crate::values::{self, CommandRow, ParameterRow, ReadingRow};
@@ -20,6 +21,7 @@ use profivac_virtual::open;
 use profivac_wire::control::StationType;
 use pyo3::prelude::*;
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -46,6 +48,8 @@ pub struct Line {
     pub master: u8,
     /// How long a request waits for the line and for an answer.
     pub timeout: Duration,
+    /// The devices that are known.
+    pub devices: KnownDevices,
 }
 
 impl Line {
@@ -58,11 +62,16 @@ impl Line {
             .ok()
             .filter(|timeout| !timeout.is_zero() && *timeout <= Duration::from_secs(3600))
             .ok_or_else(|| Failure::usage(format!("expected a timeout above 0 s, up to 3600 s, got {timeout_s}")))?;
-        Ok(Self { baud, master, timeout })
+        Ok(Self { baud, master, timeout, devices: KnownDevices::BUILT_IN })
+    }
+
+    /// The same line, on which these devices are known.
+    pub const fn knowing(self, devices: KnownDevices) -> Self {
+        Self { devices, ..self }
     }
 
     fn open(self, bus: BusBuilder) -> Result<AsyncBus, ClientError> {
-        bus.baud(self.baud).master(self.master).timeout(self.timeout).open_async()
+        bus.baud(self.baud).master(self.master).timeout(self.timeout).devices(self.devices).open_async()
     }
 }
 
@@ -90,8 +99,15 @@ impl Bus {
 impl Bus {
     /// Opens the port of this name.
     #[staticmethod]
-    fn open(py: Python<'_>, port: &str, baud: Whole<u32>, master: Whole<u8>, timeout: f64) -> PyResult<Self> {
-        let line = Line::new(baud.0, master.0, timeout)?;
+    fn open(
+        py: Python<'_>,
+        port: &str,
+        baud: Whole<u32>,
+        master: Whole<u8>,
+        timeout: f64,
+        device_files: Vec<PathBuf>,
+    ) -> PyResult<Self> {
+        let line = Line::new(baud.0, master.0, timeout)?.knowing(devices::known(&device_files)?);
         let opened = py.detach(|| open::port(port, line.baud).map_err(|error| Failure::line(&error)));
         Self::on(py, opened?, line)
     }
@@ -105,7 +121,7 @@ impl Bus {
             scan::probe_all(session, others, &mut found).map(|()| found).map_err(ClientError::from)
         });
         let found = wait(py, found)?.map_err(Failure::from)?.map_err(Failure::from)?;
-        Ok(found.iter().map(station).collect())
+        Ok(found.iter().map(|found| station(found, self.1.devices)).collect())
     }
 
     /// The gauge at this address. Sends nothing.
@@ -117,12 +133,12 @@ impl Bus {
             "pkw" => Access::Owning { bus, path: AccessPath::ParameterChannel },
             _ => return Err(Failure::usage(format!("expected via to be one of ms2, ms1, pkw, got {via:?}")).into()),
         };
-        Ok(Gauge { access: Owned::new(access, "gauge"), address, master: self.1.master })
+        Ok(Gauge { access: Owned::new(access, "gauge"), address, line: self.1 })
     }
 
     /// Takes ownership of the gauge at this address and begins its cyclic data.
     fn exchange(&self, py: Python<'_>, address: u8) -> PyResult<Cyclic> {
-        Cyclic::begin(py, self.0.get()?, address, self.1.master)
+        Cyclic::begin(py, self.0.get()?, address, self.1)
     }
 
     /// Ends the master, and waits until the port is released, at most for the timeout. The gauges are closed first.
@@ -133,7 +149,7 @@ impl Bus {
     }
 }
 
-fn station(found: &FoundStation) -> StationRow {
+fn station(found: &FoundStation, known: KnownDevices) -> StationRow {
     let kind = match found.station_type {
         StationType::Slave => "slave",
         StationType::MasterNotReady => "master, not ready",
@@ -141,7 +157,7 @@ fn station(found: &FoundStation) -> StationRow {
         StationType::MasterInRing => "master",
     };
     let slave = found.slave;
-    let devices = slave.map(|slave| KnownDevices::BUILT_IN.names_with_ident(slave.ident).collect()).unwrap_or_default();
+    let devices = slave.map(|slave| known.names_with_ident(slave.ident).collect()).unwrap_or_default();
     let (ident, owner) = (slave.map(|slave| slave.ident), slave.and_then(|slave| slave.owner));
     (found.address, kind, ident, devices, slave.map(|slave| slave.state_text()), owner)
 }
@@ -166,7 +182,7 @@ enum Access {
 pub struct Gauge {
     access: Owned<Access>,
     address: u8,
-    master: u8,
+    line: Line,
 }
 
 /// A request to a gauge.
@@ -260,8 +276,8 @@ impl Gauge {
         let answer = match &access {
             Access::Shared(gauge) => wait(py, gauge.with(move |gauge| Ok(request.execute(gauge))))?,
             Access::Owning { bus, path } => {
-                let (address, master, path) = (self.address, self.master, *path);
-                wait(py, bus.submit(move |session| Ok(owning(session, (address, master), path, request))))?
+                let (address, line, path) = (self.address, self.line, *path);
+                wait(py, bus.submit(move |session| Ok(owning(session, address, line, path, request))))?
                     .and_then(|answer| answer)
             }
         };
@@ -274,25 +290,26 @@ impl Gauge {
 /// Takes ownership of a slave that no other master owns, keeps its unit, executes the request, and releases the slave.
 fn owning(
     session: &mut BusSession,
-    (address, master): (u8, u8),
+    address: u8,
+    line: Line,
     path: AccessPath,
     request: Request,
 ) -> Result<Answer, Failure> {
     let slave = identify::wait_for_slave(session, address)?;
-    if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
+    if let Some(owner) = slave.owner.filter(|owner| *owner != line.master) {
         return Err(Failure::refused(format!(
             "address {address} is owned by master {owner}; ms1 and pkw need ownership: use via=\"ms2\", or release the gauge in its owner"
         )));
     }
     if let Request::Pressure(None) = request {
         // The Process Values of a TPG are in its cyclic data only.
-        let values = cyclic::once(session, address, master)?;
+        let values = cyclic::once(session, address, line)?;
         let chosen = values.iter().find(|value| value.is_valid()).or(values.first()).copied();
         return chosen
             .map(Answer::Pressure)
             .ok_or_else(|| Failure::refused(format!("address {address} has no channel")));
     }
-    let cyclic = CyclicSlave::find(session, address, master)?;
+    let cyclic = CyclicSlave::find_among(line.devices, session, address, line.master)?;
     let records = Class1Session::open(session, &cyclic, path).map_err(|error| match error {
         RecordError::Session(error) | RecordError::NotSent(error) => Failure::from(ClientError::from(error)),
         RecordError::Interrupted(reason) => Failure::line(format!("address {address}: {reason}")),

@@ -1,6 +1,7 @@
 //! A slave tested against the rules of PROFIBUS DP.
 
 use crate::bus::Line;
+use crate::devices;
 use crate::failure::Failure;
 use crate::whole::Whole;
 use profivac_client::cyclic::CyclicSlave;
@@ -20,6 +21,7 @@ use profivac_virtual::open;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Name, rule, section, outcome, expected, reason, the rule that is the reason, whether the line left it open, request, answer.
@@ -46,10 +48,11 @@ pub fn conform(
     baud: Whole<u32>,
     master: Whole<u8>,
     timeout: f64,
+    device_files: Vec<PathBuf>,
     report: Py<PyAny>,
 ) -> PyResult<()> {
     let (Whole(address), Whole(master)) = (address, master);
-    let line = Line::new(baud.0, master, timeout)?;
+    let line = Line::new(baud.0, master, timeout)?.knowing(devices::known(&device_files)?);
     if address > 125 || address == master {
         return Err(Failure::usage(format!(
             "expected the address of a slave from 0 to 125 other than that of this master, {master}; got {address}"
@@ -93,7 +96,7 @@ fn test(
     let (subject, slot_time) = {
         let bus = Bus::on(open_port(port, line)?).baud(line.baud).master(line.master).timeout(line.timeout);
         let mut bus = bus.open()?;
-        let subject = subject(bus.session(), address, given, line.master)?;
+        let subject = subject(bus.session(), address, given, line)?;
         (subject, bus.session().timing().slot_time)
     };
     let mut link = probe(open_port(port, line)?, line, slot_time);
@@ -117,15 +120,15 @@ fn subject(
     session: &mut BusSession,
     address: u8,
     (cfg, user_prm): (Option<Vec<u8>>, Option<Vec<u8>>),
-    master: u8,
+    line: Line,
 ) -> Result<SlaveUnderTest, Failure> {
     let slave = identify::wait_for_slave(session, address)?;
-    if let Some(owner) = slave.owner.filter(|owner| *owner != master) {
+    if let Some(owner) = slave.owner.filter(|owner| *owner != line.master) {
         return Err(Failure::refused(format!("the slave at address {address} belongs to master {owner}")));
     }
     let user_prm = match user_prm {
         Some(octets) => octets,
-        None => known_prm(session, address, master)?,
+        None => known_prm(session, address, line)?,
     };
     let cfg = match cfg {
         Some(octets) => octets,
@@ -135,12 +138,16 @@ fn subject(
 }
 
 /// The user parameters that keep the unit of a gauge; none for an unknown slave.
-fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<u8>, Failure> {
-    match CyclicSlave::find(session, address, master) {
+fn known_prm(session: &mut BusSession, address: u8, line: Line) -> Result<Vec<u8>, Failure> {
+    match CyclicSlave::find_among(line.devices, session, address, line.master) {
         Ok(slave) => Ok(slave.parameters(session.baud()).user_prm.to_vec()),
         Err(CyclicError::Client(ClientError::UnknownDevice { .. })) => Ok(Vec::new()),
         Err(CyclicError::UnreadableUnit { .. }) => Err(Failure::usage(format!(
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one; give the user parameters with user_prm"
+        ))),
+        Err(CyclicError::NeedsOutputs(_)) => Err(Failure::usage(format!(
+            "the slave at address {address} takes outputs, and conform sends zeros, which can stop a pump or close a valve; to test it all \
+             the same give the user parameters with user_prm"
         ))),
         Err(error) => Err(error.into()),
     }

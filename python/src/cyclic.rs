@@ -1,6 +1,6 @@
 //! Cyclic data of a gauge that this program owns.
 
-use crate::bus::{PressureRow, pressure_row};
+use crate::bus::{Line, PressureRow, pressure_row};
 use crate::failure::Failure;
 use crate::waiting::{Owned, wait};
 use profivac_client::cyclic::{ChannelValue, CyclicSlave};
@@ -39,8 +39,8 @@ pub struct Cyclic(Owned<Arc<Exchange>>);
 
 impl Cyclic {
     /// Takes ownership of the slave and begins the exchange.
-    pub fn begin(py: Python<'_>, bus: AsyncBus, address: u8, master: u8) -> PyResult<Self> {
-        let slave = wait(py, bus.submit(move |session| begin(session, address, master)))?;
+    pub fn begin(py: Python<'_>, bus: AsyncBus, address: u8, line: Line) -> PyResult<Self> {
+        let slave = wait(py, bus.submit(move |session| begin(session, address, line)))?;
         let slave = slave.map_err(Failure::from)??;
         let exchange = Exchange { bus, slave, last: Mutex::new(None) };
         Ok(Self(Owned::new(Arc::new(exchange), "exchange")))
@@ -68,8 +68,8 @@ impl Cyclic {
 }
 
 /// Finds the slave, which no other master may own, and parameterises it with its present unit.
-fn begin(session: &mut BusSession, address: u8, master: u8) -> Result<CyclicSlave, Failure> {
-    let slave = CyclicSlave::find(session, address, master)?;
+fn begin(session: &mut BusSession, address: u8, line: Line) -> Result<CyclicSlave, Failure> {
+    let slave = CyclicSlave::find_among(line.devices, session, address, line.master)?;
     let parameters = slave.parameters(session.baud());
     add_or_restart(session.master(), &parameters).map_err(Failure::refused)?;
     session.master().set_mode(Mode::Operate);
@@ -113,8 +113,8 @@ fn release(session: &mut BusSession, address: u8) {
 }
 
 /// One reading of each channel; the slave is released afterwards.
-pub fn once(session: &mut BusSession, address: u8, master: u8) -> Result<Vec<ChannelValue>, Failure> {
-    let slave = begin(session, address, master)?;
+pub fn once(session: &mut BusSession, address: u8, line: Line) -> Result<Vec<ChannelValue>, Failure> {
+    let slave = begin(session, address, line)?;
     let values = next(session, &slave, None);
     release(session, address);
     Ok(values?.1)

@@ -7,6 +7,7 @@
 //! | `values` | values of parameters as Python objects, and the tables of a device |
 //! | `settings` | a settings file compared with a gauge and written to it |
 //! | `bus` | a bus and its gauges |
+//! | `devices` | the devices that a bus knows: the twelve, and those of device files |
 //! | `conform` | a slave tested against the rules of PROFIBUS DP |
 //! | `cyclic` | cyclic data of a gauge that this program owns |
 //! | `segment` | virtual gauges in memory, with their controls |
@@ -20,6 +21,7 @@ mod bus;
 mod conform;
 mod cyclic;
 mod decode;
+mod devices;
 mod failure;
 mod plant;
 mod plant_model;

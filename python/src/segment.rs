@@ -1,11 +1,13 @@
 //! Virtual gauges in memory, with their controls: a chamber for notebooks and tests.
 
 use crate::bus::{Bus, Line};
+use crate::devices;
 use crate::failure::Failure;
 use crate::plant_model::{PlaceRow, PlantModel};
 use crate::waiting::Owned;
 use crate::whole::Whole;
 use profivac_client::Pressure;
+use profivac_devices::catalog::KnownDevices;
 use profivac_dp::link::Baud;
 use profivac_host::port::{PortError, Stream};
 use profivac_host::readiness::{WakeSource, Waker, waker};
@@ -47,6 +49,8 @@ pub struct Segment {
     handle: Owned<Handle>,
     /// One gas for all devices; `None` where a plant has the pressures.
     conditions: Option<Mutex<GasConditions>>,
+    /// The devices that its bus knows: the twelve, and those of the device files of the segment.
+    known: KnownDevices,
     port: Mutex<Option<UnixStream>>,
 }
 
@@ -63,12 +67,12 @@ impl Segment {
     ) -> PyResult<Self> {
         let conditions =
             GasConditions { pressure: chamber(pressure)?, atmosphere: chamber(atmosphere)?, gas: gas_named(gas)? };
-        let devices = switched_on(&devices, conditions)?;
+        let (devices, known) = switched_on(&devices, conditions)?;
         let real = |device: VirtualDevice| match seed {
             Some(Whole(seed)) => device.with_real_sensors(seed),
             None => device,
         };
-        Self::of(devices.into_iter().map(real).collect(), Some(conditions))
+        Self::of(devices.into_iter().map(real).collect(), Some(conditions), known)
     }
 
     /// Switches devices on in a plant: each with the number of its volume, and those of its other measuring parts by instance.
@@ -86,14 +90,14 @@ impl Segment {
             atmosphere: Pressure::from_mbar(1000.0),
             gas: Gas::N2,
         };
-        let devices = switched_on(&devices, any)?;
+        let (devices, known) = switched_on(&devices, any)?;
         let placed = plant.with(py, |world| world.place(devices, &places, seed.map(|seed| seed.0)))?;
-        Self::of(placed, None)
+        Self::of(placed, None, known)
     }
 
     /// Makes this program a master on the line of the devices. The line has one.
     fn bus(&self, py: Python<'_>, master: Whole<u8>, timeout: f64) -> PyResult<Bus> {
-        let line = Line::new(BAUD.bits_per_second(), master.0, timeout)?;
+        let line = Line::new(BAUD.bits_per_second(), master.0, timeout)?.knowing(self.known);
         let port = self.port.lock().unwrap_or_else(PoisonError::into_inner).take();
         let port = port.ok_or_else(|| Failure::usage("the segment has a master already; make another segment"))?;
         Bus::on(py, Box::new(Stream::new("sim".to_owned(), port, Vec::new())), line)
@@ -160,11 +164,12 @@ impl Segment {
 }
 
 impl Segment {
-    fn of(devices: Vec<VirtualDevice>, conditions: Option<GasConditions>) -> PyResult<Self> {
+    fn of(devices: Vec<VirtualDevice>, conditions: Option<GasConditions>, known: KnownDevices) -> PyResult<Self> {
         let (ours, handle) = serve(devices).map_err(Failure::line)?;
         Ok(Self {
             handle: Owned::new(handle, "segment"),
             conditions: conditions.map(Mutex::new),
+            known,
             port: Mutex::new(Some(ours)),
         })
     }
@@ -212,7 +217,8 @@ fn gas_named(text: &str) -> Result<Gas, Failure> {
     text.parse().map_err(Failure::usage)
 }
 
-fn switched_on(specs: &[String], around: GasConditions) -> Result<Vec<VirtualDevice>, Failure> {
+/// The devices, and those that their bus knows.
+fn switched_on(specs: &[String], around: GasConditions) -> Result<(Vec<VirtualDevice>, KnownDevices), Failure> {
     let parsed: Result<Vec<DeviceSpec>, _> = specs.iter().map(|spec| spec.parse()).collect();
     let parsed = parsed.map_err(Failure::usage)?;
     check_addresses(&parsed).map_err(Failure::usage)?;
@@ -221,7 +227,8 @@ fn switched_on(specs: &[String], around: GasConditions) -> Result<Vec<VirtualDev
         let unit = spec.build(NonvolatileMemory::volatile(), BAUD).map_err(Failure::usage)?;
         Ok(VirtualDevice::new(unit, spec.address, BAUD, around))
     };
-    parsed.iter().map(build).collect()
+    let switched_on = parsed.iter().map(build).collect::<Result<Vec<_>, Failure>>()?;
+    Ok((switched_on, devices::of(parsed.iter().map(|spec| spec.model))))
 }
 
 /// Serves the devices in a thread. It ends with the line of the master.

@@ -1,12 +1,12 @@
 //! Values of parameters as Python objects, and the tables of a device.
 
+use crate::devices::named;
 use crate::failure::Failure;
 use profivac_client::names::{ParameterNames, command_name};
 use profivac_client::settings::is_setting;
 use profivac_client::values::Value;
 use profivac_client::{ParameterReading, Pressure};
 use profivac_devices::model::{Access, Codes, DataType, Model};
-use profivac_virtual::device_spec::entry;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes};
 
@@ -103,17 +103,17 @@ pub fn tables(model: &'static Model) -> (Vec<ParameterRow>, Vec<CommandRow>) {
     (parameters.collect(), commands.collect())
 }
 
-/// Name, title, manual and ident number of a device by its name.
+/// Name, title, manual and ident number of a device by its name or its file.
 #[pyfunction]
 pub fn model_of(device: &str) -> PyResult<(&'static str, &'static str, &'static str, u16)> {
-    let model = entry(device).map_err(Failure::usage)?.model;
+    let model = named(device)?;
     Ok((model.name, model.title, model.manual, model.ident))
 }
 
-/// The parameters and commands of a device by its name, without a bus.
+/// The parameters and commands of a device by its name or its file, without a bus.
 #[pyfunction]
 pub fn parameters_of(device: &str) -> PyResult<(Vec<ParameterRow>, Vec<CommandRow>)> {
-    Ok(tables(entry(device).map_err(Failure::usage)?.model))
+    Ok(tables(named(device)?))
 }
 
 /// A text such as `1e-3 mbar` in Pa.

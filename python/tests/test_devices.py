@@ -61,6 +61,37 @@ def test_a_device_has_the_tables_of_its_manual(device: str, via: str) -> None:
     assert any(parameter.setting for parameter in parameters.values())
 
 
+FILE = Path(__file__).parents[2] / "docs/devices/files/bpg402.toml"
+
+
+def test_a_device_of_a_file_is_simulated_found_and_read() -> None:
+    with pv.VirtualSegment(f"{FILE}@5", "bcg450@6", pressure="2e-3 mbar") as chamber:
+        gauge = chamber.bus[5]
+        assert (gauge.device, gauge.title) == ("bpg402", "BPG402-SP")
+        assert [station.devices for station in chamber.bus.scan(5, 6)] == [("bpg402",), ("bcg450",)]
+        assert gauge.parameters == pv.parameters_of(str(FILE))
+        assert gauge.parameters != chamber.bus[6].parameters
+        gauge.command("execute")
+        assert gauge.read(pv.Unit.MBAR).value == pytest.approx(2e-3, rel=0.1)
+        with gauge.exchange(pv.Unit.MBAR) as exchange:
+            assert any(any(reading.valid for reading in readings) for readings in exchange)
+
+
+def test_a_port_knows_the_devices_of_the_files_that_are_named(simulate: Simulate) -> None:
+    place = simulate("--tcp", "127.0.0.1:0", f"{FILE}@5")
+    with pv.open(f"tcp://{place}", device_files=FILE, timeout=300) as bus:
+        assert bus[5].device == "bpg402"
+
+
+def test_a_wrong_device_file_is_an_error_with_its_place(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text('format = 1\nname = "mine"\nlike = "bgc450"\ntitle = "MINE"\n')
+    with pytest.raises(pv.Usage, match=r"wrong\.toml:3:8: .*bcg450"):
+        pv.parameters_of(str(wrong))
+    with pytest.raises(pv.Usage, match=r"wrong\.toml"):
+        pv.open("/dev/does-not-exist", device_files=[wrong])
+
+
 @pytest.mark.parametrize("device", MS2)
 def test_the_settings_of_a_device_are_cloned(device: str) -> None:
     with pv.VirtualSegment(f"{device}@5", f"{device}@6") as chamber:

@@ -253,6 +253,10 @@ pub fn known_prm(session: &mut BusSession, address: u8, master: u8) -> Result<Ve
             "the unit of the gauge at address {address} cannot be read, and Set_Prm sets one; give the user parameters with \
              --prm, see `profivac gsd`"
         ))),
+        Err(CyclicError::NeedsOutputs(_)) => Err(Failure::usage(format!(
+            "the slave at address {address} takes outputs, and conform sends zeros, which can stop a pump or close a valve; to test it all \
+             the same give the user parameters with --prm, see `profivac gsd`"
+        ))),
         Err(error) => Err(error.into()),
     }
 }

@@ -268,8 +268,9 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 /// keeps its tables. Returns the devices that the station knows now.
 fn apply_config(station: &mut Station, started_with: &Config, known: KnownDevices, mut config: Config) -> KnownDevices {
     for device in profivac_config::keep_devices(known, &mut config) {
-        let changed =
-            format!("the file of the device {device} has changed: the station uses it from its next start on");
+        let changed = format!(
+            "the file of the device {device} has changed: gauges use it from the next start of the station on, slaves now"
+        );
         tell(station, &changed);
     }
     let devices = config.devices;

@@ -269,6 +269,23 @@ fn a_gauge_of_named_behaviours_is_simulated_read_and_conforms() {
     assert!(stdout(&checked).trim_end().ends_with("; simulated without: the adjustment of the Pirani"), "{checked:?}");
 }
 
+/// monitor sends zeros to a known gauge, which can stop a pump.
+#[test]
+fn monitor_does_not_own_a_device_whose_file_names_outputs() {
+    let folder = Folder::new();
+    let outputs = "configurations = [{ outputs = 9, inputs = 9, octets = \"A1 94\" }]\n\
+                   values = [{ name = \"start\", outputs = 9, type = \"BOOLEAN\" }]\n\
+                   [outputs]\n9 = [\"ignored 2\"]\n\
+                   [inputs]\n9 = [\"exception-status\", \"process-value float\"]\n";
+    let (port, files) = line_with(&folder, &format!("{LIKE}{outputs}"));
+    let monitored = told(&port, &files, &["monitor", "--for", "1", "--own", "7"]);
+    assert_eq!(monitored.status.code(), Some(1), "{monitored:?}");
+    assert!(stderr(&monitored).contains("takes outputs, and zeros can stop a pump"), "{}", stderr(&monitored));
+    let conformed = told(&port, &files, &["conform", "--address", "7", "--own"]);
+    assert_eq!(conformed.status.code(), Some(2), "{conformed:?}");
+    assert!(stderr(&conformed).contains("give the user parameters with --prm"), "{}", stderr(&conformed));
+}
+
 #[test]
 fn traffic_of_a_gauge_of_a_device_file_has_its_names() {
     let folder = Folder::new();

@@ -44,6 +44,12 @@ pub enum CyclicError {
         /// The error of reading it.
         error: RecordError,
     },
+    /// The device takes outputs that its tables name, and this master has none for it.
+    #[error(
+        "the slave at address {0} takes outputs, and zeros can stop a pump or close a valve: own it as [[segment.slave]] with outputs in a \
+         station, or read it while another master owns it"
+    )]
+    NeedsOutputs(u8),
     /// The tables of the device have no units.
     #[error("the slave at address {0} has no pressures")]
     NoUnit(u8),
@@ -82,7 +88,7 @@ impl CyclicError {
             Self::Session(_) | Self::NoAnswer(_) => ErrorKind::Line,
             Self::Client(error) => error.kind(),
             Self::UnreadableUnit { error, .. } => error.kind(),
-            Self::OwnedByOther { .. } | Self::NoUnit(_) => ErrorKind::Refused,
+            Self::OwnedByOther { .. } | Self::NeedsOutputs(_) | Self::NoUnit(_) => ErrorKind::Refused,
         }
     }
 }
@@ -126,6 +132,9 @@ impl CyclicSlave {
         }
         let model = identify::model(devices, slave.ident, address, &mut Ms2::new(session, address))?;
         let configuration = present_configuration(session, address, model)?;
+        if model.values_of(configuration, true).next().is_some() {
+            return Err(CyclicError::NeedsOutputs(address));
+        }
         // Assumed until it is read: a device whose user parameters have no unit keeps its own.
         let unit = model.units.first().ok_or(CyclicError::NoUnit(address))?;
         let found = Self { address, model, configuration, unit, channels: ReportedChannels::default() };

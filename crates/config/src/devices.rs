@@ -10,12 +10,13 @@ use profivac_virtual::device_spec::SpecError;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use toml::Spanned;
 
 /// The folder beside the station's file whose device files need not be named.
 const FOLDER: &str = "devices";
 
-/// Finds the tables of each gauge, and the devices of the station: those of the usual folders, of the folder beside the station's file, of
-/// `device-files`, and of gauges that name a file. A wrong file of the usual folders is left out: another station may need it.
+/// Finds the tables of each gauge and slave, and the devices of the station: those of the usual folders, of the folder beside the station's
+/// file, of `device-files`, and of gauges and slaves that name a file. A wrong file of the usual folders is left out: another station may need it.
 pub fn resolve(file: &mut ConfigToml, folder: &Path) -> Result<KnownDevices, Located> {
     let wrong = |span, text: String| Located::new(span, ConfigProblem::DeviceFile(text));
     let read = |path: &PathBuf, span: Range<usize>| {
@@ -32,19 +33,39 @@ pub fn resolve(file: &mut ConfigToml, folder: &Path) -> Result<KnownDevices, Loc
         paths.push(path);
     }
     let mut of_files: BTreeMap<String, &'static Model> = BTreeMap::new();
-    for gauge in file.segment.iter().flat_map(|segment| &segment.gauge) {
-        let (name, path) = (gauge.device.get_ref(), folder.join(gauge.device.get_ref()));
+    let of_gauges = file.segment.iter().flat_map(|segment| &segment.gauge).map(|gauge| &gauge.device);
+    let of_slaves = file.segment.iter().flat_map(|segment| &segment.slave).filter_map(|slave| slave.device.as_ref());
+    for device in of_gauges.chain(of_slaves) {
+        let (name, path) = (device.get_ref(), folder.join(device.get_ref()));
         if is_device_file(Path::new(name)) && !of_files.contains_key(name) {
-            of_files.extend(read(&path, gauge.device.span())?.described().first().map(|model| (name.clone(), *model)));
+            of_files.extend(read(&path, device.span())?.described().first().map(|model| (name.clone(), *model)));
             paths.push(path);
         }
     }
     let devices = known_devices(&paths).map_err(|error| wrong(0..0, error.to_string()))?;
-    for gauge in file.segment.iter_mut().flat_map(|segment| &mut segment.gauge) {
-        let name = gauge.device.get_ref();
+    let model = |device: &Spanned<String>| {
+        let name = device.get_ref();
         let found = of_files.get(name).copied().or_else(|| devices.named(name));
         let unknown = || ConfigProblem::UnknownDevice(SpecError::UnknownDevice { name: name.clone(), devices });
-        gauge.model = Some(found.ok_or_else(|| Located::new(gauge.device.span(), unknown()))?);
+        found.ok_or_else(|| Located::new(device.span(), unknown()))
+    };
+    for segment in &mut file.segment {
+        let listen_only = segment.listen_only;
+        for gauge in &mut segment.gauge {
+            let found = model(&gauge.device)?;
+            if !listen_only && found.values.iter().any(|value| value.is_output) {
+                let title = found.title;
+                let text = format!(
+                    "{title} takes outputs, and zeros can stop a pump or close a valve: write [[segment.slave]] with device in place of \
+                     [[segment.gauge]]"
+                );
+                return Err(wrong(gauge.device.span(), text));
+            }
+            gauge.model = Some(found);
+        }
+        for slave in &mut segment.slave {
+            slave.model = slave.device.as_ref().map(model).transpose()?;
+        }
     }
     Ok(devices)
 }

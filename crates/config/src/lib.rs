@@ -45,7 +45,7 @@
 //! [[segment.slave]]                # a slave by its GSD file: docs/gsd-slaves.md
 //! name = "turbo"
 //! address = 12
-//! gsd = "turbo.gsd"                # relative to this file
+//! gsd = "turbo.gsd"                # relative to this file; or device, a device file: docs/device-files.md
 //! modules = [1, "status"]          # numbers and names of the GSD file, in slot order
 //! parameters = { "State without bus" = "keep" }
 //! own = true                       # the station takes it into data exchange, and sends these outputs

@@ -19,6 +19,9 @@ pub enum SlaveProblem {
         /// The files with their devices.
         found: Vec<String>,
     },
+    /// The slave has no description, or two.
+    #[error("expected gsd, the GSD file of the slave, or device, its device file; write one of both")]
+    GsdOrDevice,
     /// Modules or parameters do not fit the GSD file.
     #[error("{0}")]
     Selection(SlaveError),

@@ -1,6 +1,7 @@
-//! `[[segment.slave]]` and `[[segment.slave.point]]`: a slave by its GSD file.
+//! `[[segment.slave]]` and `[[segment.slave.point]]`: a slave by its GSD file or its device file.
 
 mod alarms;
+mod described;
 mod outputs;
 mod points;
 #[cfg(test)]
@@ -11,6 +12,7 @@ use super::slave_problem::SlaveProblem;
 use crate::time_span::TimeSpan;
 use outputs::OutputsToml;
 use points::PointToml;
+use profivac_devices::model::Model;
 use profivac_gsd::GsdFile;
 use profivac_gsd_slave::{Catalog, Change, GsdSlave, Modules, Selection, Value as PrmValue};
 use profivac_host::text_file::Parsed;
@@ -32,9 +34,15 @@ pub struct SlaveToml {
     /// The address on the segment, 0 to 125.
     pub address: Spanned<u8>,
     /// Its GSD file, or a folder with this file and its other languages.
-    gsd: Spanned<PathBuf>,
+    gsd: Option<Spanned<PathBuf>>,
+    /// In place of `gsd`: a device that `profivac device list` knows, or a device file beside this file: `turbo.toml`. The values of its
+    /// inputs are points.
+    pub device: Option<Spanned<String>>,
+    /// The tables of `device`, once they were found.
+    #[serde(skip)]
+    pub model: Option<&'static Model>,
     /// The modules: a list of numbers and names of the GSD file in slot order, or a table `{ SLOT = NUMBER or "NAME" }`. Default: those
-    /// that the file presets.
+    /// that the file presets; of `device` the default configuration.
     modules: Option<Spanned<Modules>>,
     /// Parameters that differ from the GSD file: `{ "NAME" = "VALUE" }`. If several have the name, `"SLOT:NAME"`.
     #[serde(default)]
@@ -96,6 +104,10 @@ impl SlaveToml {
         let place = own.map_or_else(|| self.name.span(), Spanned::span);
         let outputs = outputs::outputs(&gsd, own.is_some(), self.outputs.as_ref(), &self.output, place)?;
         let points = points::points(&self.point, &gsd, no_records(&gsd, own.is_some(), listen_only))?;
+        let points = match self.model {
+            Some(model) => described::with_values(model, &gsd, points),
+            None => points,
+        };
         Ok(Slave {
             name: self.name.get_ref().clone(),
             address: *self.address.get_ref(),
@@ -107,10 +119,21 @@ impl SlaveToml {
         })
     }
 
-    /// The GSD file. A folder must have the files of one device.
+    /// The place of the GSD file or of the device.
+    fn source(&self) -> Range<usize> {
+        let device = self.device.as_ref().map(Spanned::span);
+        self.gsd.as_ref().map(Spanned::span).or(device).unwrap_or_else(|| self.name.span())
+    }
+
+    /// The GSD file, or that of the tables of the device. A folder must have the files of one device.
     fn file(&self, folder: &Path) -> Result<Arc<GsdFile>, Located> {
-        let path = folder.join(self.gsd.get_ref());
-        let wrong = |problem| at(self.gsd.span(), problem);
+        let gsd = match (&self.gsd, self.model) {
+            (Some(gsd), None) => gsd,
+            (None, Some(model)) => return Ok(described::file(model)),
+            _ => return Err(at(self.name.span(), SlaveProblem::GsdOrDevice)),
+        };
+        let path = folder.join(gsd.get_ref());
+        let wrong = |problem| at(gsd.span(), problem);
         let catalog = Catalog::read(std::slice::from_ref(&path)).map_err(|error| wrong(SlaveProblem::File(error)))?;
         let all: Vec<_> = catalog.entries().map(|(_, entry)| entry).collect();
         match all.as_slice() {
@@ -126,8 +149,9 @@ impl SlaveToml {
     /// The slave of the file with modules and parameters. The changes are tried one after the other, so that an error has the place of its
     /// parameter.
     fn slave(&self, file: Arc<GsdFile>) -> Result<GsdSlave, Located> {
-        let modules = self.modules.as_ref().map(|modules| modules.get_ref().clone()).unwrap_or_default();
-        let modules_at = self.modules.as_ref().map_or_else(|| self.gsd.span(), Spanned::span);
+        let usual = || self.model.map_or_else(Modules::default, described::usual_module);
+        let modules = self.modules.as_ref().map_or_else(usual, |modules| modules.get_ref().clone());
+        let modules_at = self.modules.as_ref().map_or_else(|| self.source(), Spanned::span);
         let mut selection = Selection { modules, changes: Vec::new() };
         let mut slave = GsdSlave::new(Arc::clone(&file), &selection)
             .map_err(|error| at(modules_at, SlaveProblem::Selection(error)))?;

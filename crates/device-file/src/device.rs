@@ -2,8 +2,8 @@
 
 use profivac_devices::described::BlockBehaviour;
 use profivac_devices::model::{
-    Access, AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Code, Codes, Configuration, DataType, Fault,
-    FaultList, Field, Gsd, Location, Model, PartSpec, PlacedBlock, Precondition, Principle, Quantity, Role, Row,
+    Access, AccessError, AlarmBit, AlarmWords, Block, ChannelRules, Code, Codes, Configuration, CyclicValue, DataType,
+    Fault, FaultList, Field, Gsd, Location, Model, PartSpec, PlacedBlock, Precondition, Principle, Quantity, Role, Row,
     RowTexts, Scale, Storage, TaskKind, Telegram, Unit, UserPrm,
 };
 use profivac_devices::profile::Thresholds;
@@ -37,6 +37,7 @@ pub struct Device {
     pub configurations: Vec<OwnedConfiguration>,
     /// The position of the default configuration.
     pub default_configuration: usize,
+    pub values: Vec<OwnedValue>,
     pub parts: Vec<PartSpec>,
     pub tasks: Vec<(u8, OwnedTask)>,
     pub needs_idle_between: bool,
@@ -69,6 +70,19 @@ pub struct OwnedConfiguration {
     pub outputs: Option<u8>,
     pub inputs: Option<u8>,
     pub octets: Vec<u8>,
+}
+
+/// A value of the cyclic data that is no pressure.
+#[derive(Debug)]
+pub struct OwnedValue {
+    pub name: String,
+    pub is_output: bool,
+    pub telegram: u8,
+    pub octet: u8,
+    pub bit: u8,
+    pub data_type: DataType,
+    pub codes: RowCodes,
+    pub quantity: Option<OwnedQuantity>,
 }
 
 #[derive(Debug)]
@@ -231,6 +245,7 @@ impl Device {
             features: self.features,
             configurations,
             default_configuration: configurations.get(self.default_configuration).unwrap_or(&NO_CONFIGURATION),
+            values: leak(self.values.into_iter().map(|value| value.leak(&tables))),
             units: leak(self.units.into_iter().map(OwnedUnit::leak)),
             max_integer: self.max_integer,
             user_prm: leak(
@@ -364,19 +379,33 @@ impl OwnedBlock {
     }
 }
 
-impl OwnedRow {
-    fn leak(self, tables: &[StaticCodes]) -> Row {
-        let codes = match self.codes {
-            RowCodes::Plain => Codes::Plain,
-            RowCodes::Range(low, high) => Codes::Range(low, high),
-            RowCodes::PerMille(low, high) => Codes::PerMille(low, high),
-            RowCodes::Units => Codes::Units,
-            RowCodes::Version => Codes::Version,
-            RowCodes::Quantity => self.quantity.map_or(Codes::Plain, |OwnedQuantity { unit, factor, range }| {
+impl RowCodes {
+    fn leak(self, quantity: Option<OwnedQuantity>, tables: &[StaticCodes]) -> Codes {
+        match self {
+            Self::Plain => Codes::Plain,
+            Self::Range(low, high) => Codes::Range(low, high),
+            Self::PerMille(low, high) => Codes::PerMille(low, high),
+            Self::Units => Codes::Units,
+            Self::Version => Codes::Version,
+            Self::Quantity => quantity.map_or(Codes::Plain, |OwnedQuantity { unit, factor, range }| {
                 Codes::Quantity(Quantity { unit: unit.leak(), factor, range })
             }),
-            RowCodes::Table(position) => tables.get(position).map_or(Codes::Plain, StaticCodes::codes),
-        };
+            Self::Table(position) => tables.get(position).map_or(Codes::Plain, StaticCodes::codes),
+        }
+    }
+}
+
+impl OwnedValue {
+    fn leak(self, tables: &[StaticCodes]) -> CyclicValue {
+        let Self { name, is_output, telegram, octet, bit, data_type, codes, quantity } = self;
+        let codes = codes.leak(quantity, tables);
+        CyclicValue { name: name.leak(), is_output, telegram, octet, bit, data_type, codes }
+    }
+}
+
+impl OwnedRow {
+    fn leak(self, tables: &[StaticCodes]) -> Row {
+        let codes = self.codes.leak(self.quantity, tables);
         let texts =
             RowTexts { name: self.name.leak(), access: self.access_text.leak(), section: self.section.leak(), codes };
         Row::new(self.index, self.data_type, self.access, self.storage, self.role, texts)

@@ -214,6 +214,7 @@ fn merge(own: DeviceToml, parent: DeviceToml) -> Result<DeviceToml, Located> {
             (default, _) => default,
         },
         configurations: own.configurations.or(parent.configurations),
+        values: own.values.or(parent.values),
         parts: own.parts.or(parent.parts),
         parameter_channel: own.parameter_channel.or(parent.parameter_channel),
         alarms: own.alarms.or(parent.alarms),

@@ -34,6 +34,7 @@ mod tests {
             ("units = [{ zzz = 1 }]", "/properties/units/items"),
             ("user-parameters = [{ zzz = 1 }]", "/properties/user-parameters/items"),
             ("configurations = [{ zzz = 1 }]", "/properties/configurations/items"),
+            ("values = [{ zzz = 1 }]", "/properties/values/items"),
             ("parts = [{ zzz = 1 }]", "/properties/parts/items"),
             ("parts = [{ counts = { zzz = 1 } }]", "/properties/parts/items/properties/counts"),
             ("[parameter-channel]\nzzz = 1", "/properties/parameter-channel"),

@@ -11,8 +11,8 @@ use profivac_client::values::hex;
 use profivac_devices::catalog::MODELS;
 use profivac_devices::described::BlockBehaviour;
 use profivac_devices::model::{
-    Code, Codes, Configuration, Counts, Model, PartSpec, PlacedBlock, Quantity, Role, Row, Scale, TaskKind, Telegram,
-    Unit,
+    Code, Codes, Configuration, Counts, CyclicValue, DataType, Model, PartSpec, PlacedBlock, Quantity, Role, Row,
+    Scale, TaskKind, Telegram, Unit,
 };
 use std::collections::BTreeMap;
 
@@ -34,6 +34,7 @@ pub fn show(model: &Model) -> String {
     let mut file = File::default();
     file.head(model);
     file.lists(model);
+    file.values(model, &tables);
     file.sections(model);
     let behaviours = description(model).map_or(&[][..], |description| description.blocks);
     for (number, placed) in model.blocks.iter().enumerate() {
@@ -146,6 +147,13 @@ impl File {
             vec![format!("name = {}", quoted(fault.name())), format!("effect = {}", quoted(effect))]
         };
         self.list("faults", &faults.map(fault).collect::<Vec<_>>());
+    }
+
+    /// The values of the cyclic data that are no pressures.
+    fn values(&mut self, model: &Model, tables: &CodeNames) {
+        if !model.values.is_empty() {
+            self.list("values", &model.values.iter().map(|value| tables.value(value)).collect::<Vec<_>>());
+        }
     }
 
     fn section(&mut self, heading: &str) {
@@ -321,12 +329,14 @@ struct CodeNames {
 impl CodeNames {
     fn of(model: &Model) -> Self {
         let mut names = Self { tables: Vec::new() };
-        for row in model.blocks.iter().flat_map(|placed| placed.block.rows) {
+        let of_rows = model.blocks.iter().flat_map(|placed| placed.block.rows).map(|row| (row.name, &row.codes));
+        let of_values = model.values.iter().map(|value| (value.name, &value.codes));
+        for (of, codes) in of_rows.chain(of_values) {
             let has_table =
-                matches!(row.codes, Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_) | Codes::Bits(_));
-            if has_table && names.name(&row.codes).is_none() {
-                let name = names.unused(&slug(row.name));
-                names.tables.push((name, &row.codes));
+                matches!(codes, Codes::Names(_) | Codes::Commands(_) | Codes::BitCommands(_) | Codes::Bits(_));
+            if has_table && names.name(codes).is_none() {
+                let name = names.unused(&slug(of));
+                names.tables.push((name, codes));
             }
         }
         names
@@ -341,6 +351,26 @@ impl CodeNames {
         let is_used = |name: &str| self.tables.iter().any(|(known, _)| known == name);
         let numbered = (2..).map(|number: u32| format!("{name}-{number}"));
         std::iter::once(name.to_owned()).chain(numbered).find(|name| !is_used(name)).unwrap_or_default()
+    }
+
+    /// The cells of a value of the cyclic data.
+    fn value(&self, value: &CyclicValue) -> Vec<String> {
+        let direction = if value.is_output { "outputs" } else { "inputs" };
+        let mut cells = vec![
+            format!("name = {}", quoted(value.name)),
+            format!("{direction} = {}", value.telegram),
+            format!("octet = {}", value.octet),
+            format!("type = {}", quoted(&value.data_type.to_string())),
+        ];
+        if value.data_type == DataType::Boolean {
+            cells.push(format!("bit = {}", value.bit));
+        }
+        if let Codes::Quantity(Quantity { unit, factor, .. }) = value.codes {
+            cells.push(format!("unit = {}", quoted(unit)));
+            cells.push(format!("factor = {factor:?}"));
+        }
+        cells.extend(self.name(&value.codes).map(|name| format!("codes = {}", quoted(name))));
+        cells
     }
 
     /// The cells of a row, as in the manual's table.

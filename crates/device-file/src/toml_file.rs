@@ -60,6 +60,8 @@ pub struct DeviceToml {
     pub configurations: Option<List<ConfigurationToml>>,
     /// The answer to Get_Cfg before the first Chk_Cfg.
     pub default_configuration: Option<Spanned<String>>,
+    /// Values of the cyclic data that are no pressures.
+    pub values: Option<List<ValueToml>>,
     pub parts: Option<List<PartToml>>,
     pub parameter_channel: Option<ChannelToml>,
     pub alarms: Option<AlarmsToml>,
@@ -108,6 +110,29 @@ pub struct ConfigurationToml {
     pub outputs: Option<Spanned<u8>>,
     pub inputs: Option<Spanned<u8>>,
     pub octets: Spanned<String>,
+}
+
+/// An entry of `values`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValueToml {
+    pub name: Spanned<String>,
+    /// The number of its telegram, from the device; or [`Self::outputs`].
+    pub inputs: Option<Spanned<u8>>,
+    /// The number of its telegram, to the device.
+    pub outputs: Option<Spanned<u8>>,
+    /// The first octet in the telegram.
+    #[serde(default)]
+    pub octet: u8,
+    /// The bit of the octet, of a BOOLEAN. Default: 0, the lowest.
+    pub bit: Option<Spanned<u8>>,
+    #[serde(rename = "type")]
+    pub data_type: Spanned<String>,
+    pub unit: Option<Spanned<String>>,
+    /// One step of the number, in this unit. Default: 1.
+    pub factor: Option<Spanned<f64>>,
+    /// A table with names.
+    pub codes: Option<Spanned<String>>,
 }
 
 /// An entry of `parts`.

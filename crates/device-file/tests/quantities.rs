@@ -1,9 +1,11 @@
 //! Devices that measure no pressure: numbers in units of their own, codes and commands.
 
+use profivac_client::gsd::gsd;
 use profivac_client::names::ParameterNames;
 use profivac_client::values::{Value, ValueFormat};
 use profivac_device_file::{DeviceFile, show};
-use profivac_devices::model::{Model, NumberType};
+use profivac_devices::model::{CyclicValue, DataType, Model, NumberType};
+use profivac_gsd::GsdFile;
 
 const TURBO: &str = r#"format = 1
 name = "turbo"
@@ -119,4 +121,82 @@ fn a_device_without_pressures_needs_no_units_and_a_gauge_does() {
         let found = said(&TURBO.replace(old, new));
         assert!(found.contains(expected), "{new}: {found}");
     }
+}
+
+/// The pump with values in its cyclic data.
+fn with_values(values: &str) -> String {
+    let head = "[services]\ndpv1 = true\n[inputs]\n1 = [\"ignored 4\"]\n";
+    assert_eq!(TURBO.matches(head).count(), 1);
+    TURBO.replace(
+        head,
+        &format!("values = [\n{values}\n]\n{head}[codes.state]\nnames = [{{ code = 3, name = \"at speed\" }}]\n"),
+    )
+}
+
+#[test]
+fn values_of_the_cyclic_data_are_in_the_tables_and_the_same_after_a_file() {
+    let text = with_values(
+        r#"{ name = "speed", inputs = 1, type = "UINT16", unit = "Hz", factor = 0.5 },
+           { name = "state", inputs = 1, octet = 2, type = "UINT8", codes = "state" },
+           { name = "alarm", inputs = 1, octet = 3, bit = 7, type = "BOOLEAN" },"#,
+    );
+    let model = model(&text);
+    let of = |value: &CyclicValue| (value.name, value.octet, value.bit, value.data_type);
+    let values: Vec<_> = model.values_of(&model.configurations[0], false).map(of).collect();
+    let expected =
+        [("speed", 0, 0, DataType::Uint16), ("state", 2, 0, DataType::Uint8), ("alarm", 3, 7, DataType::Boolean)];
+    assert_eq!(values, expected);
+    assert_eq!(model.values_of(&model.configurations[0], true).count(), 0, "of the outputs");
+    let again = model_of(&show(model));
+    assert_eq!(format!("{:?}", again.values), format!("{:?}", model.values));
+}
+
+#[test]
+fn a_value_is_within_octets_without_a_meaning_and_has_a_type_that_fits() {
+    for (value, expected) in [
+        (r#"{ name = "speed", type = "UINT16" }"#, "the number of its telegram as inputs or as outputs"),
+        (r#"{ name = "speed", inputs = 1, outputs = 1, type = "UINT16" }"#, "the number of its telegram"),
+        (r#"{ name = "speed", inputs = 2, type = "UINT16" }"#, "expected a telegram, one of: 1; found 2"),
+        (
+            r#"{ name = "speed", inputs = 1, octet = 3, type = "UINT16" }"#,
+            "the octets 3 to 4 of telegram 1 are not within",
+        ),
+        (r#"{ name = "speed", inputs = 1, type = "VSTRING(4)" }"#, "expected the type of a value, one of: BOOLEAN"),
+        (r#"{ name = "speed", inputs = 1, type = "UINT8", bit = 1 }"#, "bit is for a BOOLEAN"),
+        (r#"{ name = "speed", inputs = 1, type = "BOOLEAN", bit = 8 }"#, "expected a bit from 0"),
+        (r#"{ name = "speed", inputs = 1, type = "FLOAT", codes = "state" }"#, "have no codes"),
+        (
+            r#"{ name = "speed", inputs = 1, type = "UINT8", codes = "command" }"#,
+            "expected a table of [codes] with names",
+        ),
+        (r#"{ name = "Speed", inputs = 1, type = "UINT8" }"#, "small letters, digits and hyphens"),
+        (
+            r#"{ name = "speed", inputs = 1, type = "UINT8", unit = "turns per minute" }, { name = "speed", inputs = 1, type = "UINT8" }"#,
+            "is here twice",
+        ),
+    ] {
+        let found =
+            DeviceFile::parse(&with_values(value)).map(|_| "read".to_owned()).unwrap_or_else(|error| error.to_string());
+        assert!(found.contains(expected), "{value}: {found}");
+    }
+}
+
+/// An identifier with data of the manufacturer, as a TIC 253 has, and one with consistent octets.
+#[test]
+fn octets_without_a_meaning_may_have_an_identifier_with_types_of_the_manufacturer() {
+    let with = |octets: &str| TURBO.replace("octets = \"13\"", &format!("octets = \"{octets}\""));
+    for octets in ["41 83 01", "41 03 01", "40 83", "93"] {
+        assert_eq!(model(&with(octets)).configurations[0].input_octets(), 4, "{octets}");
+    }
+    for octets in ["41 82 01", "41 83", "23", "C1 80 83 01"] {
+        let error = DeviceFile::parse(&with(octets)).unwrap_err().to_string();
+        assert!(error.contains("the octets do not announce the telegrams"), "{octets}: {error}");
+    }
+}
+
+/// Its user parameters have no unit, so its GSD file has no parameter for one.
+#[test]
+fn the_gsd_file_of_a_device_without_user_parameters_has_none() {
+    let file = GsdFile::read(gsd(model(TURBO)).as_bytes());
+    assert_eq!((file.device().parameters.len(), file.device().general.max_user_prm_data_len), (0, Some(0)));
 }

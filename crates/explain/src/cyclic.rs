@@ -8,7 +8,8 @@ use profivac_client::cyclic::{
     Cause, ChannelValue, CyclicSlave, ReportedChannels, TtrReading, exception_texts, extension_texts, mantissa_number,
 };
 use profivac_client::records::RefusalCodes;
-use profivac_devices::model::{Configuration, Field, TaskKind, Telegram};
+use profivac_client::values::cyclic_text;
+use profivac_devices::model::{Codes, Configuration, DataType, Field, TaskKind, Telegram};
 use profivac_devices::profile::{ExceptionStatus, StatusExtension};
 use profivac_sim::describe::Hex;
 use profivac_wire::control::Status;
@@ -75,7 +76,19 @@ impl Cyclic {
                 _ => texts.push(format!("{} {}", field.name(), Hex(octets))),
             }
         }
+        texts.extend(self.named(tables, du, true).into_iter().map(|(text, _)| text));
         texts.join(", ")
+    }
+
+    /// The values of one direction that the tables name, and whether each is a state and no quantity.
+    fn named(&self, tables: &DeviceTables, du: &[u8], is_output: bool) -> Vec<(String, bool)> {
+        let (Some(model), Some(configuration)) = (tables.model, self.configuration) else { return Vec::new() };
+        let values = model.values_of(configuration, is_output);
+        let named = values.filter_map(|value| {
+            let is_state = value.data_type == DataType::Boolean || matches!(value.codes, Codes::Names(_));
+            Some((format!("{} {}", value.name, cyclic_text(value, du)?), is_state))
+        });
+        named.collect()
     }
 
     /// The meaning of inputs. Adds notes about changed states.
@@ -92,9 +105,13 @@ impl Cyclic {
         let (mut all, mut states) = (Vec::new(), Vec::new());
         let selected = telegram.and_then(|telegram| octet_of(telegram, answer.du, Field::PvSelector));
         let values = self.values(tables, answer.du);
+        let named = self.named(tables, answer.du, false);
         for (field, octets) in telegram.into_iter().flat_map(|telegram| fields(telegram, answer.du)) {
             if field == Field::ParameterChannel {
                 all.extend(self.channel(address, tables, octets, notes));
+                continue;
+            }
+            if matches!(field, Field::Ignored(_)) && !named.is_empty() {
                 continue;
             }
             let mut text = field_text(field, octets, tables, selected);
@@ -104,6 +121,10 @@ impl Cyclic {
             if !is_measured(field) && !text.is_empty() {
                 states.push(text.clone());
             }
+            all.push(text);
+        }
+        for (text, is_state) in named {
+            states.extend(is_state.then(|| text.clone()));
             all.push(text);
         }
         all.retain(|text| !text.is_empty());
@@ -248,7 +269,41 @@ fn part(tables: &DeviceTables, instance: u8) -> String {
 mod tests {
     use super::*;
     use profivac_devices::bcg450::table::MODEL;
-    use profivac_devices::model::NumberType;
+    use profivac_devices::model::{Code, CyclicValue, Gsd, Model, NumberType, Quantity, code, telegram};
+
+    #[test]
+    fn values_of_a_device_file_have_their_names_and_codes_are_states() {
+        static INPUTS: Telegram = telegram(1, &[Field::Ignored(3)]);
+        static CONFIGURATION: Configuration = Configuration { outputs: None, inputs: Some(&INPUTS), octets: &[0x12] };
+        static NAMES: [Code; 1] = [code(3, "at speed")];
+        static VALUES: [CyclicValue; 2] = [
+            CyclicValue {
+                name: "speed",
+                is_output: false,
+                telegram: 1,
+                octet: 0,
+                bit: 0,
+                data_type: DataType::Uint16,
+                codes: Codes::Quantity(Quantity { unit: "Hz", factor: 0.5, range: None }),
+            },
+            CyclicValue {
+                name: "state",
+                is_output: false,
+                telegram: 1,
+                octet: 2,
+                bit: 0,
+                data_type: DataType::Uint8,
+                codes: Codes::Names(&NAMES),
+            },
+        ];
+        let gsd = Gsd { ..MODEL.gsd };
+        let model: &'static Model = Box::leak(Box::new(Model { values: &VALUES, gsd, ..MODEL }));
+        let tables = DeviceTables { model: Some(model), unit: None, instance: None };
+        let cyclic = Cyclic { configuration: Some(&CONFIGURATION), ..Cyclic::default() };
+        let expected = [("speed 1000 Hz".to_owned(), false), ("state at speed".to_owned(), true)];
+        assert_eq!(cyclic.named(&tables, &[0x07, 0xD0, 3], false), expected);
+        assert!(cyclic.named(&tables, &[0x07, 0xD0, 3], true).is_empty(), "of the outputs");
+    }
 
     /// In IDLE a gauge shows its Safe Value.
     #[test]

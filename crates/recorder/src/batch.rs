@@ -61,6 +61,9 @@ pub struct Batch {
     /// The number of the first batch of the epoch; 0 if an older program has begun the epoch.
     #[prost(int64, tag = "10")]
     pub first_number: i64,
+    /// Texts of the codes of points in this batch. A reader of a former version skips them.
+    #[prost(message, repeated, tag = "11")]
+    pub point_texts: Vec<PointText>,
 }
 
 /// Samples of one series.
@@ -124,6 +127,20 @@ pub struct BatchPoint {
     /// `number`, or `code` for a code or a bit.
     #[prost(string, tag = "4")]
     pub kind: String,
+}
+
+/// The text that the file of the station has for a value of a point that is a code or a bit.
+#[derive(Clone, PartialEq, Message)]
+pub struct PointText {
+    /// The point.
+    #[prost(message, required, tag = "1")]
+    pub point: BatchPoint,
+    /// The value in the samples and spans of the point.
+    #[prost(double, tag = "2")]
+    pub value: f64,
+    /// The text.
+    #[prost(string, tag = "3")]
+    pub text: String,
 }
 
 /// Samples of one point.
@@ -360,11 +377,11 @@ impl Batch {
         self.samples.iter().map(|series| series.steps_us.len()).chain(of_points).sum()
     }
 
-    /// The number of series, points, spans, events, changes of alarms and rows of the audit trail.
+    /// The number of series, points and their texts, spans, events, changes of alarms and rows of the audit trail.
     #[must_use]
     pub fn row_count(&self) -> usize {
         let of_pressures = self.samples.len().saturating_add(self.spans.len());
-        let of_points = self.point_samples.len().saturating_add(self.point_spans.len());
+        let of_points: usize = [self.point_samples.len(), self.point_spans.len(), self.point_texts.len()].iter().sum();
         [of_pressures, of_points, self.events.len(), self.alarms.len(), self.audit.len()].iter().sum()
     }
 }
@@ -549,13 +566,14 @@ mod tests {
         let span =
             PointSpan { point: speed(), level: 2, start_us: 1_700_000_040_000_000, count: 1, ..PointSpan::default() };
         let samples = vec![PointSamples::new(speed(), &point_samples())];
-        Batch { point_samples: samples, point_spans: vec![span], ..batch() }
+        let point_texts = vec![PointText { point: speed(), value: 0.0, text: "stopped".to_owned() }];
+        Batch { point_samples: samples, point_spans: vec![span], point_texts, ..batch() }
     }
 
     #[test]
     fn values_of_points_are_the_same_after_the_network_and_count_as_samples() {
         let read = Batch::decode_compressed(&with_points().encode_compressed().unwrap()).unwrap();
-        assert_eq!((read.clone(), read.sample_count(), read.row_count()), (with_points(), 6, 3));
+        assert_eq!((read.clone(), read.sample_count(), read.row_count()), (with_points(), 6, 4));
         assert_eq!(read.point_samples[0].unpack().unwrap(), point_samples());
         let mut short = PointSamples::new(speed(), &point_samples());
         short.values.pop();

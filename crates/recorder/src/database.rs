@@ -5,11 +5,12 @@
 
 use super::alarms::AlarmBatch;
 use super::audit;
+use super::batch::BatchPoint;
 use super::connection::{MAX_WAL_OCTETS, open_to_write};
 use super::error::DatabaseError;
 use super::lock::{DatabaseLock, sibling_path};
-use super::outbox::{self, Acknowledgement, Forward, LastForwarded, PointRows, PressureRows, Taken};
-use super::point::{Point, PointSample};
+use super::outbox::{self, Acknowledgement, Forward, LastForwarded, PointRows, PointTexts, PressureRows, Taken};
+use super::point::{DescribedPoint, Point, PointSample};
 use super::reader::recording_periods;
 use super::recorded::Recorded;
 use super::retention::{ClockAtStart, Expired, Period};
@@ -145,6 +146,8 @@ pub struct Database {
     /// Which samples are in the batches of the outbox; `None` without an outbox.
     forward: Option<Forward>,
     last_forwarded: LastForwarded,
+    /// The texts of the codes of points, for the batches.
+    texts: PointTexts,
     /// The time of the batches.
     now: Micros,
     /// The file was deleted or replaced, and another one was opened.
@@ -171,6 +174,7 @@ impl Database {
             period: None,
             forward: None,
             last_forwarded: LastForwarded::default(),
+            texts: PointTexts::new(),
             now,
             was_replaced: false,
         };
@@ -182,6 +186,13 @@ impl Database {
     /// Puts the rows of all later transactions into the outbox as well, or no longer.
     pub fn set_outbox(&mut self, forward: Option<Forward>) {
         self.forward = forward;
+    }
+
+    /// Sets the texts of the codes of all points. The next batch with a point has its texts.
+    pub fn set_point_texts(&mut self, points: Vec<DescribedPoint>) {
+        let with_texts = points.into_iter().filter(|described| !described.texts.is_empty());
+        self.texts = with_texts.map(|described| (BatchPoint::of(&described.point), described.texts)).collect();
+        self.last_forwarded.forget_texts();
     }
 
     /// Sets the time of the batches.
@@ -297,7 +308,7 @@ impl Database {
             events.iter().map(|event| event.gauge.as_deref().map(|name| self.series_index(name))).collect();
         let (mut ids, mut point_ids) = (self.ids.clone(), self.point_ids.clone());
         let (names, points) = (&self.names, &self.points);
-        let (forward, last_forwarded, now) = (self.forward, &self.last_forwarded, self.now);
+        let (forward, last_forwarded, texts, now) = (self.forward, &self.last_forwarded, &self.texts, self.now);
         let begun = self.connection.transaction_with_behavior(TransactionBehavior::Immediate);
         let written = begun.and_then(|transaction| {
             for name in names.iter().skip(ids.len()) {
@@ -313,7 +324,7 @@ impl Database {
             insert_events(&transaction, events, &of_events, &ids)?;
             alarms.write(&transaction)?;
             let pressures = PressureRows { inserted: &inserted, spans, ids: &ids };
-            let points = PointRows { inserted: &of_points, spans: &new_points.spans, points, ids: &point_ids };
+            let points = PointRows { inserted: &of_points, spans: &new_points.spans, points, ids: &point_ids, texts };
             let put = |forward| outbox::put(&transaction, forward, last_forwarded, &pressures, &points, now);
             let last_forwarded = forward.map(put).transpose()?;
             if forward.is_none() {

@@ -8,10 +8,11 @@ mod absence;
 mod epoch;
 
 use super::batch::{
-    AlarmChange, Audit, Batch, BatchPoint, Event, FORMAT, MAX_SAMPLES, PointSamples, PointSpan, Samples, Span,
+    AlarmChange, Audit, Batch, BatchPoint, Event, FORMAT, MAX_SAMPLES, PointSamples, PointSpan, PointText, Samples,
+    Span,
 };
 use super::error::DatabaseError;
-use super::point::{Point, PointKind, PointSample};
+use super::point::{CodeText, Point, PointKind, PointSample};
 use super::quality::Quality;
 use super::reader::Reader;
 use super::sample::{Micros, Sample};
@@ -21,7 +22,7 @@ use epoch::State;
 pub use epoch::{begin_epoch, branch};
 use profivac_model::EventKind;
 use rusqlite::{OptionalExtension, Row, Rows, Transaction, params};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -45,6 +46,9 @@ const FINEST_LEVEL: u8 = 2;
 /// A span is sent this time after its end. A sample that is later sends it again.
 const SETTLED: i64 = 5 * Micros::SECOND;
 
+/// The texts of a point are in a batch again after this time, for an archive that has lost the batch before. chosen
+const TEXTS_INTERVAL: Duration = Duration::from_secs(6 * 3_600);
+
 /// The most rows of a kind in the batch of one transaction; of spans, of a level. With the series of [`MAX_SAMPLES`] samples they are
 /// fewer than [`MAX_ROWS`](super::batch::MAX_ROWS).
 const MAX_ROWS_OF_KIND: u32 = 1_000;
@@ -55,11 +59,22 @@ const MAX_BATCHES: i64 = 2_592_000;
 /// The most batches that are kept while the database of the archive does not confirm them: those of a week at one a second. chosen
 const MAX_UNCONFIRMED: i64 = 604_800;
 
-/// The last samples that were passed on, by the ids of the series and of the points.
+/// The texts of the codes of points.
+pub type PointTexts = HashMap<BatchPoint, Vec<CodeText>>;
+
+/// The last samples that were passed on, by the ids of the series and of the points, and when the texts of a point were.
 #[derive(Clone, Debug, Default)]
 pub struct LastForwarded {
     series: HashMap<i64, Sample>,
     points: HashMap<i64, PointSample>,
+    texts: HashMap<BatchPoint, Micros>,
+}
+
+impl LastForwarded {
+    /// The texts have changed: each point is sent with its own again.
+    pub fn forget_texts(&mut self) {
+        self.texts.clear();
+    }
 }
 
 /// The rows of pressures of a transaction.
@@ -81,6 +96,8 @@ pub struct PointRows<'a> {
     /// The points and their ids, by index.
     pub points: &'a [Point],
     pub ids: &'a [i64],
+    /// The texts of the station's file.
+    pub texts: &'a PointTexts,
 }
 
 /// An answer about the batches of a database.
@@ -166,12 +183,14 @@ pub fn put(
         point_samples: Vec::new(),
         point_spans: take_settled_point_spans(transaction, now)?,
         first_number: state.first_number,
+        point_texts: Vec::new(),
     };
     let earlier = absence::next(transaction, forward, now)?;
     // The samples of points are in the first batch if all fit, as in a plant of usual size; otherwise in batches of their own.
     let fit = samples.len().saturating_add(of_points.len()) <= MAX_SAMPLES;
     let (of_points, later_points) = if fit { (&of_points[..], &[][..]) } else { (&[][..], &of_points[..]) };
     batch.point_samples = points.packed(of_points);
+    batch.point_texts = points.texts_of(&batch, &mut last.texts, now);
     let mut chunks = samples.chunks(MAX_SAMPLES);
     batch.samples = by_series(transaction, chunks.next().unwrap_or_default())?;
     let has_rows = !(batch.events.is_empty() && batch.alarms.is_empty() && batch.audit.is_empty());
@@ -255,6 +274,25 @@ impl PointRows<'_> {
         samples.iter().for_each(|(id, sample)| by_point.entry(*id).or_default().push(*sample));
         let packed = by_point.iter();
         packed.filter_map(|(id, samples)| Some(PointSamples::new(BatchPoint::of(self.point(*id)?), samples))).collect()
+    }
+
+    /// The texts of the points in a batch, once in [`TEXTS_INTERVAL`]. Those that find no room are in the next batch with their point.
+    fn texts_of(&self, batch: &Batch, sent: &mut HashMap<BatchPoint, Micros>, now: Micros) -> Vec<PointText> {
+        let of_spans = batch.point_spans.iter().map(|span| &span.point);
+        let points: BTreeSet<_> = batch.point_samples.iter().map(|samples| &samples.point).chain(of_spans).collect();
+        let most = MAX_ROWS_OF_KIND as usize;
+        let mut rows: Vec<PointText> = Vec::new();
+        for point in points {
+            let Some(texts) = self.texts.get(point) else { continue };
+            let is_due = sent.get(point).is_none_or(|at| now < *at || now >= at.after(TEXTS_INTERVAL));
+            if !is_due || (!rows.is_empty() && rows.len().saturating_add(texts.len()) > most) {
+                continue;
+            }
+            let row = |code: &CodeText| PointText { point: point.clone(), value: code.number, text: code.text.clone() };
+            rows.extend(texts.iter().take(most).map(row));
+            sent.insert(point.clone(), now);
+        }
+        rows
     }
 
     fn point(&self, id: i64) -> Option<&Point> {

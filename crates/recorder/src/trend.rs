@@ -51,7 +51,7 @@ impl Trend {
 pub struct PointTrend {
     /// The point, with its unit.
     pub point: Point,
-    /// The texts of its codes in the station's file; empty for a number, and in an archive.
+    /// The texts of its codes in the station's file; empty for a number.
     pub texts: Vec<CodeText>,
     /// The start of each pixel, in milliseconds since 1970, rising.
     pub start_ms: Vec<i64>,

@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use crate::common::{Fixture, keep_everything};
+use profivac_recorder::batch::Batch;
 use profivac_recorder::{
-    Chunks, CodeText, Deadband, DescribedPoint, Event, EventKind, Export, Micros, Point, PointKind, PointSample,
-    PointTrend, Quality, Reader, Recorder, Retention, Sample, Settings,
+    Chunks, CodeText, Deadband, DescribedPoint, Event, EventKind, Export, Forward, Micros, Point, PointKind,
+    PointSample, PointTrend, Quality, Reader, Recorder, Retention, Sample, Settings,
 };
 use rusqlite::Connection;
 use std::sync::Arc;
@@ -190,6 +191,21 @@ fn described(points: Vec<Point>) -> Vec<DescribedPoint> {
         PointKind::Number => Vec::new(),
     };
     points.into_iter().map(|point| DescribedPoint { texts: texts(&point), point }).collect()
+}
+
+#[test]
+fn a_batch_for_an_archive_has_the_texts_of_its_codes() {
+    let fixture = Fixture::new();
+    let recorder = fixture.recorder(Settings { outbox: Some(Forward::All), ..keep_everything() });
+    recorder.set_point_texts(described(vec![Point::clone(&state()), Point::clone(&speed())]));
+    recorder.push_point(&state(), 0.0, valid(0, 3.0));
+    recorder.push_point(&speed(), 0.0, valid(0, 1000.0));
+    assert!(recorder.flush());
+    let page = fixture.reader().outbox(0, 100, usize::MAX).unwrap();
+    let batches = page.batches.iter().map(|waiting| Batch::decode_compressed(&waiting.payload).unwrap());
+    let texts: Vec<_> = batches.flat_map(|batch| batch.point_texts).collect();
+    let texts: Vec<_> = texts.iter().map(|row| (row.point.name.as_str(), row.value, row.text.as_str())).collect();
+    assert_eq!(texts, [("state", 3.0, "at speed, warm")]);
 }
 
 #[test]

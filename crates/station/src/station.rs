@@ -73,6 +73,7 @@ impl Station {
         record_file_changes(services.recorder(), &changes, Changed::WhileStopped);
         known_file::remember(services.recorder(), &config.source);
         services.plant().set(config.plant);
+        services.recorder().set_point_texts(config.directory.points.clone());
         services.directory().set(config.directory);
         services.alarm_editor().set_source(config.source);
         let receivers = Receiver::all(config.webhooks, config.emails);
@@ -136,6 +137,7 @@ impl Station {
         }
         stop_all(old);
         self.services.plant().set(config.plant);
+        self.services.recorder().set_point_texts(config.directory.points.clone());
         self.services.directory().set(config.directory);
         self.services.alarm_editor().set_source(config.source.clone());
         let receivers = Receiver::all(config.webhooks, config.emails);

@@ -10,8 +10,7 @@
 pub mod table;
 
 use profivac_devices::model::{
-    AccessError, Configuration, Fault, Field, Location, MeasuringRange, Model, Octets, Part, PressureFormat, Unit,
-    Value,
+    AccessError, Fault, Field, Location, MeasuringRange, Model, Octets, Part, PressureFormat, Value,
 };
 use profivac_devices::profile::{
     Behaviour, BlockDevice, InputRow, MeasuringPart, ParameterAccess, ParameterRef, Presentation, ReadingCondition,
@@ -107,17 +106,11 @@ impl Behaviour for Example {
         &MODEL
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     fn set_exchanging(&mut self, _running: bool) {}
-
-    fn output(&mut self, _field: Field, _octets: &[u8]) {}
 
     fn input(&self, field: Field) -> Octets {
         match field {

@@ -109,6 +109,7 @@ pub static MODEL: Model = Model {
     features: Features { sync: false, freeze: false, dpv1: true, ms1: true },
     configurations: &CONFIGURATIONS,
     default_configuration: &CONFIGURATIONS[0],
+    values: &[],
     units: &UNITS,
     max_integer: INTEGER16_MAX,
     user_prm: &USER_PRM,

@@ -2,7 +2,7 @@
 
 use profivac_archive_protocol::nats::{BATCH_HEADER, of_message_id, of_subject};
 use profivac_recorder::batch::{
-    AlarmChange, Audit, Batch, BatchError, BatchPoint, Event, PointSamples, PointSpan, Samples, Span,
+    AlarmChange, Audit, Batch, BatchError, BatchPoint, Event, PointSamples, PointSpan, PointText, Samples, Span,
 };
 use profivac_recorder::{Micros, PointSample, Sample};
 use thiserror::Error;
@@ -132,6 +132,12 @@ pub enum Refusal {
         /// The start of the span.
         start_us: i64,
     },
+    /// A text is of a value that no point has.
+    #[error("a text of point {point} is of a value beyond ±1e290")]
+    NoCode {
+        /// The point.
+        point: String,
+    },
     /// A time is before the year 2000.
     #[error("a time before 2000 ({at_us} µs since 1970): the clock of the station was not set")]
     ClockNotSet {
@@ -204,7 +210,7 @@ impl Refusal {
             Self::Id { .. } => "id",
             Self::Batch(_) => "damaged",
             Self::Long { .. } => "too_long",
-            Self::Level { .. } | Self::NoMean { .. } | Self::NoValue { .. } => "no_value",
+            Self::Level { .. } | Self::NoMean { .. } | Self::NoValue { .. } | Self::NoCode { .. } => "no_value",
             Self::ClockNotSet { .. } => "clock_not_set",
             Self::ClockAhead { .. } | Self::EpochAhead { .. } => "clock_ahead",
             Self::OtherPlant { .. } => "other_plant",
@@ -237,6 +243,7 @@ pub fn accept(message: &Incoming, now: Micros) -> Result<Accepted<'_>, Refusal> 
     check_texts(&batch)?;
     batch.spans.iter().try_for_each(check_span)?;
     batch.point_spans.iter().try_for_each(check_point_span)?;
+    batch.point_texts.iter().try_for_each(check_point_text)?;
     let accepted = Accepted { plant, station, epoch, number, batch, samples, points };
     check_times(&accepted, now, latest)?;
     Ok(accepted)
@@ -250,11 +257,13 @@ fn check_texts(batch: &Batch) -> Result<(), Refusal> {
     let names = of_samples.chain(of_spans).chain(of_events).chain(batch.alarms.iter().flat_map(names_of_alarm));
     check_lengths("name", MAX_NAME, names)?;
     let of_spans = batch.point_spans.iter().map(|span| &span.point);
-    let points = batch.point_samples.iter().map(|samples| &samples.point).chain(of_spans);
+    let of_texts = batch.point_texts.iter().map(|row| &row.point);
+    let points = batch.point_samples.iter().map(|samples| &samples.point).chain(of_spans).chain(of_texts);
     // One index has all words of a point.
     let mut words =
         points.map(|BatchPoint { slave, name, unit, kind }| [slave, name, unit, kind].map(String::as_str).concat());
     words.try_for_each(|words| check_lengths("name", MAX_NAME, [words.as_str()].into_iter()))?;
+    check_lengths("text", MAX_NAME, batch.point_texts.iter().map(|row| row.text.as_str()))?;
     let of_events = batch.events.iter().map(|row| row.text.as_str());
     let texts = of_events.chain(batch.alarms.iter().map(|row| row.text.as_str()));
     check_lengths("text", MAX_TEXT, texts.chain(batch.audit.iter().flat_map(texts_of_audit)))
@@ -308,6 +317,12 @@ fn check_point_span(span: &PointSpan) -> Result<(), Refusal> {
         return Ok(());
     }
     Err(Refusal::NoValue { point: point(), start_us })
+}
+
+/// The value of a text is a number that a sample may have.
+fn check_point_text(row: &PointText) -> Result<(), Refusal> {
+    let point = || format!("{}.{}", row.point.slave, row.point.name).chars().take(64).collect();
+    if row.value.abs() <= LARGEST { Ok(()) } else { Err(Refusal::NoCode { point: point() }) }
 }
 
 /// A batch with times of a wrong clock is put aside whole: its rows would be found nowhere, and its partitions be dropped or wait for
@@ -475,6 +490,28 @@ mod tests {
         ] {
             assert!(of_span(wrong.clone()).unwrap_err().contains("beyond ±1e290"), "{wrong:?}");
         }
+    }
+
+    #[test]
+    fn texts_of_codes_are_taken_and_refused_with_the_limits_of_points() {
+        let refused = |slave: &str, value: f64, text: &str| {
+            let [slave, name, unit, kind] = [slave, "state", "", "code"].map(str::to_owned);
+            let point = BatchPoint { slave, name, unit, kind };
+            let point_texts = vec![PointText { point, value, text: text.to_owned() }];
+            let batch = Batch { format: FORMAT, made_us: NOW.0, point_texts, ..Batch::default() };
+            let message = Incoming { payload: batch.encode_compressed().unwrap(), ..message(NOW.0) };
+            accept(&message, NOW).err().map(|refusal| refusal.to_string())
+        };
+        assert_eq!(refused("valve", 3.0, "closed"), None);
+        for value in [f64::NAN, f64::INFINITY, -1e291] {
+            assert_eq!(
+                refused("valve", value, "closed").unwrap(),
+                "a text of point valve.state is of a value beyond ±1e290"
+            );
+        }
+        let long = "x".repeat(MAX_NAME + 1);
+        assert!(refused("valve", 3.0, &long).unwrap().starts_with("a text of 1001 octets, and at most 1000"));
+        assert!(refused(&long, 3.0, "closed").unwrap().starts_with("a name of 1010 octets"));
     }
 
     #[test]

@@ -20,7 +20,9 @@ use accept::{Refusal, text};
 use profivac_archive_protocol::nats::{of_message_id, of_subject};
 use profivac_recorder::Micros;
 use profivac_recorder::batch::{AlarmChange, Audit, BatchPoint, Event};
-use rows::{BatchRow, PointSampleRow, PointSpanRow, Row, SampleRow, SpanRow, StationRow, insert, prepare};
+use rows::{
+    BatchRow, PointSampleRow, PointSpanRow, PointTextRow, Row, SampleRow, SpanRow, StationRow, insert, prepare,
+};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::mem::{Discriminant, discriminant};
 use thiserror::Error;
@@ -46,6 +48,16 @@ const MAX_SERIES: usize = 200_000;
 /// Limit of series for each station, and of points. chosen: eight segments with 125 gauges of three channels each have 3,000. Each view keeps the latest
 /// reading of all series, so a station that invents names must not fill the memory.
 const MAX_SERIES_OF_STATION: i64 = 10_000;
+
+/// The texts of a point beyond this number are deleted, the oldest first: a station that invents values must not fill the disk. chosen
+const MAX_TEXTS_OF_POINT: i64 = 1_000;
+
+/// Deletes the texts of the points of this transaction beyond [`MAX_TEXTS_OF_POINT`].
+const LIMIT_TEXTS: &str = "DELETE FROM profivac_data.point_text AS known USING (
+        SELECT point, value, row_number() OVER (PARTITION BY point ORDER BY epoch DESC, batch DESC, value) AS number
+        FROM profivac_data.point_text WHERE point IN (SELECT point FROM stage_point_text)
+    ) AS counted
+    WHERE known.point = counted.point AND known.value = counted.value AND counted.number > $1";
 
 /// Size limit of the table of rejected batches in bytes, and how many rejections pass before it is checked again. Older ones are deleted.
 const MAX_REJECTED_OCTETS: i64 = 1 << 30;
@@ -243,6 +255,7 @@ impl Store {
         prepare::<SpanRow>(&client).await?;
         prepare::<PointSampleRow>(&client).await?;
         prepare::<PointSpanRow>(&client).await?;
+        prepare::<PointTextRow>(&client).await?;
         prepare::<StationRow<Event>>(&client).await?;
         prepare::<StationRow<AlarmChange>>(&client).await?;
         prepare::<StationRow<Audit>>(&client).await?;
@@ -584,7 +597,7 @@ impl Store {
     async fn rows(&mut self, batches: &[(i32, Accepted<'_>)], now: Micros) -> Result<Rows, StoreError> {
         let oldest = now.0.div_euclid(DAY).saturating_sub(i64::from(self.samples_days)).saturating_mul(DAY);
         let mut rows = Rows::default();
-        let (mut spans, mut point_spans) = (BTreeMap::new(), BTreeMap::new());
+        let (mut spans, mut point_spans, mut point_texts) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for (station, batch) in batches {
             let mut expired = 0_usize;
             for (name, samples) in &batch.samples {
@@ -607,6 +620,14 @@ impl Store {
                 let row = PointSpanRow { point, epoch: batch.epoch, batch: batch.number, span: span.clone() };
                 point_spans.insert(key, row);
             }
+            for row in &batch.batch.point_texts {
+                let point = self.point_id(*station, &row.point).await?;
+                // -0 and 0 are one key of the table.
+                let value = row.value + 0.0;
+                let row = PointTextRow { point, value, text: text(&row.text), epoch: batch.epoch, batch: batch.number };
+                // The batches are in the order of their numbers.
+                point_texts.insert((point, value.to_bits()), row);
+            }
             for span in &batch.batch.spans {
                 let series = self.series_id(*station, &text(&span.series)).await?;
                 let key = (series, span.level, span.start_us, batch.epoch);
@@ -619,6 +640,7 @@ impl Store {
         rows.point_samples.sort_unstable_by_key(|row| (row.point, row.sample.at));
         rows.spans = spans.into_values().collect();
         rows.point_spans = point_spans.into_values().collect();
+        rows.point_texts = point_texts.into_values().collect();
         Ok(rows)
     }
 
@@ -664,6 +686,7 @@ struct Rows {
     spans: Vec<SpanRow>,
     point_samples: Vec<PointSampleRow>,
     point_spans: Vec<PointSpanRow>,
+    point_texts: Vec<PointTextRow>,
     events: Vec<StationRow<Event>>,
     alarms: Vec<StationRow<AlarmChange>>,
     audit: Vec<StationRow<Audit>>,
@@ -695,6 +718,10 @@ impl Rows {
         put(transaction, &self.spans, &mut counts).await?;
         put(transaction, &self.point_samples, &mut counts).await?;
         put(transaction, &self.point_spans, &mut counts).await?;
+        put(transaction, &self.point_texts, &mut counts).await?;
+        if !self.point_texts.is_empty() {
+            transaction.execute(LIMIT_TEXTS, &[&MAX_TEXTS_OF_POINT]).await?;
+        }
         if !self.spans.is_empty() {
             transaction.execute(&copies::poorer_spans("span", "series"), &[]).await?;
         }

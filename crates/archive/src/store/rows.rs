@@ -180,6 +180,34 @@ impl Row for PointSpanRow {
     }
 }
 
+/// The text of a value of a point, of a batch of a database.
+pub struct PointTextRow {
+    pub point: i32,
+    pub value: f64,
+    pub text: String,
+    pub epoch: i64,
+    pub batch: i64,
+}
+
+impl Row for PointTextRow {
+    const TABLE: &'static str = "point_text";
+    const COLUMNS: &'static [(&'static str, Type)] = &[
+        ("point", Type::INT4),
+        ("value", Type::FLOAT8),
+        ("text", Type::TEXT),
+        ("epoch", Type::INT8),
+        ("batch", Type::INT8),
+    ];
+    const ON_CONFLICT: &'static str =
+        "(point, value) DO UPDATE SET text = excluded.text, epoch = excluded.epoch, batch = excluded.batch
+        WHERE (point_text.epoch, point_text.batch) < (excluded.epoch, excluded.batch)";
+
+    async fn write(&self, copy: CopyIn<'_>) -> Result<(), Error> {
+        let Self { point, value, text, epoch, batch } = self;
+        copy.write(&[point, value, text, epoch, batch]).await
+    }
+}
+
 /// A row of the database of a station.
 pub struct StationRow<T> {
     pub station: i32,

@@ -3,7 +3,7 @@
 use super::pool::{Pool, PoolError};
 use super::visibility::Hidden;
 use profivac_model::{Event, Micros, Word};
-use profivac_recorder::{Point, PointKind, PointTrend, Trend};
+use profivac_recorder::{CodeText, Point, PointKind, PointTrend, Trend};
 use serde::Serialize;
 use tokio_postgres::Row;
 use utoipa::ToSchema;
@@ -46,6 +46,9 @@ const POINT: &str = "
     WHERE station = $1 AND slave = $2 AND point = $3 AND ($4::text IS NULL OR unit = $4)
     ORDER BY greatest((SELECT max(at) FROM profivac_data.point_sample AS sample WHERE sample.point = point_id),
         (SELECT max(start) FROM profivac_data.point_span AS span WHERE span.point = point_id)) DESC NULLS LAST, point_id DESC LIMIT 1";
+
+/// The texts of a point.
+const POINT_TEXTS: &str = "SELECT value, text FROM profivac_data.point_text WHERE point = $1 ORDER BY value LIMIT 1000";
 
 /// As for pressures. The mean of a code is left out later.
 const POINT_SAMPLES: &str = "
@@ -200,9 +203,10 @@ pub async fn point_trend(
         }
     };
     let has_mean = point.kind == PointKind::Number;
+    let texts = if has_mean { Vec::new() } else { pool.query(POINT_TEXTS, &[&id]).await? };
     Ok(Some(PointTrend {
         point,
-        texts: Vec::new(),
+        texts: texts.iter().map(|row| CodeText { number: row.get("value"), text: row.get("text") }).collect(),
         start_ms: rows.iter().map(|row| row.get("start")).collect(),
         low: rows.iter().map(|row| row.get("low")).collect(),
         high: rows.iter().map(|row| row.get("high")).collect(),

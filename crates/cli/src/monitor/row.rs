@@ -1,6 +1,7 @@
 //! One slave at one moment, and its forms in CSV, JSON and tables.
 
 use profivac_client::cyclic::{Cause, ChannelValue, CyclicSlave};
+use profivac_client::values::{cyclic_text, hex};
 use profivac_devices::model::{Scale, Unit};
 use profivac_devices::reading::Quality;
 use profivac_dp::master::HandlerState;
@@ -40,12 +41,24 @@ pub struct Row {
     /// The same in `unit`.
     #[serde(skip)]
     pub limit: Option<f64>,
-    /// The inputs of a slave that is no known device, in hex.
+    /// The inputs of a slave that is no known device, or whose tables name values in them, in hex.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<String>,
     /// The same by module, if a GSD file names them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub modules: Vec<ModuleInputs>,
+    /// Values in the inputs that are no pressures, if a device file names them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<NamedValue>,
+}
+
+/// A value in the inputs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NamedValue {
+    /// Its name in the device file.
+    pub name: &'static str,
+    /// The number with its unit, or the text of a code.
+    pub value: String,
 }
 
 /// The inputs of a module.
@@ -108,6 +121,11 @@ impl Row {
         let (_, unit) = in_unit(None, cyclic.unit);
         let device = cyclic.model.name.to_owned();
         let mut slave = Self { unit, ..Self::empty(segment, address, device, unix_time).with_master(master) };
+        let inputs = master.inputs(address).unwrap_or_default();
+        let named = cyclic.model.values_of(cyclic.configuration, false);
+        let named = named.filter_map(|it| Some(NamedValue { name: it.name, value: cyclic_text(it, inputs)? }));
+        slave.values = named.collect();
+        slave.inputs = (!slave.values.is_empty()).then(|| hex(inputs));
         slave.remarks.extend(reading.alarms().into_iter().chain(reading.warnings()).map(str::to_owned));
         if reading.values.is_empty() {
             return vec![slave];
@@ -135,6 +153,7 @@ impl Row {
             limit: None,
             inputs: None,
             modules: Vec::new(),
+            values: Vec::new(),
         }
     }
 
@@ -168,6 +187,7 @@ impl Row {
         (self.pressure, self.mbar, self.limit, self.limit_mbar) = (None, None, None, None);
         (self.quality, self.inputs) = (None, None);
         self.modules.clear();
+        self.values.clear();
     }
 
     /// The same slave with one of its values.
@@ -206,7 +226,9 @@ impl Row {
     /// Inputs, faults and warnings as one text.
     pub fn inputs_and_remarks_text(&self) -> String {
         let by_module = |one: &ModuleInputs| format!("slot {} {}: {}", one.slot, one.module, one.inputs);
+        let by_name = |one: &NamedValue| format!("{} {}", one.name, one.value);
         let inputs = match (self.modules.is_empty(), &self.inputs) {
+            _ if !self.values.is_empty() => self.values.iter().map(by_name).collect(),
             (true, inputs) => inputs.iter().map(|octets| format!("inputs {octets}")).collect(),
             (false, _) => self.modules.iter().map(by_module).collect::<Vec<_>>(),
         };
@@ -359,6 +381,31 @@ ADDR  DEVICE    PART  PRESSURE          STATE         CYCLES  LOST  REMARKS
         let json = serde_json::to_string(&row).unwrap();
         assert!(json.contains("\"device\":\"0x1234\",\"pressure\":null"), "{json}");
         assert!(json.ends_with("\"limit_mbar\":null,\"inputs\":\"AA 55\"}"), "{json}");
+    }
+
+    #[test]
+    fn the_values_of_a_device_file_have_their_names_and_csv_has_the_octets() {
+        let row = Row {
+            inputs: Some("07 D0 03".to_owned()),
+            values: vec![
+                NamedValue { name: "speed", value: "1000 Hz".to_owned() },
+                NamedValue { name: "state", value: "at speed".to_owned() },
+            ],
+            remarks: vec!["device warning".to_owned()],
+            ..Row::empty(None, 9, "turbo".to_owned(), 1.5)
+        };
+        assert_eq!(row.inputs_and_remarks_text(), "speed 1000 Hz; state at speed; device warning");
+        assert!(row.csv().ends_with(",07 D0 03"), "{}", row.csv());
+        let json = serde_json::to_string(&row).unwrap();
+        assert!(
+            json.ends_with(
+                "\"values\":[{\"name\":\"speed\",\"value\":\"1000 Hz\"},{\"name\":\"state\",\"value\":\"at speed\"}]}"
+            ),
+            "{json}"
+        );
+        let mut offline = row;
+        offline.set_offline("no answer");
+        assert!(offline.values.is_empty());
     }
 
     #[test]

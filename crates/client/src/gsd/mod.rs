@@ -204,6 +204,11 @@ fn user_prm(model: &Model) -> UserPrm {
         line: 0,
     };
     let (length, place) = (usual.len(), u8::try_from(usual.len().saturating_sub(2)).unwrap_or_default());
+    if length < 2 {
+        // Without room for a unit: a device of a file that measures no pressure.
+        let constant = (length > 0).then_some(PrmItem { offset: 0, content: PrmContent::Const(usual), line: 0 });
+        return UserPrm { length, items: constant.into_iter().collect(), ..UserPrm::default() };
+    }
     let item = |offset, content| PrmItem { offset, content, line: 0 };
     UserPrm {
         length,

@@ -15,7 +15,7 @@ pub(crate) use pressure::pressure_format;
 pub use text::{format_number, hex};
 
 use super::names::NamedParameter;
-use profivac_devices::model::{Codes, DataType, LengthError, Model, RawValue, Row, Unit};
+use profivac_devices::model::{Codes, CyclicValue, DataType, LengthError, Model, RawValue, Row, Unit};
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +112,43 @@ impl Value {
             (value, _) => value,
         })
     }
+}
+
+/// A value of the cyclic data in words; `None` if the telegram is too short.
+///
+/// ```
+/// use profivac_client::values::cyclic_text;
+/// use profivac_devices::model::{Codes, CyclicValue, DataType, Quantity};
+///
+/// let codes = Codes::Quantity(Quantity { unit: "Hz", factor: 0.5, range: None });
+/// let data_type = DataType::Uint16;
+/// let speed = CyclicValue { name: "speed", is_output: false, telegram: 1, octet: 1, bit: 0, data_type, codes };
+/// assert_eq!(cyclic_text(&speed, &[0, 0x07, 0xD0]).as_deref(), Some("1000 Hz"));
+/// assert_eq!(cyclic_text(&speed, &[0]), None);
+/// ```
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "at most four octets")]
+pub fn cyclic_text(value: &CyclicValue, telegram: &[u8]) -> Option<String> {
+    let octets = telegram.get(usize::from(value.octet)..)?;
+    let in_words = |number: i64| value.codes.code(number).map(|code| code.name.to_owned());
+    if value.data_type == DataType::Boolean {
+        let is_on = octets.first()?.checked_shr(value.bit.into()).is_some_and(|shifted| shifted & 1 == 1);
+        let usual = if is_on { "on" } else { "off" };
+        return in_words(is_on.into()).or_else(|| Some(usual.to_owned()));
+    }
+    let decoded = [1, 2, 4].into_iter().find_map(|length| Value::decode(value.data_type, octets.get(..length)?).ok());
+    let (number, plain) = match decoded? {
+        Value::Integer(number) => match in_words(number) {
+            Some(name) => return Some(name),
+            None => (number as f64, number.to_string()),
+        },
+        Value::Number(number) => (number, format_number(number)),
+        Value::Text(_) | Value::Octets(_) => return None,
+    };
+    Some(match value.codes {
+        Codes::Quantity(quantity) => format!("{} {}", rounded(number * quantity.factor), quantity.unit),
+        _ => plain,
+    })
 }
 
 /// The number with the digits that a product with a decimal factor has: 0.3 for 3 x 0.1.

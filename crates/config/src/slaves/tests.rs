@@ -3,7 +3,7 @@
 use crate::{Config, ConfigError, parse};
 use profivac_recorder::PointKind;
 use profivac_station::alarm::{Condition, PointTest, Priority};
-use profivac_station::config::{PointType, Slave, WatchedRecord};
+use profivac_station::config::{PointType, Slave, SlavePoint, WatchedRecord};
 use std::fs;
 use tempfile::TempDir;
 
@@ -441,4 +441,93 @@ fn warnings_of_the_gsd_file_and_a_rate_that_it_does_not_have_are_notices() {
     assert_eq!(notices(&read_only), [""; 0]);
     let at_the_found_rate = read_only.replace("baud = 9600", "listen-only = true");
     assert_eq!(notices(&at_the_found_rate), [""; 0]);
+}
+
+const TURBO: &str = r#"format = 1
+name = "turbo"
+title = "Turbo pump"
+vendor = "A maker"
+manual = "none"
+ident = 0x1234
+user-parameters = [{ name = "none", octets = "" }]
+configurations = [{ inputs = 1, octets = "13" }, { outputs = 2, inputs = 2, octets = "20 16" }]
+default-configuration = "20 16"
+values = [
+  { name = "speed",       inputs = 2, octet = 0, type = "UINT16", unit = "Hz", factor = 0.5 },
+  { name = "temperature", inputs = 2, octet = 2, type = "FLOAT",  unit = "°C" },
+  { name = "state",       inputs = 2, octet = 6, type = "UINT8",  codes = "state" },
+  { name = "run",         outputs = 2, type = "BOOLEAN" },
+  { name = "speed",       inputs = 1, type = "UINT32" },
+]
+[outputs]
+2 = ["ignored 1"]
+[inputs]
+1 = ["ignored 4"]
+2 = ["ignored 7"]
+[codes.state]
+names = [{ code = 0, name = "stopped" }, { code = 3, name = "at speed" }]
+"#;
+
+/// A station's file with the pump of [`TURBO`] and these keys.
+fn with_turbo(keys: &str) -> Result<Config, ConfigError> {
+    let folder = folder();
+    fs::write(folder.path().join("turbo.toml"), TURBO).unwrap();
+    let segment =
+        "[[segment]]\nname = \"hall\"\nport = \"/dev/ttyUSB0\"\n[[segment.slave]]\nname = \"pump\"\naddress = 12\n";
+    read_in(&folder, &format!("{segment}{keys}"))
+}
+
+#[test]
+fn the_values_in_the_inputs_of_a_device_file_are_points() {
+    let config = with_turbo("device = \"turbo.toml\"\n").unwrap();
+    let slave = &config.segments[0].slaves[0];
+    assert_eq!((slave.gsd.ident(), slave.gsd.chk_cfg(), slave.inputs()), (0x1234, &[0x20, 0x16][..], 7));
+    let of = |point: &SlavePoint| (point.name.clone(), point.octet, point.kind, point.scale, point.unit);
+    let points: Vec<_> = slave.points.iter().map(of).collect();
+    let expected = [
+        ("speed", 0, PointType::U16, 0.5, Some("Hz")),
+        ("temperature", 2, PointType::F32, 1.0, Some("°C")),
+        ("state", 6, PointType::U8, 1.0, None),
+    ];
+    let expected = expected.map(|(name, octet, kind, scale, unit)| (name.to_owned(), octet, kind, scale, unit));
+    assert_eq!(points, expected);
+    assert!(slave.points[1].place.ends_with(" octet 2"), "{}", slave.points[1].place);
+    let inputs = [0x07, 0xD0, 0x41, 0xA4, 0, 0, 3];
+    let texts: Vec<_> = slave.points.iter().map(|point| point.value(&inputs).text).collect();
+    assert_eq!(texts, ["1000 Hz", "20.5 °C", "at speed"]);
+}
+
+#[test]
+fn another_configuration_of_a_device_file_has_its_own_values_and_a_point_replaces_one() {
+    let config = with_turbo("device = \"turbo.toml\"\nmodules = [1]\n").unwrap();
+    let slave = &config.segments[0].slaves[0];
+    assert_eq!((slave.gsd.chk_cfg(), slave.points.len(), slave.points[0].kind), (&[0x13][..], 1, PointType::U32));
+    let point = "[[segment.slave.point]]\nname = \"speed\"\ntype = \"u16\"\nscale = 30.0\nunit = \"rpm\"\n";
+    let config = with_turbo(&format!("device = \"turbo.toml\"\n{point}")).unwrap();
+    let names: Vec<_> = config.segments[0].slaves[0].points.iter().map(|it| (it.name.as_str(), it.unit)).collect();
+    assert_eq!(names, [("temperature", Some("°C")), ("state", None), ("speed", Some("rpm"))]);
+}
+
+/// The station sends zeros to its gauges.
+#[test]
+fn a_device_with_outputs_is_a_slave_and_no_gauge_that_the_station_owns() {
+    let read = |keys: &str| {
+        let folder = folder();
+        fs::write(folder.path().join("turbo.toml"), TURBO).unwrap();
+        let gauge = "[[segment.gauge]]\nname = \"pump\"\naddress = 12\ndevice = \"turbo.toml\"\n";
+        let segment = format!("[[segment]]\nname = \"hall\"\nport = \"/dev/ttyUSB0\"\n{keys}{gauge}");
+        read_in(&folder, &segment).map(drop).map_err(|error| error.problem.to_string())
+    };
+    assert!(read("").unwrap_err().starts_with("Turbo pump takes outputs, and zeros can stop a pump"));
+    assert_eq!(read("listen-only = true\n"), Ok(()));
+}
+
+#[test]
+fn a_slave_has_a_gsd_file_or_a_device() {
+    for keys in ["", "device = \"turbo.toml\"\ngsd = \"pump.gsd\"\n"] {
+        let problem = with_turbo(keys).unwrap_err().problem.to_string();
+        assert!(problem.starts_with("expected gsd, the GSD file of the slave, or device"), "{problem}");
+    }
+    let problem = with_turbo("device = \"turbine\"\n").unwrap_err().problem.to_string();
+    assert!(problem.contains("unknown device \"turbine\""), "{problem}");
 }

@@ -67,6 +67,22 @@ impl<'a> Tables<'a> {
     }
 }
 
+impl Tables<'_> {
+    /// The position of the table with names that a value of the cyclic data has.
+    pub(super) fn of_names(&self, name: &Spanned<String>) -> Result<usize, Located> {
+        let all = || self.names.iter().copied().zip(&self.lists);
+        let found = all().position(|(known, list)| known == name.get_ref().as_str() && is_of_names(list));
+        found.ok_or_else(|| {
+            let known = all().filter(|(_, list)| is_of_names(list)).map(|(known, _)| known);
+            unknown(name, "a table of [codes] with names", known)
+        })
+    }
+}
+
+const fn is_of_names(list: &CodeList) -> bool {
+    matches!(list, CodeList::Names(_))
+}
+
 /// Two limits, the lower one first.
 fn ordered(limits: &Spanned<(i64, i64)>) -> Result<(i64, i64), Located> {
     let (low, high) = *limits.get_ref();
@@ -74,9 +90,14 @@ fn ordered(limits: &Spanned<(i64, i64)>) -> Result<(i64, i64), Located> {
 }
 
 /// The unit of a number that is no pressure.
-fn quantity(toml: &RowToml, data_type: DataType) -> Result<Option<OwnedQuantity>, Located> {
-    let Some(unit) = &toml.unit else {
-        return match &toml.factor {
+pub(super) fn quantity(
+    unit: Option<&Spanned<String>>,
+    factor: Option<&Spanned<f64>>,
+    range: Option<&Spanned<(i64, i64)>>,
+    data_type: DataType,
+) -> Result<Option<OwnedQuantity>, Located> {
+    let Some(unit) = unit else {
+        return match factor {
             None => Ok(None),
             Some(factor) => problem(factor.span(), "factor is for a number with a unit; add unit, or delete factor"),
         };
@@ -85,12 +106,12 @@ fn quantity(toml: &RowToml, data_type: DataType) -> Result<Option<OwnedQuantity>
     if !is_number {
         return problem(unit.span(), format!("a unit is for a number; {data_type} has none, delete it"));
     }
-    let factor = match &toml.factor {
+    let factor = match factor {
         None => 1.0,
         Some(factor) if (1e-9..=1e9).contains(factor.get_ref()) => *factor.get_ref(),
         Some(factor) => return problem(factor.span(), "expected a factor from 1e-9 to 1e9"),
     };
-    Ok(Some(OwnedQuantity { unit: words(unit)?, factor, range: toml.range.as_ref().map(ordered).transpose()? }))
+    Ok(Some(OwnedQuantity { unit: words(unit)?, factor, range: range.map(ordered).transpose()? }))
 }
 
 fn code_list(table: &Spanned<CodesToml>) -> Result<CodeList, Located> {
@@ -263,7 +284,7 @@ fn row(entry: &Spanned<RowToml>, tables: &Tables<'_>) -> Result<OwnedRow, Locate
             .map_or(Ok(Storage::Unstated), |store| value_of(&STORAGES, store, "a store class"))?,
         section: toml.section.as_ref().map_or_else(|| Ok(String::new()), words)?,
         codes: tables.codes(entry)?,
-        quantity: quantity(toml, data_type)?,
+        quantity: quantity(toml.unit.as_ref(), toml.factor.as_ref(), toml.range.as_ref(), data_type)?,
         role,
         name,
     })

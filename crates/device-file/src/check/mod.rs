@@ -2,6 +2,7 @@
 
 mod blocks;
 mod telegrams;
+mod values;
 
 pub use blocks::{UNITS, VERSION};
 
@@ -25,6 +26,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use telegrams::{configurations, default_configuration, telegrams};
 use toml::Spanned;
+use values::values;
 
 /// The longest name of a device.
 const MAX_NAME: usize = 32;
@@ -46,6 +48,7 @@ pub fn check(file: &DeviceToml) -> Result<Device, Located> {
     let inputs = telegrams(&file.inputs)?;
     let configurations = configurations(file, &outputs, &inputs)?;
     let default_configuration = default_configuration(file, &configurations)?;
+    let values = values(file, &tables, &outputs, &inputs)?;
     let (tasks, error_codes) = channel(file, &outputs)?;
     let mut blocks = blocks(&file.block, &tables)?;
     find_unit(&mut blocks, &file.block);
@@ -78,6 +81,7 @@ pub fn check(file: &DeviceToml) -> Result<Device, Located> {
         inputs,
         configurations,
         default_configuration,
+        values,
         tasks,
         error_codes,
         blocks,

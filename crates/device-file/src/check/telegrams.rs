@@ -7,6 +7,7 @@ use crate::toml_file::{ConfigurationToml, DeviceToml, List, Telegrams};
 use crate::words::{field, octets};
 use profivac_client::values::hex;
 use profivac_devices::model::{Field, MAX_COMMANDS, MAX_IMAGE, announces, is_short, octets_of};
+use profivac_wire::cfg;
 use std::collections::BTreeSet;
 use toml::Spanned;
 
@@ -86,7 +87,10 @@ fn check_configuration(
             ),
         );
     }
-    if announces(octets, outputs, inputs) {
+    // Octets without a meaning of their own have no type: an identifier has types of the manufacturer there, or none.
+    let has_types = outputs.iter().chain(inputs).any(|field| !matches!(field, Field::Ignored(_)));
+    let lengths = cfg::lengths(octets).map(|lengths| (usize::from(lengths.outputs), usize::from(lengths.inputs)));
+    if announces(octets, outputs, inputs) || (!has_types && lengths == Ok((out_octets, in_octets))) {
         return Ok(());
     }
     let expected = special_format(outputs, inputs)

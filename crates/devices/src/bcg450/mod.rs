@@ -17,7 +17,7 @@ use crate::model::{AccessError, Counts, DESCRIBED, Limits, Model, Principle};
 use crate::profile::{
     BlockDevice, Cathode, CathodeConditions, CommonExceptions, DeviceBlockValues, ExceptionDetails, ExceptionStatus,
     MeasuringPart, Presentation, ReadingCondition, SelfTestResult, Sensor, SerialNumber, Setup, StateMachine,
-    StatusExtension,
+    StatusExtension, TransitionCommand,
 };
 use crate::store::Store;
 use faults::Faults;
@@ -65,7 +65,7 @@ pub struct Bcg450Behaviour {
     cathode: Cathode,
     relays: [Relay; 2],
     /// The cyclic transition command of the last cycle.
-    command: [u8; 2],
+    command: TransitionCommand,
     faults: Faults,
     /// Operating time in seconds.
     seconds: f64,
@@ -88,7 +88,7 @@ impl Bcg450Behaviour {
             one_of_n: StatusExtension::INVALID,
             cathode: Cathode::new(&parts::CATHODE),
             relays: [Relay::new(), Relay::new()],
-            command: [0; 2],
+            command: TransitionCommand::NONE,
             faults: Faults::NONE,
             seconds: 0.0,
         }

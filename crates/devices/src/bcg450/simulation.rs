@@ -4,10 +4,8 @@ use super::Bcg450Behaviour;
 use super::parts::{self, PARTS, PARTS_WITHOUT_DIAPHRAGM};
 use super::relay::Relay;
 use super::table::MODEL;
-use crate::model::{
-    Configuration, DESCRIBED, Fault, Field, MeasuringRange, Model, Octets, Part, Principle, Unit, command_code,
-};
-use crate::profile::{Behaviour, DeviceBlockValues, MeasuringPart};
+use crate::model::{DESCRIBED, Fault, Field, MeasuringRange, Model, Octets, Part, Principle};
+use crate::profile::{Behaviour, DeviceBlockValues, MeasuringPart, Presentation};
 use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Bcg450Behaviour {
@@ -15,24 +13,18 @@ impl Behaviour for Bcg450Behaviour {
         if DESCRIBED { self.presentation.model } else { &MODEL }
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     fn set_exchanging(&mut self, running: bool) {
         self.machine.set_exchanging(running);
     }
 
-    /// The transition command acts when it changes, whatever instance is selected. No telegram reports a refusal (101).
+    /// The transition command acts whatever instance is selected. No telegram reports a refusal (101).
     fn output(&mut self, field: Field, octets: &[u8]) {
-        let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
-        if self.command != [*command, *value] {
-            self.command = [*command, *value];
-            let _ = self.hot_cathode_command(command_code(*command, *value));
+        if let Some(code) = self.command.changed(field, octets) {
+            let _ = self.hot_cathode_command(code);
             self.update();
         }
     }

@@ -253,6 +253,7 @@ pub static MODEL: Model = Model {
     configurations: &CONFIGURATIONS,
     // chosen: the manual names no default. A float, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
+    values: &[],
     units: &UNITS,
     max_integer: INTEGER16_MAX,
     user_prm: &USER_PRM,

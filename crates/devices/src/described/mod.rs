@@ -16,6 +16,7 @@ use crate::model::{
 use crate::profile::{
     BlockDevice, Cathode, CathodeConditions, CommonExceptions, DeviceRow, ExceptionDetails, InputRow, MeasuringPart,
     Presentation, ReadingCondition, SelfTestResult, SerialNumber, Setup, StateMachine, StatusExtension, Thresholds,
+    TransitionCommand,
 };
 use crate::simulation::REPORT_CAPACITY;
 use crate::store::Store;
@@ -147,7 +148,7 @@ pub struct DescribedBehaviour {
     eprom: bool,
     comm: bool,
     /// The cyclic transition command of the last cycle.
-    command: [u8; 2],
+    command: TransitionCommand,
     /// Operating time in seconds.
     seconds: f64,
 }
@@ -202,7 +203,7 @@ impl DescribedBehaviour {
             ram: false,
             eprom: false,
             comm: false,
-            command: [0; 2],
+            command: TransitionCommand::NONE,
             seconds: 0.0,
         }
     }

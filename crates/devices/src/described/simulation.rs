@@ -2,11 +2,8 @@
 
 use super::trip::Trip;
 use super::{BlockBehaviour, DescribedBehaviour};
-use crate::model::{
-    Configuration, Fault, Field, MeasuringRange, Model, NumberType, Octets, Part, PressureFormat, Principle, Unit,
-    command_code,
-};
-use crate::profile::{Behaviour, Cathode, DeviceBlockValues, MeasuringPart};
+use crate::model::{Fault, Field, MeasuringRange, Model, NumberType, Octets, Part, PressureFormat, Principle};
+use crate::profile::{Behaviour, Cathode, DeviceBlockValues, MeasuringPart, Presentation};
 use crate::simulation::{Drive, FrontPanel, Led, ReportedState, StateReport, SwitchName};
 
 impl DescribedBehaviour {
@@ -34,24 +31,18 @@ impl Behaviour for DescribedBehaviour {
         self.description.model
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     fn set_exchanging(&mut self, running: bool) {
         self.machine.set_exchanging(running);
     }
 
-    /// The transition command acts when it changes. No telegram reports a refusal (errata-bpg-bcg-tpg 101).
+    /// No telegram reports a refusal (errata-bpg-bcg-tpg 101).
     fn output(&mut self, field: Field, octets: &[u8]) {
-        let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
-        if self.command != [*command, *value] {
-            self.command = [*command, *value];
-            if let Some((position, name)) = self.transition(command_code(*command, *value)) {
+        if let Some(code) = self.command.changed(field, octets) {
+            if let Some((position, name)) = self.transition(code) {
                 let _ = self.execute(position, name);
             }
             self.update();

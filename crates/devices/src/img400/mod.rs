@@ -20,7 +20,8 @@ pub use gauges::{Gauges, IonGauge, OtherGauge};
 use crate::model::{AccessError, DESCRIBED, Model, PartSpec, PressureFormat, Principle};
 use crate::profile::{
     BlockDevice, CommonExceptions, DeviceState, ExceptionDetails, ExceptionStatus, FittedChannels, MeasuringPart,
-    Presentation, ReadingCondition, SelfTestResult, Setup, StateMachine, StatusExtension, exception_status,
+    Presentation, ReadingCondition, SelfTestResult, Setup, StateMachine, StatusExtension, TransitionCommand,
+    exception_status,
 };
 use crate::store::Store;
 use codes::{AdjustCommand, KeyLock};
@@ -110,7 +111,7 @@ pub struct Img400Behaviour {
     offsets_pa: [f64; CHANNELS],
     key_lock: KeyLock,
     /// The cyclic transition command of the last cycle.
-    command: [u8; 2],
+    command: TransitionCommand,
     faults: Faults,
     /// Operating time in seconds.
     seconds: f64,
@@ -137,7 +138,7 @@ impl Img400Behaviour {
             errors: Errors::default(),
             offsets_pa: [0.0; CHANNELS],
             key_lock: KeyLock::Off,
-            command: [0; 2],
+            command: TransitionCommand::NONE,
             faults: Faults::NONE,
             seconds: 0.0,
         }

@@ -3,8 +3,8 @@
 use super::codes::KeyLock;
 use super::ion::IonCathode;
 use super::{GaugeChannel, Img400Behaviour, StatusExtension};
-use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, command_code};
-use crate::profile::Behaviour;
+use crate::model::{Fault, Field, MeasuringRange, Model, Octets, Part};
+use crate::profile::{Behaviour, Presentation};
 use crate::simulation::{Drive, FrontPanel, Led, PartReading, StateReport, SwitchName};
 
 impl Behaviour for Img400Behaviour {
@@ -12,12 +12,8 @@ impl Behaviour for Img400Behaviour {
         self.presentation.model
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     fn set_exchanging(&mut self, running: bool) {
@@ -26,11 +22,9 @@ impl Behaviour for Img400Behaviour {
 
     /// The transition command acts on both cathodes (116) when it changes (117). No telegram reports a refusal (118).
     fn output(&mut self, field: Field, octets: &[u8]) {
-        let (Field::TransitionCommand, [command, value]) = (field, octets) else { return };
-        if self.command != [*command, *value] {
-            self.command = [*command, *value];
+        if let Some(code) = self.command.changed(field, octets) {
             for slot in [1, 2] {
-                let _ = self.hot_cathode_command(slot, command_code(*command, *value));
+                let _ = self.hot_cathode_command(slot, code);
             }
             self.update();
         }

@@ -231,6 +231,7 @@ pub static MODEL: Model = Model {
     configurations: &CONFIGURATIONS,
     // chosen: the manual names no default. Floats, and nothing that a master must send.
     default_configuration: &CONFIGURATIONS[1],
+    values: &[],
     units: &UNITS,
     max_integer: parts::HIGHEST_COUNT,
     user_prm: &USER_PRM,

@@ -1,6 +1,8 @@
 //! The cyclic data: standard telegrams, and the configurations that choose them.
 
+use super::codes::Codes;
 use super::pressure::NumberType;
+use super::value::DataType;
 use profivac_wire::Reader;
 
 /// One element of a cyclic telegram.
@@ -12,7 +14,7 @@ pub enum Field {
     TransitionCommand,
     /// Sensor On_Off, to the device.
     SensorOnOff,
-    /// This number of octets that the device ignores.
+    /// This number of octets that the device ignores, or that have [`CyclicValue`]s.
     Ignored(u8),
     /// Exception Status.
     ExceptionStatus,
@@ -129,6 +131,25 @@ impl Telegram {
             Some((start, *field))
         })
     }
+}
+
+/// A value of the cyclic data that is no pressure: a speed, a flow, a state. Its octets are those of a [`Field::Ignored`].
+#[derive(Debug, PartialEq)]
+pub struct CyclicValue {
+    /// The name.
+    pub name: &'static str,
+    /// Whether the master sends it; otherwise the device does.
+    pub is_output: bool,
+    /// The number of its telegram.
+    pub telegram: u8,
+    /// Its first octet in the telegram. The high octet is first.
+    pub octet: u8,
+    /// The bit of the octet that a Boolean is, 0 for the lowest.
+    pub bit: u8,
+    /// Its type: a Boolean, a whole number or a float.
+    pub data_type: DataType,
+    /// The meaning of its numbers: none, names, or a unit.
+    pub codes: Codes,
 }
 
 /// A configuration of a device: Chk_Cfg chooses its telegrams.

@@ -5,7 +5,7 @@ use super::alarm_words::AlarmWords;
 #[cfg(feature = "texts")]
 use super::block::Row;
 use super::block::{Location, PlacedBlock};
-use super::cyclic::Configuration;
+use super::cyclic::{Configuration, CyclicValue};
 use super::fault::FaultList;
 use super::part_spec::{MeasuringRange, PartSpec, Principle};
 use super::pressure::{Counts, Unit};
@@ -45,6 +45,8 @@ pub struct Model {
     pub configurations: &'static [Configuration],
     /// The answer to Get_Cfg before the first Chk_Cfg.
     pub default_configuration: &'static Configuration,
+    /// The values of the cyclic data that are no pressures.
+    pub values: &'static [CyclicValue],
     /// The pressure units, in the manual's order.
     pub units: &'static [Unit],
     /// The highest integer of its pressures.
@@ -143,6 +145,17 @@ impl Model {
     pub fn fits(&self, prm: &UserPrm, configuration: &Configuration) -> bool {
         !self.configurations.iter().any(Configuration::is_ttr)
             || configuration.is_ttr() == self.unit(prm.unit_code()).is_none()
+    }
+
+    /// The values of the inputs or outputs of a configuration that are no pressures.
+    pub fn values_of(
+        &self,
+        configuration: &Configuration,
+        is_output: bool,
+    ) -> impl Iterator<Item = &'static CyclicValue> {
+        let telegram = if is_output { configuration.outputs } else { configuration.inputs };
+        let number = telegram.map(|telegram| telegram.number);
+        self.values.iter().filter(move |value| value.is_output == is_output && Some(value.telegram) == number)
     }
 
     /// The unit with this code.

@@ -33,7 +33,8 @@ pub use block::{Block, Location, ParameterSet, PlacedBlock, Row, RowTexts, Stora
 pub use code_table::{CodeTable, UnknownCode};
 pub use codes::{Code, Codes, Precondition, Quantity, code};
 pub use cyclic::{
-    Configuration, Field, MAX_COMMANDS, MAX_IMAGE, Telegram, announces, configuration, is_short, octets_of, telegram,
+    Configuration, CyclicValue, Field, MAX_COMMANDS, MAX_IMAGE, Telegram, announces, configuration, is_short,
+    octets_of, telegram,
 };
 pub(crate) use device::DESCRIBED;
 pub use device::{ChannelRules, Gsd, Model, TaskKind, UserPrm};

@@ -1,6 +1,7 @@
 //! The interface between a device and what all block devices share.
 
 use super::parameter_access::ParameterAccess;
+use super::presentation::Presentation;
 use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit, UserPrm};
 use crate::simulation::{Drive, FrontPanel, Potentiometer, StateReport, Switch};
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
@@ -14,8 +15,15 @@ pub trait Behaviour: ParameterAccess {
     /// The tables of the device.
     fn model(&self) -> &'static Model;
 
+    /// Unit and number type; `None` for a device that keeps them elsewhere.
+    fn presentation_mut(&mut self) -> Option<&mut Presentation>;
+
     /// Sets Data Units.
-    fn set_unit(&mut self, unit: &'static Unit);
+    fn set_unit(&mut self, unit: &'static Unit) {
+        if let Some(presentation) = self.presentation_mut() {
+            presentation.unit = unit;
+        }
+    }
 
     /// The master has sent this user parameter string.
     fn apply_user_prm(&mut self, prm: &'static UserPrm) {
@@ -30,13 +38,17 @@ pub trait Behaviour: ParameterAccess {
     }
 
     /// The master has sent this configuration.
-    fn configure(&mut self, configuration: &'static Configuration);
+    fn configure(&mut self, configuration: &'static Configuration) {
+        if let Some(presentation) = self.presentation_mut() {
+            presentation.configure(configuration);
+        }
+    }
 
     /// Data exchange begins (`true`) or has ended.
     fn set_exchanging(&mut self, running: bool);
 
-    /// Processes a field of the outputs other than the parameter channel; zeros after Clear.
-    fn output(&mut self, field: Field, octets: &[u8]);
+    /// Processes a field of the outputs other than the parameter channel; zeros after Clear. Many devices have none.
+    fn output(&mut self, _field: Field, _octets: &[u8]) {}
 
     /// The octets of a field of the inputs other than the parameter channel.
     fn input(&self, field: Field) -> Octets;

@@ -19,6 +19,7 @@
 //! | `part` | a measuring part: sensor, validity, safe state |
 //! | `cathode` | emission and degas of a hot cathode |
 //! | `set_point` | a relay with a potentiometer |
+//! | `transition` | the transition command of the cyclic outputs |
 
 mod address;
 mod analog_input;
@@ -42,6 +43,7 @@ mod presentation;
 mod set_point;
 mod simulation;
 mod state_machine;
+mod transition;
 
 pub use analog_input::InputRow;
 pub use behaviour::Behaviour;
@@ -56,3 +58,4 @@ pub use part::{MeasuringPart, ReadingCondition, SafeState, Sensor, StatusExtensi
 pub use presentation::Presentation;
 pub use set_point::{HYSTERESIS, PotentiometerScale, RelaySetPoint};
 pub use state_machine::{DeviceState, SelfTestResult, StateCommand, StateEvent, StateMachine, TRANSITIONS, Transition};
+pub use transition::TransitionCommand;

@@ -2,8 +2,8 @@
 
 use super::trip::TripPoint;
 use super::{Pxg55xBehaviour, parts, table, ttr};
-use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Principle, Unit, UserPrm};
-use crate::profile::{Behaviour, DeviceBlockValues};
+use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Principle, UserPrm};
+use crate::profile::{Behaviour, DeviceBlockValues, Presentation};
 use crate::simulation::{Drive, FrontPanel, StateReport, Switch, SwitchName};
 use profivac_wire::acyclic::Im0;
 use profivac_wire::acyclic::call::IM_RECORD_LENGTH;
@@ -13,8 +13,8 @@ impl Behaviour for Pxg55xBehaviour {
         self.presentation.model
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     /// The string without a unit selects TTR compatibility mode; unit and data type keep their values then (49).
@@ -27,10 +27,6 @@ impl Behaviour for Pxg55xBehaviour {
     /// TTR compatibility mode allows only telegram 205 (49).
     fn accepts(&self, configuration: &'static Configuration) -> bool {
         configuration.is_ttr() == self.ttr
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
     }
 
     fn set_exchanging(&mut self, running: bool) {

@@ -6,8 +6,8 @@ use super::codes::{MeasurementStatus, Volatility};
 use super::control::RELAYS;
 use super::table;
 use super::threshold::ThresholdSet;
-use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
-use crate::profile::Behaviour;
+use crate::model::{Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
+use crate::profile::{Behaviour, Presentation};
 use crate::simulation::{Drive, FrontPanel, Led, PartReading, ReportedState, StateReport, SwitchName};
 
 impl Behaviour for TpgBehaviour {
@@ -15,13 +15,15 @@ impl Behaviour for TpgBehaviour {
         self.model
     }
 
+    /// The settings have the unit, and the number of channel modules changes only the telegram.
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        None
+    }
+
     fn set_unit(&mut self, unit: &'static Unit) {
         self.settings.unit = unit;
         self.kept.unit = unit;
     }
-
-    /// The number of channel modules changes only the telegram.
-    fn configure(&mut self, _configuration: &'static Configuration) {}
 
     /// The controller has no device state that data exchange could change.
     fn set_exchanging(&mut self, _running: bool) {}

@@ -200,6 +200,7 @@ const fn model(name: &'static str, title: &'static str, software: &'static str) 
         features: Features { sync: false, freeze: false, dpv1: false, ms1: false },
         configurations: &CONFIGURATIONS,
         default_configuration: &ALL_CHANNELS,
+        values: &[],
         units: UNITS,
         max_integer: INTEGER16_MAX,
         // No user parameters; the three octets that a DP-V1 master adds are tolerated (151).

@@ -2,8 +2,8 @@
 
 use super::parts::PARTS;
 use super::{Xpg400Behaviour, Xpg400Model};
-use crate::model::{Configuration, Fault, Field, MeasuringRange, Model, Octets, Part, Unit};
-use crate::profile::{Behaviour, DeviceBlockValues};
+use crate::model::{Fault, Field, MeasuringRange, Model, Octets, Part};
+use crate::profile::{Behaviour, DeviceBlockValues, Presentation};
 use crate::simulation::{Drive, FrontPanel, Led, Potentiometer, StateReport, Switch, SwitchName};
 
 impl Behaviour for Xpg400Behaviour {
@@ -11,20 +11,13 @@ impl Behaviour for Xpg400Behaviour {
         self.presentation.model
     }
 
-    fn set_unit(&mut self, unit: &'static Unit) {
-        self.presentation.unit = unit;
-    }
-
-    fn configure(&mut self, configuration: &'static Configuration) {
-        self.presentation.configure(configuration);
+    fn presentation_mut(&mut self) -> Option<&mut Presentation> {
+        Some(&mut self.presentation)
     }
 
     fn set_exchanging(&mut self, running: bool) {
         self.machine.set_exchanging(running);
     }
-
-    /// The outputs of these gauges have only the parameter channel.
-    fn output(&mut self, _field: Field, _octets: &[u8]) {}
 
     fn input(&self, field: Field) -> Octets {
         let active = self.active();

@@ -2,6 +2,7 @@ use super::*;
 use crate::alarms::AlarmBatch;
 use crate::backup::Existing;
 use crate::database::{Database, NewPoints, Retention};
+use crate::point::DescribedPoint;
 use crate::quality::Quality;
 use profivac_model::{AlarmChangeKind, AlarmHistoryEntry, AlarmState, Event as RecordEvent, Priority};
 use std::path::Path;
@@ -274,6 +275,57 @@ fn the_values_of_points_are_in_the_batches_with_their_unit_and_their_spans() {
     let expected = expected.map(|(unit, sum, last, count)| (unit.to_owned(), 2, sum, Some(last), count));
     assert_eq!(spans, expected);
     assert!(batches(&path).iter().all(|batch| batch.samples.is_empty()), "no point is a series of pressures");
+}
+
+fn described(point: &Point, texts: &[(f64, &str)]) -> DescribedPoint {
+    let texts = texts.iter().map(|(number, text)| CodeText { number: *number, text: (*text).to_owned() }).collect();
+    DescribedPoint { point: point.clone(), texts }
+}
+
+#[test]
+fn the_texts_of_a_code_are_sent_with_its_values_at_first_after_six_hours_and_after_a_change() {
+    const SIX_HOURS: i64 = 6 * 3_600;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut database = open(&path, Forward::All);
+    let (state, speed) = (point("state", None, PointKind::Code), point("speed", Some("Hz"), PointKind::Number));
+    let of_state = described(&state, &[(0.0, "stopped"), (3.0, "at speed")]);
+    database.set_point_texts(vec![of_state, described(&speed, &[])]);
+    let write_state = |database: &mut Database, second: i64| {
+        let at = DAY + second * Micros::SECOND;
+        write_points(database, at, &state, &[number(at, 3.0)]);
+    };
+    write_points(&mut database, DAY, &speed, &[number(DAY, 1.0)]);
+    [0, 1, SIX_HOURS - 1, SIX_HOURS].into_iter().for_each(|second| write_state(&mut database, second));
+    database.set_point_texts(vec![described(&state, &[(0.0, "stands")])]);
+    write_state(&mut database, SIX_HOURS + 1);
+    let texts = |batch: &Batch| {
+        let of_state = batch.point_texts.iter().filter(|row| row.point == BatchPoint::of(&state));
+        of_state.map(|row| format!("{} {}", row.value, row.text)).collect::<Vec<_>>().join(", ")
+    };
+    let sent: Vec<_> = batches(&path).iter().map(texts).collect();
+    let all = "0 stopped, 3 at speed";
+    assert_eq!(sent, ["", all, "", "", all, "0 stands"]);
+}
+
+#[test]
+fn a_batch_has_at_most_a_thousand_texts_and_the_others_are_in_the_next_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut database = open(&path, Forward::All);
+    let states = ["a", "b"].map(|name| point(name, None, PointKind::Code));
+    let many: Vec<_> = (0..600_u32).map(|code| (f64::from(code), "text")).collect();
+    database.set_point_texts(states.iter().map(|state| described(state, &many)).collect());
+    for second in 0..2 {
+        let mut points = NewPoints::default();
+        for state in &states {
+            points.add(database.point_index(state), number(DAY + second, 3.0));
+        }
+        let alarms = AlarmBatch::default();
+        database.write_with_points(&[], &PendingSpans::default(), &points, &[], &alarms).unwrap();
+    }
+    let sent: Vec<_> = batches(&path).iter().map(|batch| batch.point_texts.len()).collect();
+    assert_eq!(sent, [600, 600]);
 }
 
 #[test]

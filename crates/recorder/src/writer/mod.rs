@@ -13,7 +13,7 @@ use super::database::Retention;
 use super::deadband::Deadband;
 use super::error::AuditError;
 use super::outbox::{Acknowledgement, Forward};
-use super::point::{Point, PointSample};
+use super::point::{DescribedPoint, Point, PointSample};
 use super::sample::{Micros, Sample};
 use super::state::StationState;
 use profivac_model::{AuditEntry, Event};
@@ -102,6 +102,8 @@ enum Message {
     Sample(Arc<str>, Sample),
     /// A value of a point, and the width of its deadband in its unit.
     Point(Arc<Point>, f64, PointSample),
+    /// The texts of the codes of all points.
+    PointTexts(Vec<DescribedPoint>),
     /// The sender, if any, waits until the event is on the disk.
     Event(Event, Option<Sender<()>>),
     /// An event that is written at once or not at all, and not begun after this time. The sender waits for the outcome.

@@ -7,7 +7,7 @@ use crate::clock::{Clock, SystemClock};
 use crate::database::Database;
 use crate::error::{AuditError, DatabaseError};
 use crate::outbox::Acknowledgement;
-use crate::point::{Point, PointSample};
+use crate::point::{DescribedPoint, Point, PointSample};
 use crate::reader::Reader;
 use crate::sample::Sample;
 use crate::state::StationState;
@@ -76,6 +76,12 @@ impl Recorder {
         if !self.send(Message::Point(Arc::clone(point), deadband, sample)) {
             count(&mut self.locked().lost_samples);
         }
+    }
+
+    /// Sets the texts of the codes of all points, which the batches for an archive contain. Never blocks: a call that finds no room changes
+    /// nothing.
+    pub fn set_point_texts(&self, points: Vec<DescribedPoint>) {
+        let _has_room = self.send(Message::PointTexts(points));
     }
 
     /// Records an event. Never blocks: an event that is dropped is counted in [`Health::lost_events`].

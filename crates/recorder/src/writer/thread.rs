@@ -203,6 +203,7 @@ impl Writer {
         match message {
             Message::Sample(series, sample) => self.sample(&series, sample),
             Message::Point(point, deadband, sample) => self.point(&point, deadband, sample),
+            Message::PointTexts(points) => self.database.set_point_texts(points),
             Message::Event(event, done) => self.event(event, done),
             Message::AuditBeforeSending(entry, done) => {
                 let written = self.audit_now((*entry).clone());

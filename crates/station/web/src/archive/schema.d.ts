@@ -270,7 +270,7 @@ export interface components {
             qualities: number[];
             /** @description The start of each pixel, in milliseconds since 1970, rising. */
             start_ms: number[];
-            /** @description The texts of its codes in the station's file; empty for a number, and in an archive. */
+            /** @description The texts of its codes in the station's file; empty for a number. */
             texts: components["schemas"]["CodeText"][];
         };
         /**
