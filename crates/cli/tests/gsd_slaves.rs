@@ -16,6 +16,9 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
+/// Waits longer for answers: the load of the computer delays them too.
+const PATIENTLY: &str = "--slot-time=4000";
+
 /// An input module, an output module with a parameter, and one with the same octets and another parameter.
 const STATION: &str = "#Profibus_DP
 Vendor_Name = \"Acme\"
@@ -287,7 +290,7 @@ fn while_the_user_is_asked_no_session_is_open() {
         &["conform", "--modules", "3+7", "--set", "Delay=9", "--address", "9"],
     ] {
         let (port, closed) = watched_line(&bench.line.address);
-        let arguments = [command, &["--port", &port, "--gsd", &gsd]].concat();
+        let arguments = [command, &["--port", &port, "--gsd", &gsd, PATIENTLY]].concat();
         let (code, _, shown, _) = on_terminal(&arguments, "Continue? [y/N] ", |_, terminal| {
             closed.recv_timeout(Duration::from_secs(60)).expect("the session is open while the user is asked");
             terminal.write_all(b"n\n").unwrap();
@@ -307,7 +310,7 @@ fn on_a_terminal_the_user_chooses_among_devices_with_one_ident_and_no_session_is
     let prompt = "Number of the right one [1-2, Enter: none] ";
     for command in [&["monitor", "--own", "--json", "9"][..], &["conform", "--address", "9"]] {
         let (port, closed) = watched_line(&bench.line.address);
-        let arguments = [command, &["--port", &port, "--gsd", &gsd]].concat();
+        let arguments = [command, &["--port", &port, "--gsd", &gsd, PATIENTLY]].concat();
         let (code, _, shown, rest) = on_terminal(&arguments, prompt, |_, terminal| {
             closed.recv_timeout(Duration::from_secs(60)).expect("the session is open while the user is asked");
             terminal.write_all(b"\n").unwrap();
@@ -318,7 +321,7 @@ fn on_a_terminal_the_user_chooses_among_devices_with_one_ident_and_no_session_is
         assert!(rest.contains("no device was chosen; name the right file with --gsd"), "{rest}");
     }
     let port = bench.line.port();
-    let arguments = ["monitor", "--port", &port, "--gsd", &gsd, "--own", "--json", "--for", "3", "9"];
+    let arguments = ["monitor", "--port", &port, "--gsd", &gsd, PATIENTLY, "--own", "--json", "--for", "3", "9"];
     let (code, out, shown) = run_on_terminal(&arguments, prompt, "2\n");
     assert_eq!(code, 0, "{shown}");
     assert!(out.contains("\"module\":\"4DI\""), "{out}");

@@ -37,6 +37,16 @@ fn shows(monitor: &Program, text: &str) {
     assert!(shown, "{text} is not shown");
 }
 
+/// The next line on standard error that is not about an answer that the load of the computer delayed.
+fn complaint(monitor: &Program) -> String {
+    loop {
+        let line = monitor.complaint();
+        if !line.contains("later than the slot time of") {
+            return line;
+        }
+    }
+}
+
 /// Keeps the number of a pty from other tests. After a kill its link dangles, and a program that opens the link again would reach
 /// the pty of the test that got the number.
 fn kept(path: &Path) -> OwnedFd {
@@ -58,10 +68,10 @@ fn monitor_survives(port: &str, simulation: &[&str]) {
     let lost = format!(
         "profivac: lost {port}: it was unplugged, or its other side was closed; profivac tries to open it again"
     );
-    assert_eq!(monitor.complaint(), lost);
+    assert_eq!(complaint(&monitor), lost);
     shows(&monitor, ",OFFLINE,");
     let _second = simulate("3e-7 mbar");
-    assert_eq!(monitor.complaint(), format!("profivac: {port} is open again"));
+    assert_eq!(complaint(&monitor), format!("profivac: {port} is open again"));
     shows(&monitor, ",5,bcg450,3e-7,mbar,3e-7,2,DATA,");
 }
 
