@@ -375,7 +375,7 @@ fn a_controller_has_no_pressure_until_the_program_sets_its_unit() {
     assert!(!text.contains("user parameters select it"), "{text}");
     let mut blocks = Blocks::start(&text);
     // 5e-6 mbar, as a controller sends it in Torr.
-    let torr = 5e-6_f32 * 0.750_061_68;
+    let torr = 5e-6_f32 * 0.750_061_7;
     let octets = format!("{}{}00", "00".repeat(8), blocks::hex(&torr.to_be_bytes()));
     let outputs = blocks.call("PV_TPG500_T11", "a", &format!("EXCHANGING=1 OCTETS={octets}"));
     assert_eq!((outputs.number("VALID"), outputs.number("QUALITY")), (0.0, 3.0));
