@@ -6,7 +6,7 @@ use profivac_client::names::{ParameterNames, command_name};
 use profivac_client::settings::is_setting;
 use profivac_client::values::Value;
 use profivac_client::{ParameterReading, Pressure};
-use profivac_devices::model::{Access, Codes, DataType, Model};
+use profivac_devices::model::{Access, Codes, DataType, Model, Quantity};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes};
 
@@ -76,6 +76,9 @@ const fn bounds(codes: &Codes) -> Option<(f64, f64)> {
     match codes {
         Codes::Range(low, high) => Some((*low as f64, *high as f64)),
         Codes::PerMille(low, high) => Some((*low as f64 / 10.0, *high as f64 / 10.0)),
+        Codes::Quantity(Quantity { factor, range: Some((low, high)), .. }) => {
+            Some((*low as f64 * *factor, *high as f64 * *factor))
+        }
         _ => None,
     }
 }

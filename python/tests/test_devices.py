@@ -61,6 +61,15 @@ def test_a_device_has_the_tables_of_its_manual(device: str, via: str) -> None:
     assert any(parameter.setting for parameter in parameters.values())
 
 
+def test_a_number_of_a_table_has_the_unit_and_the_limits_of_its_manual() -> None:
+    assert pv.parameters_of("bcg450")["ba.emission-current"].bounds == (0.0, 20.0)
+    with pv.VirtualSegment("pcg550@5") as chamber:
+        chamber.advance(1000)
+        hours, quarters = (chamber.bus[5][name] for name in ("device.run-hours", "device.run-hours-4"))
+    assert (hours.value, hours.unit, hours.text) == (0.0, "h", "0 h")
+    assert (quarters.value, quarters.unit, quarters.text, quarters.octets) == (0.25, "h", "0.25 h", bytes([0, 0, 0, 1]))
+
+
 FILE = Path(__file__).parents[2] / "docs/devices/files/bpg402.toml"
 
 

@@ -6,8 +6,9 @@ use crate::gauge::OptionalGaugeOptions;
 use crate::output::{json, out};
 use clap::Args;
 use profivac_client::names::{NamedParameter, ParameterNames};
+use profivac_client::values::format_number;
 use profivac_devices::catalog::is_built_in;
-use profivac_devices::model::{Codes, Model};
+use profivac_devices::model::{Codes, Model, Quantity};
 use serde::Serialize;
 
 /// List the parameters of a gauge: its block tree with names, numbers, types, access, sections of the manual and codes.
@@ -159,7 +160,7 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
             let [low, high] = [*low, *high].map(|number| number as f64 / 10.0);
             format!("{low} % to {high} %")
         }
-        Codes::Quantity(quantity) => format!("in {}", quantity.unit),
+        Codes::Quantity(quantity) => numbers(*quantity),
         Codes::Names(_) => list(),
         Codes::Commands(codes) | Codes::BitCommands(codes) => {
             let of = if is_built_in(model) { "" } else { " of a device file" };
@@ -172,6 +173,19 @@ fn code_names(named: &NamedParameter, model: &Model) -> String {
             model.units.iter().map(|unit| format!("{} {}", unit.code, unit.name)).collect::<Vec<_>>().join(", ")
         }
     }
+}
+
+/// The limits, or the unit, of a number in a unit; then its steps, which the octets of the record count.
+fn numbers(quantity: Quantity) -> String {
+    let Quantity { unit, factor, range } = quantity;
+    let numbers = match range {
+        Some(limits) => {
+            let [low, high] = <[i64; 2]>::from(limits).map(|number| format_number(number as f64 * factor));
+            format!("{low} {unit} to {high} {unit}")
+        }
+        None => format!("in {unit}"),
+    };
+    if factor.total_cmp(&1.0).is_eq() { numbers } else { format!("{numbers}, in steps of {factor} {unit}") }
 }
 
 fn row<'a>(named: &'a NamedParameter, model: &'static Model) -> Row<'a> {

@@ -312,9 +312,9 @@ fn an_invalid_request_is_answered_with_what_was_expected() {
         assert!(!refused.to_string().contains("orchid"), "{refused}");
     }
     assert_eq!(station.post(ENGINEER, "/api/gauges/unknown/arm", Some(&write(SAFE_VALUE, "1 mbar"))).0, 404);
-    // A number is a value of a parameter without a unit only.
+    // A number is a value of a parameter that has one unit, or none.
     let (status, armed) = station.arm(ENGINEER, &json!({ "target": "ba.emission-current", "value": 0.025 }));
-    assert_eq!((status, &armed["after"]), (200, &json!("0.025")), "{armed}");
+    assert_eq!((status, &armed["after"]), (200, &json!("0.025 mA")), "{armed}");
     let percentage = "setpoint-a.percentage-of-atmosphere";
     let (status, armed) = station.arm(ENGINEER, &write(percentage, "50 %"));
     assert_eq!((status, &armed["octets"], &armed["after"]), (200, &json!("01 F4"), &json!("50 %")), "{armed}");

@@ -37,7 +37,7 @@ fn values_are_formatted_with_names_and_units() {
         ("bcg450", "device.serial-number", b"4711      ", "4711"),
         ("bcg450", "device.exception-status", &[0xA1], "alarm-device-common, warning-device-specific, expanded-format"),
         ("bcg450", "one-of-n.one-of-n-status-extension", &[0], "none"),
-        ("bcg450", "ba.emission-current", &0.025f32.to_be_bytes(), "0.025"),
+        ("bcg450", "ba.emission-current", &0.025f32.to_be_bytes(), "0.025 mA"),
         ("img400", "channel.1/emission-current", &5f32.to_be_bytes(), "45-mA"),
         ("img400", "device.device-state", &[100], "INIT"),
         ("bcg450", "device.device-exception-detail-alarm-4-5", &[1, 0xFE], "01 FE"),
@@ -49,6 +49,25 @@ fn values_are_formatted_with_names_and_units() {
         ("tpg300", "device.program-version", &[0x5A, 0x97, 0x80, 0x06], "1519878150"),
     ] {
         assert_eq!(shown(device, target, octets), text, "{device} {target}");
+    }
+}
+
+/// tira41d1 3.3.3.6, tira36e1 3.3.3.6, tira56e1 7.1.14 and 7.1.23.
+#[test]
+fn a_number_of_a_table_has_the_unit_and_the_step_of_its_manual() {
+    for (device, target, octets, number, text) in [
+        ("bcg450", "ba.emission-current", &5f32.to_be_bytes()[..], 5.0, "5 mA"),
+        ("bpg400", "ba.emission-current", &20f32.to_be_bytes(), 20.0, "20 mA"),
+        ("pcg550", "device.run-hours", &7u16.to_be_bytes(), 7.0, "7 h"),
+        ("pcg550", "device.run-hours-4", &7u32.to_be_bytes(), 1.75, "1.75 h"),
+        ("psg550", "device.run-hours", &u16::MAX.to_be_bytes(), 65_535.0, "65535 h"),
+        ("psg550", "device.run-hours-4", &u32::MAX.to_be_bytes(), 1_073_741_823.75, "1073741823.75 h"),
+    ] {
+        with(device, target, "mbar", |format| {
+            let value = Value::of_row(format.row(), octets).unwrap();
+            assert_eq!((&value, format.format(&value).as_str()), (&Value::Number(number), text), "{device} {target}");
+            assert_eq!(format.parse(text, NumberType::Float).unwrap(), octets, "{device} {target}");
+        });
     }
 }
 
@@ -81,6 +100,8 @@ fn values_are_parsed_by_name_number_and_unit() {
         ("bcg450", "ba.hot-cathode-block-state-command", "01 00", "01 00"),
         ("pcg550", "trip-point.1/low-trip-enable", "on", "01"),
         ("img400", "channel.1/emission-current", "45-mA", "40 A0 00 00"),
+        ("bcg450", "ba.emission-current", "5 mA", "40 A0 00 00"),
+        ("bcg450", "ba.emission-current", "5", "40 A0 00 00"),
         ("img400", "reset-error-condition", "reset-all", "80"),
     ] {
         assert_eq!(parsed(device, target, text), octets, "{device} {target} {text}");
@@ -98,6 +119,8 @@ fn a_text_that_is_no_value_is_an_error_with_the_accepted_ones() {
         ("bcg450", "pirani.safe-value", "inf mbar", PRESSURE),
         ("bcg450", "pirani.safe-value", "much", PRESSURE),
         ("bcg450", "setpoint-a.percentage-of-atmosphere", "140.1 %", "a percentage from 1 % to 140 %, such as '50 %'"),
+        ("bcg450", "ba.emission-current", "25 mA", "a number from 0 mA to 20 mA"),
+        ("bcg450", "ba.emission-current", "5 A", "a number from 0 mA to 20 mA"),
         ("bcg450", "pirani.data-units", "psi", "one of COUNTS, Torr, Micron, mbar, Pascal"),
         ("pcg550", "trip-point.1/low-trip-enable", "2", "true or false"),
         (

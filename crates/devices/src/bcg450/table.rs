@@ -11,7 +11,7 @@ use crate::model::{
     AlarmBit, AlarmWords, ChannelRules, Configuration, Field, Gsd, INTEGER16_MAX, Location, Model, NumberType,
     ParameterSet, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram, text,
 };
-use crate::profile::codes::UnitCode;
+use crate::profile::codes::{Milliamperes, UnitCode};
 use crate::profile::{DeviceState, ExceptionStatus, SafeState, StateCommand, StatusExtension};
 use profivac_dp::slave::Features;
 
@@ -110,7 +110,7 @@ block! {
     // Printed as Boolean, with four codes (97).
     105 EmissionStatus            "Emission Status"                              UINT8        [1_R/W 2_R/W]    V  "3.3.3.5" EmissionStatus;
     // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
-    106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
+    106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6" Milliamperes;
     // Printed as Boolean, with the codes 00 and 03 (99).
     109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DegasStatus;
     201 EmissionUserMode          "Emission User Mode State"                     BOOLEAN      [1_R 2_R]        V  "3.3.3.8";

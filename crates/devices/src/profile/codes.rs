@@ -8,7 +8,7 @@ use super::state_machine::DeviceState;
 pub use super::state_machine::StateCommand;
 use crate::model::code_table::{code_of, value_of};
 use crate::model::codes::code;
-use crate::model::{Code, CodeTable, Codes, DataType, NumberType, ParameterValue, Value};
+use crate::model::{Code, CodeTable, Codes, DataType, NumberType, ParameterValue, Quantity, Value};
 
 impl CodeTable for DeviceState {
     type Value = Self;
@@ -74,6 +74,17 @@ impl CodeTable for UnitCode {
     type Value = u16;
 
     const CODES: Codes = Codes::Units;
+}
+
+/// Emission Current of a BCG450 or BPG400 in mA; the lowest of its four currents is 0, the highest 20 (errata-bpg-bcg-tpg 98).
+/// tira41d1 3.3.3.6, tira36e1 3.3.3.6.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Milliamperes {}
+
+impl CodeTable for Milliamperes {
+    type Value = f32;
+
+    const CODES: Codes = Codes::Quantity(Quantity { unit: "mA", factor: 1.0, range: Some((0, 20)) });
 }
 
 /// A code table whose numbers are bits.

@@ -3,6 +3,7 @@
 use super::parts::{ATM, CDG, CDG_ZERO_PA, LARGEST_PIRANI_ZERO_PA, LOWEST_AIR_PA, PCG_PIRANI};
 use crate::model::Precondition::{Executing, PressureAbove, PressureBelow};
 use crate::model::code_table::codes;
+use crate::model::{CodeTable, Codes, Quantity};
 
 const ZERO_RISK: &str = "moves the zero: the pressure must be two decades below the range of the gauge";
 const SCALE_RISK: &str = "moves the scale: the chamber must be at atmospheric pressure";
@@ -44,4 +45,24 @@ codes! {
     0 AlwaysOn  "always-on";
     1 Automatic "automatic";
     2 AlwaysOff "always-off";
+}
+
+/// Run hours, in steps of an hour. 7.1.14.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hours {}
+
+impl CodeTable for Hours {
+    type Value = u16;
+
+    const CODES: Codes = Codes::Quantity(Quantity { unit: "h", factor: 1.0, range: None });
+}
+
+/// Run hours (*4), in steps of a quarter of an hour, which a typed value counts (76). 7.1.23.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QuarterHours {}
+
+impl CodeTable for QuarterHours {
+    type Value = u32;
+
+    const CODES: Codes = Codes::Quantity(Quantity { unit: "h", factor: 0.25, range: None });
 }

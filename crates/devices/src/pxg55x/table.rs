@@ -1,7 +1,7 @@
 //! The tables of tira56e1, row by row: blocks of chapters 7 to 13, telegrams and configurations of 4.4. Names as
 //! printed there. Sections are those of the manual, numbers in brackets those of errata-pxg55x-img400.
 
-use super::codes::{AtmAdjust, CdgAdjust, PiraniAdjust, PiraniOff, SetpointMode};
+use super::codes::{AtmAdjust, CdgAdjust, Hours, PiraniAdjust, PiraniOff, QuarterHours, SetpointMode};
 use super::faults::{PCG_FAULTS, PCG_WITH_ATM_FAULTS, PSG_FAULTS};
 use super::parts;
 use crate::model::block_macros::{block, blocks};
@@ -33,7 +33,7 @@ block! {
     26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" ExceptionStatus;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(10)  [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(11)  [     1_R   2_R  ]     V  "7.1.13";
-    36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
+    36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14" Hours;
     202 BasicDeviceFirmwareRevision     "Basic Device Firmware Revision Level"    VSTRING(8)  [           2_R  ]     N  "7.1.15";
     204 CommonExceptionAlarm            "Common Exception Detail Alarm"           ARRAY(2)    [     1_R   2_R  ]     V  "7.1.16";
     205 DeviceExceptionAlarm            "Device Exception Detail Alarm"           ARRAY(4)    [     1_R   2_R  ]     V  "7.1.17";
@@ -44,7 +44,7 @@ block! {
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(4)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
-    212 RunHours4                       "Run hours (*4)"                          UINT32      [     1_R   2_R  ]     N  "7.1.23";
+    212 RunHours4                       "Run hours (*4)"                          UINT32      [     1_R   2_R  ]     N  "7.1.23" QuarterHours;
 }
 
 block! {
@@ -65,7 +65,7 @@ block! {
     26  ExceptionStatus                 "Exception Status"                        UINT8       [0_XI 1_R   2_R  ]     V  "7.1.11" ExceptionStatus;
     27  ExceptionDetailAlarm            "Exception Detail Alarm"                  RECORD(8)   [     1_R   2_R  ]     V  "7.1.12";
     28  ExceptionDetailWarning          "Exception Detail Warning"                RECORD(9)   [     1_R   2_R  ]     V  "7.1.13";
-    36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14";
+    36  RunHours                        "Run hours"                               UINT16      [     1_R   2_R  ]     N  "7.1.14" Hours;
     202 BasicDeviceFirmwareRevision     "Basic Device Firmware Revision Level"    VSTRING(8)  [           2_R  ]     N  "7.1.15";
     204 CommonExceptionAlarm            "Common Exception Detail Alarm"           ARRAY(2)    [     1_R   2_R  ]     V  "7.1.16";
     205 DeviceExceptionAlarm            "Device Exception Detail Alarm"           ARRAY(2)    [     1_R   2_R  ]     V  "7.1.17";
@@ -76,7 +76,7 @@ block! {
     209 DeviceExceptionWarning2         "Device Exception Detail Warning II"      ARRAY(2)    [     1_R   2_R  ]     V  "7.1.20";
     210 ManufacturerExceptionWarning    "Manufacturer Exception Detail Warning"   UINT8       [     1_R   2_R  ]     V  "7.1.21";
     211 AddressSwitch                   "Address Switch"                          UINT8       [     1_R   2_R  ]     V  "7.1.22";
-    212 RunHours4                       "Run hours (*4)"                          UINT32      [     1_R   2_R  ]     N  "7.1.23";
+    212 RunHours4                       "Run hours (*4)"                          UINT32      [     1_R   2_R  ]     N  "7.1.23" QuarterHours;
 }
 
 block! {

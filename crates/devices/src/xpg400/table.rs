@@ -10,7 +10,7 @@ use crate::model::{
     NumberType, ParameterSet, PartSpec, PlacedBlock, Scale, TaskKind, Telegram, Unit, UserPrm, configuration, telegram,
     text,
 };
-use crate::profile::codes::UnitCode;
+use crate::profile::codes::{Milliamperes, UnitCode};
 use crate::profile::{DeviceState, ExceptionStatus, PotentiometerScale, SafeState, StateCommand, StatusExtension};
 use profivac_dp::slave::Features;
 
@@ -120,7 +120,7 @@ block! {
     // Two octets, command and value; 1 is printed (93).
     14 StateCommand               "Hot Cathode Block State Command"              RECORD(2)    [1_W 2_W]        -  "3.3.3.8" HotCathodeCommand;
     // Printed NV, but the gauge chooses the current, so there is nothing to keep (98).
-    106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6";
+    106 EmissionCurrent           "Emission Current"                             FLOAT        [1_R/W 2_R/W]    V  "3.3.3.6" Milliamperes;
     // Printed as Boolean, with the codes 00 and 03 (99).
     109 DegasStatus               "Degas Status"                                 UINT8        [1_R 2_R]        V  "3.3.3.7" DegasStatus;
 }

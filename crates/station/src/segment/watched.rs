@@ -1,5 +1,5 @@
-//! The parameters that gateways show beside the pressures: emission, degas, trip points and relays. The station reads them one after
-//! the other, while a gateway runs.
+//! The parameters that gateways show beside the pressures: emission, degas, trip points, relays, and the numbers with a unit that a device
+//! file adds. The station reads them one after the other, while a gateway runs.
 //!
 //! Most are read every [`INTERVAL`]. A parameter of an instance needs a move of the selector, which the gauge keeps in its nonvolatile
 //! memory (BCG450 manual 3.2.1.2, store class N), so it is read when the gauge was found, after an operation of the station, and every
@@ -16,7 +16,8 @@ use profivac_client::cyclic::CyclicSlave;
 use profivac_client::ms2::Ms2Line;
 use profivac_client::names::{NamedParameter, ParameterNames};
 use profivac_client::values::Value;
-use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role, Storage};
+use profivac_devices::catalog::MODELS;
+use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Role, Row, Storage};
 use profivac_recorder::Quality;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -202,8 +203,15 @@ fn is_watched(named: &NamedParameter) -> bool {
         matches!(row.role, Some(Role::Unit | Role::NumberType | Role::InstanceSelector | Role::BlockType));
     let is_in_location = LOCATIONS.iter().any(|name| named.parameter.location.name.starts_with(name));
     let is_state = matches!(row.role, Some(Role::EmissionStatus | Role::DegasStatus));
-    let is_quantity = matches!(row.codes, Codes::Quantity(_));
+    let is_quantity = matches!(row.codes, Codes::Quantity(_)) && !is_built_in(row);
     is_state || is_quantity || (is_in_location && is_number && !describes_others)
+}
+
+/// Whether a device that is compiled in has this row. Its emission current needs moves of the selector and follows from the emission
+/// status, and its run hours say nothing about the vacuum. chosen: gateways show neither, also of a device that a file makes like it.
+fn is_built_in(row: &Row) -> bool {
+    let mut rows = MODELS.iter().flat_map(|model| model.blocks).flat_map(|placed| placed.block.rows);
+    rows.any(|known| known.is_like(row))
 }
 
 /// Reads a parameter; `None` if the gauge does not answer or refuses. `clock` gives the time of the answer.
@@ -234,7 +242,7 @@ pub fn read<L: Ms2Line>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_devices::catalog::{MODELS, model_named};
+    use profivac_devices::catalog::model_named;
     use profivac_recorder::Micros;
 
     fn names(device: &str) -> Vec<String> {
@@ -250,6 +258,8 @@ mod tests {
         for model in MODELS {
             let all = names(model.name);
             assert!(all.iter().all(|name| !name.contains("block-type") && !name.contains("data-units")), "{all:?}");
+            let is_unwatched = |name: &String| name.contains("emission-current") || name.contains("run-hours");
+            assert!(!all.iter().any(is_unwatched), "{all:?}");
             assert!(all.len() <= 80, "{} has {}", model.name, all.len());
         }
     }
