@@ -2,7 +2,7 @@
 
 use super::ignored::{Ignored, IgnoredKind, shortened};
 use super::radix::Radix;
-use super::word::clock_time;
+use super::word::{clock_time, decimal_number, unit};
 use super::{Found, LeftOver, Row, checked_octets};
 use profivac_dp::link::Baud;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -136,9 +136,12 @@ fn entry(text: &str) -> Option<Entry<'_>> {
     let plain = value.trim_end_matches([',', ';', '}', ']']).trim_start_matches(['[', '{']);
     // The brackets of `[10]` and a comma alone are characters.
     let value = if plain.is_empty() || value.starts_with('[') { value } else { plain };
-    let (mut words, mut time) = (Vec::new(), None);
+    let (mut words, mut time, mut before) = (Vec::new(), None, "");
     for word in front.split_whitespace() {
+        let in_unit = unit(word).and_then(|unit| Some(Time::Seconds(decimal_number(before)? * unit)));
+        before = word;
         match (time, samples(word), clock_time(word)) {
+            (None | Some(Time::Seconds(_)), ..) if in_unit.is_some() => time = in_unit,
             (None, Some(range), _) => time = Some(range),
             (None, None, Some(seconds)) => time = Some(Time::Seconds(seconds)),
             _ if word.bytes().all(|letter| letter.is_ascii_digit() || b"-/.:,".contains(&letter)) => {}
