@@ -319,6 +319,7 @@ fn what_each_tool_prints_has_every_telegram() {
         ("logic2-decimal.csv", "a table with one octet a line in decimal", true),
         ("logic2-binary.csv", "a table with one octet a line in binary", true),
         ("logic2-ascii.csv", "a table with one octet a line in characters", true),
+        ("dsview.csv", "a table with one octet a line in characters", true),
         ("socat-x.txt", "octets in hexadecimal", true),
         ("socat-v-x.txt", "octets in hexadecimal", true),
         ("jpnevulator.txt", "octets in hexadecimal", true),

@@ -223,7 +223,9 @@ impl Table {
         let header = lines.clone().find(is_header)?;
         let separator = [';', '\t', ','].into_iter().find(|separator| header.contains(*separator))?;
         let names: Vec<String> = fields(header, separator).iter().map(|name| name.to_ascii_lowercase()).collect();
-        if names.iter().any(|name| name.starts_with(|letter: char| letter.is_ascii_digit())) {
+        // DSView begins the name of a column with the number of its channel: `0:UART: RX/TX`.
+        let is_value = |name: &String| name.starts_with(|letter: char| letter.is_ascii_digit()) && !name.contains(": ");
+        if names.iter().any(is_value) {
             return None;
         }
         let rows: Vec<Vec<String>> = lines.map(|line| fields(line, separator)).collect();
