@@ -292,8 +292,13 @@ fn an_octet_has_the_time_of_its_line() {
         lines(REQUEST, |at, octet| format!("{}-{} uart-1: {octet:02X}", 2136 + at * 573, 2136 + at * 573 + 418));
     let table = String::from("Time [ms];Value\n") + &lines(REQUEST, |at, octet| format!("{},5;0x{octet:02X}", 2 + at));
     let words = lines(REQUEST, |at, octet| format!("12:00:0{at}.5 port 3: {octet}"));
-    for (text, first, second) in [(samples, 0.002_084, 0.002_657), (table, 0.002_5, 0.003_5), (words, 43200.5, 43201.5)]
-    {
+    let units = lines(REQUEST, |at, octet| format!("{}.5 ms port 3: {octet}", at + 2));
+    for (text, first, second) in [
+        (samples, 0.002_084, 0.002_657),
+        (table, 0.002_5, 0.003_5),
+        (words, 43200.5, 43201.5),
+        (units, 0.002_5, 0.003_5),
+    ] {
         let times = seconds(&text);
         let is_near = |time: f64, expected: f64| (time - expected).abs() < 60e-6;
         assert!(times.len() == 6 && is_near(times[0], first) && is_near(times[1], second), "{times:?}\n{text}");
@@ -385,6 +390,24 @@ fn a_number_that_is_no_octet_is_none() {
                 assert!((start - seconds).abs() < 1e-6, "{start} in {text}");
             }
         }
+    }
+}
+
+/// A unit behind a number makes it a time; behind octets, or behind another time, it is no time of theirs.
+#[test]
+fn a_number_with_a_unit_is_a_time_in_each_notation() {
+    for (line, expected) in [
+        ("5 ms 16 8 2 73 83 22", 0.005),
+        ("TX 16 8 2 73 83 22", 0.0),
+        ("1250 us TX [16, 8, 2, 73, 83, 22]", 0.001_25),
+        ("12:00:00.25 2.5 ms TX [16, 8, 2, 73, 83, 22]", 43_200.25),
+        ("2.5 ms TX b'\\x10\\x08\\x02IS\\x16'", 0.002_5),
+    ] {
+        let text = format!("{line}\n{line} (12 ms)\n");
+        let (notation, octets, left_over) = read(text.as_bytes());
+        assert_eq!((octets, left_over), ([hex(REQUEST), hex(REQUEST)].concat(), 0), "{notation:?}: {text}");
+        let found = seconds(&text);
+        assert!(found.iter().all(|time| (time - expected).abs() < 1e-6), "{found:?} in {text}");
     }
 }
 
@@ -685,13 +708,13 @@ fn no_octet_of_random_streams_becomes_another_one() {
     for number in 0..count {
         let groups = several_groups(&mut random);
         let octets = groups.concat();
-        let programs = NOTATIONS.iter().map(|(name, line)| {
+        let programs = NOTATIONS.into_iter().map(|(name, line)| {
             let lines = groups.iter().enumerate().map(|(at, group)| line(at, group) + "\n");
-            ((*name).to_owned(), lines.collect::<String>())
+            (name.to_owned(), lines.collect::<String>())
         });
-        let fronts = FRONTS.iter().enumerate();
+        let fronts = FRONTS.into_iter().enumerate();
         let columns: Vec<(String, String)> =
-            fronts.map(|(at, front)| (format!("columns {at}"), columns(&mut random, &groups, *front))).collect();
+            fronts.map(|(at, front)| (format!("columns {at}"), columns(&mut random, &groups, front))).collect();
         let letters = [("od -c".to_owned(), with_letters(&octets)), ("cat -v".to_owned(), caret(&octets))];
         for (name, text) in programs.chain(columns).chain(letters) {
             assert!(is_accounted_for(&text, &octets), "stream {number}, {name}:\n{text}");

@@ -138,12 +138,12 @@ impl Numbers {
             let word = text.get(from..at).unwrap_or_default();
             from = at.saturating_add(letter.len_utf8());
             if !word.is_empty() {
-                match unit(word).and_then(|unit| Some(decimal_number(before)? * unit)) {
-                    Some(seconds) => {
+                match unit(word).and_then(|unit| Some((decimal_number(before)?, unit))) {
+                    Some((number, unit)) => {
                         if self.octet(before).is_some() {
                             run.octets.pop();
                         }
-                        line.take_time(seconds, &mut run, self.depth);
+                        line.take_time(number, unit, &mut run, self.depth);
                     }
                     None => self.word(word, &mut line, &mut run),
                 }
@@ -232,12 +232,12 @@ impl Line {
         }
     }
 
-    /// Adds a time with its unit. Behind octets it is a duration.
-    fn take_time(&mut self, seconds: f64, run: &mut Run, depth: usize) {
+    /// Adds a number of a unit of time. Behind octets or another time it is a duration.
+    fn take_time(&mut self, number: f64, unit: f64, run: &mut Run, depth: usize) {
         self.end(run, depth);
         self.breaks = self.breaks.saturating_add(1);
-        if self.runs.is_empty() {
-            self.seconds = Some(seconds);
+        if self.runs.is_empty() && self.seconds.is_none_or(|seconds| seconds == number) {
+            self.seconds = Some(number * unit);
         }
     }
 

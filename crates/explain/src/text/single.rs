@@ -136,12 +136,18 @@ fn entry(text: &str) -> Option<Entry<'_>> {
     let plain = value.trim_end_matches([',', ';', '}', ']']).trim_start_matches(['[', '{']);
     // The brackets of `[10]` and a comma alone are characters.
     let value = if plain.is_empty() || value.starts_with('[') { value } else { plain };
-    let (mut words, mut time, mut before) = (Vec::new(), None, "");
+    let (mut words, mut time, mut before): (Vec<String>, Option<Time>, &str) = (Vec::new(), None, "");
     for word in front.split_whitespace() {
-        let in_unit = unit(word).and_then(|unit| Some(Time::Seconds(decimal_number(before)? * unit)));
+        let number = unit(word).and_then(|unit| Some((decimal_number(before)?, unit)));
         before = word;
+        if let Some((number, unit)) = number {
+            let is_same = |time| matches!(time, Time::Seconds(seconds) if seconds == number);
+            if time.is_none_or(is_same) {
+                time = Some(Time::Seconds(number * unit));
+            }
+            continue;
+        }
         match (time, samples(word), clock_time(word)) {
-            (None | Some(Time::Seconds(_)), ..) if in_unit.is_some() => time = in_unit,
             (None, Some(range), _) => time = Some(range),
             (None, None, Some(seconds)) => time = Some(Time::Seconds(seconds)),
             _ if word.bytes().all(|letter| letter.is_ascii_digit() || b"-/.:,".contains(&letter)) => {}
