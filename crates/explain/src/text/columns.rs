@@ -80,25 +80,32 @@ impl Columns {
     /// The first `count` words of all lines, if one of them at least is a number and none is an octet. With one octet a line the columns
     /// are those of a table.
     fn of(rows: &[Vec<&str>], count: usize, commas: Commas) -> Option<Self> {
-        let runs: Vec<Run> = rows.iter().map(|row| Run::of(row.get(count..).unwrap_or_default())).collect();
-        if runs.iter().any(|run| run.words == 0) || !runs.iter().any(|run| run.words > 1 || run.pairs() > 1) {
-            return None;
-        }
-        let (mut columns, mut agreements) = (Vec::new(), 0_usize);
-        for column in 0..count {
-            let words: Vec<&str> = rows.iter().filter_map(|row| row.get(column).copied()).collect();
-            let mut number = Number::NEW;
-            if words.iter().zip(&runs).all(|(word, run)| number.agrees(word, *run)) {
-                columns.push(Column::Number(Number::NEW));
-                agreements = agreements.saturating_add(number.agreements(&words));
-            } else if words.iter().all(|word| is_word(word)) {
-                columns.push(Column::Word);
-            } else {
+        let (mut columns, mut has_several) = (vec![(Some(Number::NEW), true); count], false);
+        for row in rows {
+            let run = Run::of(row.get(count..)?);
+            if run.words == 0 {
                 return None;
             }
+            has_several |= run.words > 1 || run.pairs() > 1;
+            for ((number, are_words), word) in columns.iter_mut().zip(row) {
+                if number.as_mut().is_some_and(|number| !number.agrees(word, run)) {
+                    *number = None;
+                }
+                *are_words &= is_word(word);
+                if number.is_none() && !*are_words {
+                    return None;
+                }
+            }
         }
-        let has_numbers = columns.iter().any(|column| matches!(column, Column::Number(_)));
-        has_numbers.then_some(Self { commas, columns, agreements, lines: rows.len() })
+        if !has_several || columns.iter().all(|(number, _)| number.is_none()) {
+            return None;
+        }
+        let agreed = |((number, _), word): (&(Option<Number>, bool), &&str)| {
+            number.as_ref().map_or(0, |number| number.agreements(rows.len(), word))
+        };
+        let agreements = columns.iter().zip(rows.first()?).map(agreed).sum();
+        let kind = |(number, _): (Option<Number>, bool)| number.map_or(Column::Word, |_| Column::Number(Number::NEW));
+        Some(Self { commas, columns: columns.into_iter().map(kind).collect(), agreements, lines: rows.len() })
     }
 
     /// Whether the lines so far show that the numbers are columns. `is_all` says that there are no more lines.
@@ -158,12 +165,10 @@ impl Number {
         is_counter || is_length
     }
 
-    /// How often the rule of these words, which all agree, could have failed: a counter begins with any number, though mostly with 0 or 1.
-    fn agreements(self, words: &[&str]) -> usize {
-        let begins = |word: &&str| numbers(word).into_iter().flatten().any(|number| number <= 1);
-        let of_counter = words.len().saturating_sub(1).saturating_add(usize::from(words.first().is_some_and(begins)));
-        let of_length = if self.is_length { words.len() } else { 0 };
-        if self.is_counter { of_counter.max(of_length) } else { of_length }
+    /// How often the rule could have failed in these lines: a counter begins with any number, though mostly with 0 or 1.
+    fn agreements(&self, lines: usize, first: &str) -> usize {
+        let begins = numbers(first).into_iter().flatten().any(|number| number <= 1);
+        if self.is_length || begins { lines } else { lines.saturating_sub(1) }
     }
 }
 
