@@ -3,6 +3,7 @@
 //! Such a number may look like an octet, and an octet like such a number: the whole text decides. A column is one only if its rule holds
 //! in every line, in two lines at least, and if no telegram is lost without it.
 
+use super::rows::MIN_OCTETS;
 use super::word::{Commas, PREFIXES, is_separator};
 use std::ops::Range;
 
@@ -77,8 +78,8 @@ impl Columns {
         candidates
     }
 
-    /// The first `count` words of all lines, if one of them at least is a number and none is an octet. With one octet a line the columns
-    /// are those of a table.
+    /// The first `count` words of all lines, if one of them at least is a number and none is an octet. With one octet a line they are
+    /// columns of a table, or addresses.
     fn of(rows: &[Vec<&str>], count: usize, commas: Commas) -> Option<Self> {
         let (mut columns, mut has_several) = (vec![(Some(Number::NEW), true); count], false);
         for row in rows {
@@ -86,7 +87,7 @@ impl Columns {
             if run.words == 0 {
                 return None;
             }
-            has_several |= run.words > 1 || run.pairs() > 1;
+            has_several |= run.words.max(run.pairs()) >= MIN_OCTETS;
             for ((number, are_words), word) in columns.iter_mut().zip(row) {
                 if number.as_mut().is_some_and(|number| !number.agrees(word, run)) {
                     *number = None;
@@ -97,7 +98,10 @@ impl Columns {
                 }
             }
         }
-        if !has_several || columns.iter().all(|(number, _)| number.is_none()) {
+        // A long number in front of octets is octets itself, unless another column is between.
+        let ends = |row: &Vec<&str>| row.get(count.saturating_sub(1)).is_some_and(|word| digits(word).is_none());
+        let has_end = columns.last().is_some_and(|(number, _)| number.is_some()) || rows.iter().all(ends);
+        if !has_several || !has_end || columns.iter().all(|(number, _)| number.is_none()) {
             return None;
         }
         let agreed = |((number, _), word): (&(Option<Number>, bool), &&str)| {
@@ -108,9 +112,9 @@ impl Columns {
         Some(Self { commas, columns: columns.into_iter().map(kind).collect(), agreements, lines: rows.len() })
     }
 
-    /// Whether the lines so far show that the numbers are columns. `is_all` says that there are no more lines.
-    pub(super) const fn are_shown(&self, is_all: bool) -> bool {
-        self.agreements >= MIN_AGREEMENTS && (is_all || self.lines > 1)
+    /// Whether the lines so far show that the numbers are columns. One line does not: the octets of a text may begin with zeros.
+    pub(super) const fn are_shown(&self) -> bool {
+        self.agreements >= MIN_AGREEMENTS && self.lines > 1
     }
 
     /// The next line without the numbers, and with a point in place of a decimal comma in front of the octets; `None` for a line that does

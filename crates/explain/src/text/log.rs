@@ -182,7 +182,7 @@ impl Log {
     /// Searches the notation. `is_all` says that no more lines decide.
     fn choose(&mut self, is_all: bool) {
         self.form = self.search(&self.held);
-        if self.find_columns(is_all) && !is_all {
+        if self.find_columns() && !is_all {
             self.form = None;
             return;
         }
@@ -197,7 +197,7 @@ impl Log {
 
     /// Searches columns of numbers in front of the octets. Without the numbers as many octets are in telegrams, and not more are outside
     /// of them: a reader that takes an octet of one digit for a number may be right by chance. Returns whether more lines decide.
-    fn find_columns(&mut self, is_all: bool) -> bool {
+    fn find_columns(&mut self) -> bool {
         let lines = self.held.iter().map(|part| part.text.as_str());
         let is_whole = self.held.iter().all(|part| part.is_last);
         let candidates = if is_whole { Columns::candidates(lines) } else { Vec::new() };
@@ -218,7 +218,7 @@ impl Log {
             if tried.score < plain.score || (tried.score == plain.score && !is_enough) {
                 continue;
             }
-            if tried.score > 0 && columns.are_shown(is_all) {
+            if tried.score > 0 && columns.are_shown() {
                 (self.columns, self.form) = (Some(columns), Some(form));
                 return false;
             }
