@@ -452,6 +452,7 @@ fn a_counter_and_a_length_in_front_of_octets_are_none() {
         (lines(&|at| format!("{at} 6 {row}")), rows.clone(), 0),
         (lines(&|at| format!("{at} 6 {REQUEST}")), rows.clone(), 0),
         (lines(&|at| format!("{}, 06, {REQUEST}", at + 8)), rows.clone(), 0),
+        ("Opening COM3 at 19200\n".to_owned() + &lines(&|at| format!("{} 6 {row}", at + 16)), rows.clone(), 0),
         // The first lines show the columns. The fourth line is missing, and the last one was cut off.
         (
             lines(&|at| format!("{at} 6 {REQUEST}")) + "5 6 " + REQUEST + "\n6 6 10 08\n",

@@ -54,6 +54,10 @@ const RADICES: [u32; 2] = [10, 16];
 /// The most digits of a number of a column. chosen: a counter of a million lines a second for a quarter of an hour.
 const MOST_DIGITS: usize = 9;
 
+/// The most characters of a number that shows a column. The addresses of dumps have six at least: that of the second line is the number of
+/// its octets.
+const LONGEST_NUMBER: usize = 5;
+
 /// The most columns in front of the octets. chosen: the log of Portmon has eight.
 const MOST_COLUMNS: usize = 8;
 
@@ -71,7 +75,7 @@ impl Columns {
             let words = |line: &'a str| -> Vec<&'a str> {
                 places(line, commas).into_iter().filter_map(|place| line.get(place)).collect()
             };
-            let rows: Vec<Vec<&str>> = lines.clone().map(words).filter(|row| may_have_octets(row)).collect();
+            let rows: Vec<Vec<&str>> = lines.clone().map(words).filter(|row| may_have_columns(row)).collect();
             let most = rows.iter().map(Vec::len).min().unwrap_or_default().saturating_sub(1).min(MOST_COLUMNS);
             candidates.extend((1..=most).rev().filter_map(|count| Self::of(&rows, count, commas)));
         }
@@ -89,7 +93,8 @@ impl Columns {
             }
             has_several |= run.words.max(run.pairs()) >= MIN_OCTETS;
             for ((number, are_words), word) in columns.iter_mut().zip(row) {
-                if number.as_mut().is_some_and(|number| !number.agrees(word, run)) {
+                let is_long = word.len() > LONGEST_NUMBER;
+                if number.as_mut().is_some_and(|number| is_long || !number.agrees(word, run)) {
                     *number = None;
                 }
                 *are_words &= is_word(word);
@@ -124,7 +129,7 @@ impl Columns {
         let words: Vec<&str> = places.iter().filter_map(|place| line.get(place.clone())).collect();
         let fits = |(column, word): (&Column, &&str)| match column {
             Column::Word => is_word(word),
-            Column::Number(_) => numbers(word).iter().any(Option::is_some),
+            Column::Number(_) => numbers(word) != [None; 2],
         };
         if words.is_empty() || !self.columns.iter().zip(&words).all(fits) {
             return None;
@@ -217,10 +222,12 @@ fn places(line: &str, commas: Commas) -> Vec<Range<usize>> {
     places
 }
 
-/// Whether a line may have octets: the names of columns and other sentences have none.
-fn may_have_octets(words: &[&str]) -> bool {
+/// Whether a line may have a number and octets behind it: a comment, the names of columns and `Opening COM3 at 19200` do not.
+fn may_have_columns(words: &[&str]) -> bool {
+    let is_comment = words.first().is_some_and(|word| *word == "#" || word.starts_with("//"));
     let has_digit = |word: &&str| word.bytes().any(|letter| letter.is_ascii_digit());
-    words.iter().any(has_digit) && words.iter().any(|word| octet_digits(word).is_some())
+    let is_number = |word: &&&str| octet_digits(word).is_some() || numbers(word) != [None; 2];
+    !is_comment && words.iter().any(has_digit) && words.iter().filter(is_number).count() > 1
 }
 
 /// The number of a word in each of [`RADICES`]: `17`, `#17`, `17:`, `0B`.
