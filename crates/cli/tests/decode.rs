@@ -319,6 +319,7 @@ fn what_each_tool_prints_has_every_telegram() {
         ("logic2-decimal.csv", "a table with one octet a line in decimal", true),
         ("logic2-binary.csv", "a table with one octet a line in binary", true),
         ("logic2-ascii.csv", "a table with one octet a line in characters", true),
+        ("dsview.csv", "a table with one octet a line in characters", true),
         ("socat-x.txt", "octets in hexadecimal", true),
         ("socat-v-x.txt", "octets in hexadecimal", true),
         ("jpnevulator.txt", "octets in hexadecimal", true),
@@ -400,6 +401,27 @@ fn another_protocol_is_named_before_the_first_sentence() {
     let text = std::fs::read_to_string(&output).unwrap();
     let (named, first) = (text.find("could also be M-Bus"), text.find(" | "));
     assert!(named.is_some() && named < first, "{text}");
+}
+
+/// The pipe stays open: eight frames decide, and a dialogue of PROFIBUS behind seven of them does.
+#[test]
+fn another_protocol_is_named_on_an_open_pipe_behind_eight_frames() {
+    const READING: &str = "68 04 04 68 08 05 72 99 18 16";
+    let mut program = Program::start(&["decode", "--raw"]);
+    (0..8).for_each(|_| program.say(READING));
+    program.wait_for_complaint("could also be M-Bus: ");
+    assert!(program.line().ends_with(READING));
+    program.end_of_file();
+    assert_eq!(program.exit_code(), 0);
+    let mut program = Program::start(&["decode", "--raw"]);
+    (0..7).for_each(|_| program.say(READING));
+    program.say("68 05 05 68 85 82 6D 3C 3E EE 16");
+    program.say("68 0B 0B 68 82 85 08 3E 3C 02 05 00 FF 08 E6 7D 16");
+    assert!(program.line().ends_with(READING));
+    program.end_of_file();
+    assert_eq!(program.exit_code(), 0);
+    let notices: String = std::iter::repeat_with(|| program.complaint()).take(3).collect();
+    assert!(notices.contains("read as text") && !notices.contains("could also be"), "{notices}");
 }
 
 /// A capture file of two interfaces, one of which is Ethernet: its packet is named and not read.

@@ -13,6 +13,9 @@ use std::io::Read;
 
 const STREAMS: u64 = 10_000;
 
+/// The streams of each notation whose text may have octets that are left over; `PROFIVAC_CASES` is another number.
+const FEW_STREAMS: u64 = 200;
+
 /// The notations of [`text`].
 const KINDS: u64 = 11;
 
@@ -289,8 +292,13 @@ fn an_octet_has_the_time_of_its_line() {
         lines(REQUEST, |at, octet| format!("{}-{} uart-1: {octet:02X}", 2136 + at * 573, 2136 + at * 573 + 418));
     let table = String::from("Time [ms];Value\n") + &lines(REQUEST, |at, octet| format!("{},5;0x{octet:02X}", 2 + at));
     let words = lines(REQUEST, |at, octet| format!("12:00:0{at}.5 port 3: {octet}"));
-    for (text, first, second) in [(samples, 0.002_084, 0.002_657), (table, 0.002_5, 0.003_5), (words, 43200.5, 43201.5)]
-    {
+    let units = lines(REQUEST, |at, octet| format!("{}.5 ms port 3: {octet}", at + 2));
+    for (text, first, second) in [
+        (samples, 0.002_084, 0.002_657),
+        (table, 0.002_5, 0.003_5),
+        (words, 43200.5, 43201.5),
+        (units, 0.002_5, 0.003_5),
+    ] {
         let times = seconds(&text);
         let is_near = |time: f64, expected: f64| (time - expected).abs() < 60e-6;
         assert!(times.len() == 6 && is_near(times[0], first) && is_near(times[1], second), "{times:?}\n{text}");
@@ -351,10 +359,16 @@ write(1, \"12 13 14\\n\", 9) = 9\n";
     assert_eq!((notation, octets, left_over), (Some(Notation::Calls), hex("10 08 02 49 53 16 E5 68 05 05 68"), 7));
 }
 
-/// A clock, a date, a decimal comma and the counters of socat.
+/// A clock, a date, a decimal comma, a unit of time and the counters of socat.
 #[test]
 fn a_number_that_is_no_octet_is_none() {
     for (front, seconds) in [
+        ("12.5 us TX ", 12.5e-6),
+        ("12.5us TX ", 12.5e-6),
+        ("1250 us TX ", 1250e-6),
+        ("12,5 ms TX ", 12.5e-3),
+        ("12.50 ms:\n", 12.5e-3),
+        ("12 ms:\n", 12e-3),
         ("12:00:00,250 RX ", 43200.25),
         ("2026-11-29 12:00:00 RX ", 43200.0),
         ("2026-11-29 12:00:00,250 INFO RX ", 43200.25),
@@ -376,6 +390,24 @@ fn a_number_that_is_no_octet_is_none() {
                 assert!((start - seconds).abs() < 1e-6, "{start} in {text}");
             }
         }
+    }
+}
+
+/// A unit behind a number makes it a time; behind octets, or behind another time, it is no time of theirs.
+#[test]
+fn a_number_with_a_unit_is_a_time_in_each_notation() {
+    for (line, expected) in [
+        ("5 ms 16 8 2 73 83 22", 0.005),
+        ("TX 16 8 2 73 83 22", 0.0),
+        ("1250 us TX [16, 8, 2, 73, 83, 22]", 0.001_25),
+        ("12:00:00.25 2.5 ms TX [16, 8, 2, 73, 83, 22]", 43_200.25),
+        ("2.5 ms TX b'\\x10\\x08\\x02IS\\x16'", 0.002_5),
+    ] {
+        let text = format!("{line}\n{line} (12 ms)\n");
+        let (notation, octets, left_over) = read(text.as_bytes());
+        assert_eq!((octets, left_over), ([hex(REQUEST), hex(REQUEST)].concat(), 0), "{notation:?}: {text}");
+        let found = seconds(&text);
+        assert!(found.iter().all(|time| (time - expected).abs() < 1e-6), "{found:?} in {text}");
     }
 }
 
@@ -409,13 +441,35 @@ fn a_table_with_a_column_for_each_direction_has_the_octets_of_both() {
     assert_eq!((notation, octets, left_over), (Some(Notation::Table("hexadecimal")), both, 0));
 }
 
+/// A number in front of the octets is no octet if its rule holds in every line; one that breaks the rule later is left over.
 #[test]
-fn a_counter_in_front_of_decimal_octets_is_left_over() {
+fn a_counter_and_a_length_in_front_of_octets_are_none() {
     let row = "16 8 2 73 83 22";
-    let text: String = (1..=3).map(|line| format!("{line}\t{row}\n")).collect();
-    let (notation, octets, left_over) = read(text.as_bytes());
-    assert_eq!((notation, left_over), (Some(Notation::Decimal), 3));
-    assert_eq!(octets, hex("10 08 02 49 53 16 10 08 02 49 53 16 10 08 02 49 53 16"));
+    let lines = |line: &dyn Fn(usize) -> String| (1..=3).map(|at| line(at) + "\n").collect::<String>();
+    let rows = [REQUEST; 3].join(" ");
+    for (text, octets, left_over) in [
+        (lines(&|at| format!("{at}\t{row}")), rows.clone(), 0),
+        (lines(&|at| format!("{at} 6 {row}")), rows.clone(), 0),
+        (lines(&|at| format!("{at} 6 {REQUEST}")), rows.clone(), 0),
+        (lines(&|at| format!("{}, 06, {REQUEST}", at + 8)), rows.clone(), 0),
+        ("Opening COM3 at 19200\n".to_owned() + &lines(&|at| format!("{} 6 {row}", at + 16)), rows.clone(), 0),
+        // The first lines show the columns. The fourth line is missing, and the last one was cut off.
+        (
+            lines(&|at| format!("{at} 6 {REQUEST}")) + "5 6 " + REQUEST + "\n6 6 10 08\n",
+            rows + " " + REQUEST + " 10 08",
+            2,
+        ),
+    ] {
+        let (notation, read, found) = read(text.as_bytes());
+        assert_eq!((read, found), (hex(&octets), left_over), "{notation:?}:\n{text}");
+    }
+}
+
+/// One line does not show that its first number is no octet.
+#[test]
+fn a_number_in_front_of_one_line_is_an_octet() {
+    let (_, octets, left_over) = read(format!("17 {REQUEST}\n").as_bytes());
+    assert_eq!((octets, left_over), (hex(&format!("17 {REQUEST}")), 0));
 }
 
 /// Requests, a diagnosis with FF, SC, a token, inputs with a float, and octets that are letters, a line end and separators.
@@ -551,4 +605,120 @@ fn many_lines_are_read() {
     let text = "12:00:00,250 RX 10 08 02 49 53 16\r\n".repeat(lines);
     let (notation, octets, left_over) = read(text.as_bytes());
     assert_eq!((notation, octets.len(), left_over), (Some(Notation::Hexadecimal), 6 * lines, 0));
+}
+
+/// Columns in front of octets, with the number of the line and the number of octets.
+type Front = fn(u64, usize) -> Vec<String>;
+
+const FRONTS: [Front; 14] = [
+    |line, _| vec![line.to_string()],
+    |_, count| vec![count.to_string()],
+    |line, count| vec![line.to_string(), count.to_string()],
+    |line, count| vec![count.to_string(), line.to_string()],
+    |line, count| vec![format!("{line:03}"), format!("{count:03}")],
+    |line, count| vec![format!("{line:04}"), "TX".to_owned(), count.to_string()],
+    |line, count| vec![line.to_string(), format!("{}.250", line / 3), count.to_string()],
+    |line, count| vec![format!("{}.5", 12 * line), "us".to_owned(), count.to_string()],
+    |line, _| vec![format!("{},250", line / 3), line.to_string()],
+    |line, _| vec!["RX".to_owned(), line.to_string()],
+    |line, _| vec![line.to_string(), "RX".to_owned()],
+    |line, _| vec![format!("{line}:")],
+    |line, _| vec![format!("[{line}]")],
+    |line, count| vec![format!("#{line}"), format!("12:00:{:02}", line % 60), count.to_string()],
+];
+
+/// Lines with columns in front of octets in hexadecimal or decimal.
+fn columns(random: &mut Random, groups: &[Vec<u8>], front: Front) -> String {
+    let separator = [" ", "\t", ";", "; "][random.below(4) as usize];
+    let first = [0, 1, 17, 99, 250, 997][random.below(6) as usize];
+    let octets: fn(&[u8]) -> String = match random.below(4) {
+        0 => |it| list(it, " "),
+        1 => |it| with(it, ", ", |octet| format!("0x{octet:02x}")),
+        _ => spaced,
+    };
+    let line = |(at, group): (u64, &Vec<u8>)| {
+        [front(first + at, group.len()), vec![octets(group)]].concat().join(separator) + "\n"
+    };
+    (0..).zip(groups).map(line).collect()
+}
+
+/// Three groups at least: a line alone does not show its columns.
+fn several_groups(random: &mut Random) -> Vec<Vec<u8>> {
+    loop {
+        let groups = groups(random);
+        if groups.len() >= 3 {
+            return groups;
+        }
+    }
+}
+
+/// Whether each octet is read or left over, and no other is read; or whether the reader asks for the notation.
+fn is_accounted_for(text: &str, expected: &[u8]) -> bool {
+    let mut source = Source::open(text.as_bytes(), Baud::B19200).unwrap();
+    let mut chunks = Vec::new();
+    loop {
+        match source.read(&mut chunks) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(_) => return true,
+        }
+    }
+    let read: Vec<u8> = chunks.into_iter().flat_map(|chunk| chunk.octets).collect();
+    let left_over: usize = source.left_over.iter().map(|text| text.octets).sum();
+    let mut rest = expected.iter();
+    let is_part = read.iter().all(|octet| rest.any(|next| next == octet));
+    !source.is_notation_shown() || (is_part && read.len() + left_over >= expected.len())
+}
+
+/// Octets as od -c and hexdump -c print them: letters, and octal numbers.
+fn with_letters(octets: &[u8]) -> String {
+    let letter = |octet: u8| match octet {
+        0 => "\\0".to_owned(),
+        b'\n' => "\\n".to_owned(),
+        0x20..0x7F => char::from(octet).to_string(),
+        _ => format!("{octet:03o}"),
+    };
+    let rows = octets.chunks(16).zip(0_usize..);
+    let line = |(row, number): (&[u8], usize)| {
+        let letters: String = row.iter().map(|octet| format!(" {:>3}", letter(*octet))).collect();
+        format!("{:07o}{letters}\n", 16 * number)
+    };
+    rows.map(line).collect::<String>() + &format!("{:07o}\n", octets.len())
+}
+
+/// Octets as cat -v prints them: a line end stands for itself, and `^` for itself and for a control character.
+fn caret(octets: &[u8]) -> String {
+    let letter = |octet: u8| match octet {
+        0..0x20 => format!("^{}", char::from(octet + 64)),
+        0x7F => "^?".to_owned(),
+        _ => char::from(octet).to_string(),
+    };
+    let shown = |octet: &u8| match octet {
+        b'\n' | b'\t' => char::from(*octet).to_string(),
+        0x80.. => format!("M-{}", letter(octet & 0x7F)),
+        _ => letter(*octet),
+    };
+    octets.iter().map(shown).collect::<String>() + "\n"
+}
+
+/// Some octets of these texts may be left over; each one that is read is right, or the reader asks for the notation.
+#[test]
+fn no_octet_of_random_streams_becomes_another_one() {
+    let count = std::env::var("PROFIVAC_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(FEW_STREAMS);
+    let mut random = Random::new(48);
+    for number in 0..count {
+        let groups = several_groups(&mut random);
+        let octets = groups.concat();
+        let programs = NOTATIONS.into_iter().map(|(name, line)| {
+            let lines = groups.iter().enumerate().map(|(at, group)| line(at, group) + "\n");
+            (name.to_owned(), lines.collect::<String>())
+        });
+        let fronts = FRONTS.into_iter().enumerate();
+        let columns: Vec<(String, String)> =
+            fronts.map(|(at, front)| (format!("columns {at}"), columns(&mut random, &groups, front))).collect();
+        let letters = [("od -c".to_owned(), with_letters(&octets)), ("cat -v".to_owned(), caret(&octets))];
+        for (name, text) in programs.chain(columns).chain(letters) {
+            assert!(is_accounted_for(&text, &octets), "stream {number}, {name}:\n{text}");
+        }
+    }
 }

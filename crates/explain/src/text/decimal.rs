@@ -3,7 +3,7 @@
 use super::ignored::{Ignored, IgnoredKind, shortened};
 use super::radix::Radix;
 use super::rows::MIN_OCTETS;
-use super::word::{Commas, MONTHS, clock_time, is_separator, names_a_number};
+use super::word::{Commas, MONTHS, clock_time, decimal_number, is_separator, names_a_number, unit};
 use super::{Found, LeftOver, Row};
 use std::collections::BTreeSet;
 
@@ -130,7 +130,7 @@ impl Numbers {
     /// Divides a line into runs of numbers, words and a time.
     fn line(&mut self, text: &str) -> Line {
         let (mut line, mut run) = (Line::default(), Run::default());
-        let mut from = 0_usize;
+        let (mut from, mut before) = (0_usize, "");
         for (at, letter) in text.char_indices().chain([(text.len(), ' ')]) {
             if !is_separator(letter) || self.commas.is_in_number(text, at) {
                 continue;
@@ -138,7 +138,16 @@ impl Numbers {
             let word = text.get(from..at).unwrap_or_default();
             from = at.saturating_add(letter.len_utf8());
             if !word.is_empty() {
-                self.word(word, &mut line, &mut run);
+                match unit(word).and_then(|unit| Some((decimal_number(before)?, unit))) {
+                    Some((number, unit)) => {
+                        if self.octet(before).is_some() {
+                            run.octets.pop();
+                        }
+                        line.take_time(number, unit, &mut run, self.depth);
+                    }
+                    None => self.word(word, &mut line, &mut run),
+                }
+                before = word;
             }
             match letter {
                 '[' | '(' | '{' => {
@@ -220,6 +229,15 @@ impl Line {
         if !run.octets.is_empty() {
             let (words, breaks) = (self.words.len(), self.breaks);
             self.runs.push(Run { in_brackets: depth > 0, words, breaks, ..std::mem::take(run) });
+        }
+    }
+
+    /// Adds a number of a unit of time. Behind octets or another time it is a duration.
+    fn take_time(&mut self, number: f64, unit: f64, run: &mut Run, depth: usize) {
+        self.end(run, depth);
+        self.breaks = self.breaks.saturating_add(1);
+        if self.runs.is_empty() && self.seconds.is_none_or(|seconds| seconds == number) {
+            self.seconds = Some(number * unit);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Octets in quoted strings with escapes: literals of Python, strings of C and JSON, and the calls that strace prints.
 
 use super::ignored::{Ignored, IgnoredKind, shortened};
-use super::word::clock_time;
+use super::word::{clock_time, unit};
 use super::{Found, LeftOver, Row};
 use std::collections::BTreeMap;
 
@@ -172,7 +172,9 @@ impl Text {
 /// The first time in the text before the first string.
 fn time_before(text: &str) -> Option<f64> {
     let front = text.split(['"', '\'']).next().unwrap_or_default();
-    front.split(|letter: char| letter.is_whitespace() || "[](){},".contains(letter)).find_map(clock_time)
+    let mut words = front.split(|letter: char| letter.is_whitespace() || "[](){},".contains(letter));
+    let seconds = words.find_map(clock_time)?;
+    Some(seconds * words.next().and_then(unit).unwrap_or(1.0))
 }
 
 /// The calls that transfer octets: their arguments begin with a descriptor and a string.

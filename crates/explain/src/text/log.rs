@@ -1,12 +1,13 @@
 //! Chooses the notation of a text by the check octets of its telegrams, and reads the text in it.
 
+use super::columns::{Cleaned, Columns};
 use super::decimal::Numbers;
 use super::escapes::{Calls, Quoted, Strings};
-use super::ignored::{Ignored, IgnoredKind};
+use super::ignored::{Ignored, IgnoredKind, shortened};
 use super::radix::Radix;
 use super::single::{Lines, Table};
 use super::word::Commas;
-use super::{Found, Reader, checked_octets, has_token};
+use super::{Found, LeftOver, Reader, checked_octets, has_token};
 use profivac_dp::link::Baud;
 
 /// Notation of the octets of a text.
@@ -75,6 +76,8 @@ pub(crate) struct Log {
     /// The number of parts at which the notation is searched next.
     search_at: usize,
     form: Option<Form>,
+    /// The numbers in front of the octets.
+    columns: Option<Columns>,
     /// A telegram, a token or the user has shown the notation.
     is_shown: bool,
 }
@@ -109,6 +112,7 @@ impl Log {
             held_octets: 0,
             search_at: 1,
             form: None,
+            columns: None,
             is_shown: false,
         }
     }
@@ -177,7 +181,11 @@ impl Log {
 
     /// Searches the notation. `is_all` says that no more lines decide.
     fn choose(&mut self, is_all: bool) {
-        self.form = self.search();
+        self.form = self.search(&self.held);
+        if self.find_columns() && !is_all {
+            self.form = None;
+            return;
+        }
         self.is_shown = self.form.is_some();
         if is_all && self.form.is_none() {
             self.form = Some(match self.is_decimal() {
@@ -185,6 +193,47 @@ impl Log {
                 false => self.hexadecimal(Commas::Octets),
             });
         }
+    }
+
+    /// Searches columns of numbers in front of the octets. Without the numbers as many octets are in telegrams, and not more are outside
+    /// of them: a reader that takes an octet of one digit for a number may be right by chance. Returns whether more lines decide.
+    fn find_columns(&mut self) -> bool {
+        let lines = self.held.iter().map(|part| part.text.as_str());
+        let is_whole = self.held.iter().all(|part| part.is_last);
+        let candidates = if is_whole { Columns::candidates(lines) } else { Vec::new() };
+        if candidates.is_empty() {
+            return false;
+        }
+        let form = self.form.clone();
+        let plain = form.clone().map_or_else(Tried::default, |form| self.try_form(&self.held, form));
+        // The other notations ignore numbers beside their octets.
+        let has_rows = matches!(form, None | Some(Form::Hexadecimal(_) | Form::Numbers(_)));
+        let mut is_open = false;
+        for columns in candidates {
+            let parts = self.without(columns.clone());
+            let form = if plain.score > 0 { form.clone() } else { self.search(&parts) };
+            let Some(form) = form else { continue };
+            let tried = self.try_form(&parts, form.clone());
+            let is_enough = tried.besides.saturating_add(usize::from(!has_rows)) <= plain.besides;
+            if tried.score < plain.score || (tried.score == plain.score && !is_enough) {
+                continue;
+            }
+            if tried.score > 0 && columns.are_shown() {
+                (self.columns, self.form) = (Some(columns), Some(form));
+                return false;
+            }
+            is_open = true;
+        }
+        is_open
+    }
+
+    /// The held parts without the numbers of columns.
+    fn without(&self, mut columns: Columns) -> Vec<Part> {
+        let cleaned = |part: &Part| {
+            let text = columns.clean(&part.text).map_or_else(|| part.text.clone(), |cleaned| cleaned.text);
+            Part { text, is_last: part.is_last }
+        };
+        self.held.iter().map(cleaned).collect()
     }
 
     /// Reads the parts that were held.
@@ -198,10 +247,35 @@ impl Log {
     }
 
     fn read_part(&mut self, text: &str, is_last: bool, found: &mut Found) {
+        let is_whole = is_last && !self.is_inner;
         if !self.is_inner {
             self.line = self.line.saturating_add(1);
         }
         self.is_inner = !is_last;
+        let columns = self.columns.as_mut().filter(|_| is_whole);
+        let Some(Cleaned { text: rest, numbers, left_over }) = columns.and_then(|columns| columns.clean(text)) else {
+            self.read_rest(text, is_last, found);
+            return;
+        };
+        if !numbers.is_empty() {
+            self.ignore_numbers(&numbers.join(" "));
+        }
+        if !left_over.is_empty() {
+            let (text, octets) = (shortened(&left_over.join(" ")), left_over.len());
+            found.left_over.push(LeftOver { line: self.line, text, octets });
+        }
+        self.read_rest(&rest, is_last, found);
+    }
+
+    /// Counts the numbers of columns beside octets.
+    fn ignore_numbers(&mut self, numbers: &str) {
+        match &mut self.form {
+            Some(Form::Hexadecimal(reader)) => reader.ignored.add(IgnoredKind::Words, self.line, numbers),
+            _ => self.ignored.add(IgnoredKind::Words, self.line, numbers),
+        }
+    }
+
+    fn read_rest(&mut self, text: &str, is_last: bool, found: &mut Found) {
         if let Some(form) = &mut self.form {
             form.read(self.line, text, is_last, found, &mut self.ignored);
         }
@@ -209,9 +283,9 @@ impl Log {
 
     /// The notation in which telegrams with a check octet have the most octets. Of equal ones the first counts, which expects most of the
     /// text.
-    fn search(&self) -> Option<Form> {
-        let (hexadecimal, Tried { rows, score, .. }) = self.with_commas(&|commas| self.hexadecimal(commas));
-        let text = |mark: &str| self.held.iter().any(|part| part.text.contains(mark));
+    fn search(&self, held: &[Part]) -> Option<Form> {
+        let (hexadecimal, Tried { rows, score, .. }) = self.with_commas(held, &|commas| self.hexadecimal(commas));
+        let text = |mark: &str| held.iter().any(|part| part.text.contains(mark));
         let mut best = None;
         let mut consider = |form: Form, score: usize| {
             if score > best.as_ref().map_or(0, |(_, score)| *score) {
@@ -220,30 +294,30 @@ impl Log {
         };
         if text("\"") && text("(") && text(" = ") {
             let form = Form::Calls(Calls::default());
-            consider(form.clone(), self.try_form(form).score);
+            consider(form.clone(), self.try_form(held, form).score);
         }
         if text("b'") || text("b\"") {
             let form = Form::Strings(Strings::new(Quoted::Literals));
-            consider(form.clone(), self.try_form(form).score);
+            consider(form.clone(), self.try_form(held, form).score);
         }
-        let lines = self.held.iter().map(|part| part.text.as_str());
+        let lines = held.iter().map(|part| part.text.as_str());
         if let Some((table, score)) = Table::of(lines.clone()) {
             consider(Form::Table(table), score);
         }
         consider(hexadecimal.clone(), score);
         if text("\"") {
             let form = Form::Strings(Strings::new(Quoted::All));
-            consider(form.clone(), self.try_form(form).score);
+            consider(form.clone(), self.try_form(held, form).score);
         }
         for radix in Radix::ALL {
             if let Some((lines, score)) = Lines::of(radix, lines.clone(), self.baud) {
                 consider(Form::Single(lines), score);
             }
         }
-        let (form, Tried { score, .. }) = self.with_commas(&decimal);
+        let (form, Tried { score, .. }) = self.with_commas(held, &decimal);
         consider(form, score);
         let form = Form::Numbers(Numbers::new(Radix::Binary, Commas::Octets));
-        consider(form.clone(), self.try_form(form).score);
+        consider(form.clone(), self.try_form(held, form).score);
         // A token has no check octet: its three octets in one row show nothing else than hexadecimal digits do.
         let has_token = || !text("\\") && rows.iter().any(|octets| has_token(octets));
         best.map(|(form, _)| form).or_else(|| has_token().then_some(hexadecimal))
@@ -266,12 +340,12 @@ impl Log {
 
     /// The form with commas between octets, or with decimal commas if these leave as many octets in telegrams and fewer besides: a decimal
     /// comma between octets is a number more.
-    fn with_commas(&self, form: &dyn Fn(Commas) -> Form) -> (Form, Tried) {
+    fn with_commas(&self, held: &[Part], form: &dyn Fn(Commas) -> Form) -> (Form, Tried) {
         let plain = form(Commas::Octets);
-        let tried = self.try_form(plain.clone());
-        if self.held.iter().any(|part| Commas::may_be_in_numbers(&part.text)) {
+        let tried = self.try_form(held, plain.clone());
+        if held.iter().any(|part| Commas::may_be_in_numbers(&part.text)) {
             let other = form(Commas::Numbers);
-            let of_other = self.try_form(other.clone());
+            let of_other = self.try_form(held, other.clone());
             let is_better =
                 of_other.score > tried.score || (of_other.score == tried.score && of_other.besides < tried.besides);
             if of_other.score > 0 && is_better {
@@ -281,25 +355,27 @@ impl Log {
         (plain, tried)
     }
 
-    /// What a notation finds in the held text.
-    fn try_form(&self, mut form: Form) -> Tried {
+    /// What a notation finds in parts of the text.
+    fn try_form(&self, held: &[Part], mut form: Form) -> Tried {
         let (mut found, mut ignored) = (Found::default(), Ignored::default());
-        for part in &self.held {
+        for part in held {
             form.read(1, &part.text, part.is_last, &mut found, &mut ignored);
         }
         form.end(&mut found);
+        let left_over: usize = found.left_over.iter().map(|text| text.octets).sum();
         let rows: Vec<Vec<u8>> = found.rows.into_iter().map(|row| row.octets).collect();
         let all = rows.concat();
         let score = checked_octets(&all);
-        Tried { rows, score, besides: all.len().saturating_sub(score) }
+        Tried { rows, score, besides: all.len().saturating_sub(score).saturating_add(left_over) }
     }
 }
 
 /// What a notation finds in a text.
+#[derive(Default)]
 struct Tried {
     /// The rows of octets.
     rows: Vec<Vec<u8>>,
-    /// How many octets are in telegrams with a check octet, and how many are not.
+    /// How many octets are in telegrams with a check octet, and how many may be outside of them.
     score: usize,
     besides: usize,
 }

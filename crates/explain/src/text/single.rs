@@ -2,7 +2,7 @@
 
 use super::ignored::{Ignored, IgnoredKind, shortened};
 use super::radix::Radix;
-use super::word::clock_time;
+use super::word::{clock_time, decimal_number, unit};
 use super::{Found, LeftOver, Row, checked_octets};
 use profivac_dp::link::Baud;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -136,8 +136,17 @@ fn entry(text: &str) -> Option<Entry<'_>> {
     let plain = value.trim_end_matches([',', ';', '}', ']']).trim_start_matches(['[', '{']);
     // The brackets of `[10]` and a comma alone are characters.
     let value = if plain.is_empty() || value.starts_with('[') { value } else { plain };
-    let (mut words, mut time) = (Vec::new(), None);
+    let (mut words, mut time, mut before): (Vec<String>, Option<Time>, &str) = (Vec::new(), None, "");
     for word in front.split_whitespace() {
+        let number = unit(word).and_then(|unit| Some((decimal_number(before)?, unit)));
+        before = word;
+        if let Some((number, unit)) = number {
+            let is_same = |time| matches!(time, Time::Seconds(seconds) if seconds == number);
+            if time.is_none_or(is_same) {
+                time = Some(Time::Seconds(number * unit));
+            }
+            continue;
+        }
         match (time, samples(word), clock_time(word)) {
             (None, Some(range), _) => time = Some(range),
             (None, None, Some(seconds)) => time = Some(Time::Seconds(seconds)),
@@ -220,7 +229,9 @@ impl Table {
         let header = lines.clone().find(is_header)?;
         let separator = [';', '\t', ','].into_iter().find(|separator| header.contains(*separator))?;
         let names: Vec<String> = fields(header, separator).iter().map(|name| name.to_ascii_lowercase()).collect();
-        if names.iter().any(|name| name.starts_with(|letter: char| letter.is_ascii_digit())) {
+        // DSView begins the name of a column with the number of its channel: `0:UART: RX/TX`.
+        let is_value = |name: &String| name.starts_with(|letter: char| letter.is_ascii_digit()) && !name.contains(": ");
+        if names.iter().any(is_value) {
             return None;
         }
         let rows: Vec<Vec<String>> = lines.map(|line| fields(line, separator)).collect();

@@ -165,6 +165,7 @@ pub(super) fn words<'a>(line: &'a str, commas: Commas, aligned: &Aligned<'_>) ->
     restore_octets(&mut words);
     find_dates(&mut words);
     find_numbers(&mut words);
+    find_units(&mut words);
     if let Commas::Columns(octets) = commas {
         let rows: Vec<usize> = rows_of_columns(&words);
         let is_number = |word: &Word<'_>| {
@@ -260,6 +261,37 @@ fn find_numbers(words: &mut [Word<'_>]) {
             word.meaning = Meaning::Other;
         }
     }
+}
+
+/// A number in front of a unit of time is no octet, and in front of the octets it is their time: `12.5 us`, `5 ms:`.
+fn find_units(words: &mut [Word<'_>]) {
+    let first = words.iter().position(Word::is_octet).unwrap_or(words.len());
+    for at in 1..words.len() {
+        let Some([number, name]) = words.get_mut(at.saturating_sub(1)..=at) else { continue };
+        let Some(seconds) = unit(name.text) else { continue };
+        if let Some(count) = decimal_number(number.text) {
+            let is_time = at <= first.saturating_add(1);
+            number.meaning = if is_time { Meaning::Time(count * seconds) } else { Meaning::Other };
+            name.meaning = Meaning::Other;
+        }
+    }
+}
+
+/// The seconds in a unit of time behind a number.
+pub(super) fn unit(word: &str) -> Option<f64> {
+    Some(match word.trim_end_matches(':') {
+        "ms" => 1e-3,
+        "us" | "\u{B5}s" | "\u{3BC}s" => 1e-6,
+        "ns" => 1e-9,
+        _ => return None,
+    })
+}
+
+/// The number of a word of decimal digits, maybe with a point or a comma.
+pub(super) fn decimal_number(word: &str) -> Option<f64> {
+    let digits = word.replace(',', ".");
+    let is_number = digits.bytes().all(|letter| letter.is_ascii_digit() || letter == b'.');
+    digits.parse().ok().filter(|_| is_number)
 }
 
 /// Whether a word is a decimal number that is no pair of digits and has no telegram.
@@ -416,7 +448,7 @@ fn other(word: &str) -> Meaning {
 }
 
 /// What languages write in front of hexadecimal digits: C, assemblers, Visual Basic, IEC 61131-3.
-const PREFIXES: [&str; 7] = ["0x", "0X", "$", "&H", "&h", "16#", "B#16#"];
+pub(super) const PREFIXES: [&str; 7] = ["0x", "0X", "$", "&H", "&h", "16#", "B#16#"];
 
 /// `68`, `0x68`, `68h`, `$68`, `\x68\x05`, `680505`, `68:05:05`, `68-05-05`.
 fn octets_of(word: &str, is_first: bool, aligned: &Aligned<'_>) -> Option<Octets> {
@@ -490,7 +522,7 @@ pub(super) fn clock_time(word: &str) -> Option<f64> {
     time(word, true).filter(|_| is_time)
 }
 
-/// A time in seconds: `12.345`, `[12.345]`, `12.345s`, `08:15:00.25`, a first word `08:15:00`; a date with `T` may precede it.
+/// A time in seconds: `12.345`, `[12.345]`, `12.345s`, `12.5us`, `08:15:00.25`, a first word `08:15:00`; a date with `T` may precede it.
 fn time(word: &str, is_first: bool) -> Option<f64> {
     let point = word.contains(',').then(|| word.replacen(',', ".", 1));
     let word = point.as_deref().unwrap_or(word);
@@ -504,7 +536,12 @@ fn time(word: &str, is_first: bool) -> Option<f64> {
         return (has_fraction && is_possible).then_some(hours * 3600.0 + minutes * 60.0 + seconds);
     }
     let number = word.trim_end_matches([':', 's']);
+    let (number, unit) = match number.find(char::is_alphabetic).and_then(|at| word.split_at_checked(at)) {
+        Some((number, name)) => (number, unit(name)?),
+        None => (number, 1.0),
+    };
     let (whole, fraction) = number.split_once('.')?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|letter| letter.is_ascii_digit());
-    (is_first && is_number(whole) && is_number(fraction)).then(|| number.parse().ok())?
+    let seconds = || number.parse::<f64>().ok().map(|number| number * unit);
+    (is_first && is_number(whole) && is_number(fraction)).then(seconds)?
 }
