@@ -39,6 +39,7 @@ export const de: Texts = {
       `Diese Seite lässt sich nicht anzeigen: ${problem}. Laden Sie sie neu; tritt der Fehler wieder auf, melden Sie ihn bitte.`,
     reload: 'Neu laden',
     noAnswer: 'Die Station antwortet nicht.',
+    actionWaits: 'Warten auf die Antwort auf Ihre Aktion …',
     slow: (seconds) =>
       `Die Station hat innerhalb von ${seconds} s nicht auf diese Anfrage geantwortet. Sie kann sie ausgeführt haben: vor einer Wiederholung nachsehen.`,
     answer: (status) => `Die Station antwortet mit ${status}.`,

@@ -69,6 +69,7 @@ export const en = {
     broken: (problem: string) => `This page cannot be drawn: ${problem}. Load it again; if it comes back, report it.`,
     reload: 'Load again',
     noAnswer: 'The station does not answer.',
+    actionWaits: 'Waiting for the answer to your action …',
     slow: (seconds: number) =>
       `The station has not answered this request within ${seconds} s. It may have carried it out: look before you repeat it.`,
     answer: (status: number) => `The station answers with ${status}.`,
