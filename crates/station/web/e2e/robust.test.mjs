@@ -102,6 +102,34 @@ test('a table says that it waits, and that it is empty only after the answer', a
   await close()
 })
 
+test('a table that could not be fetched says why and is fetched again, and no chart has an axis before its data', async () => {
+  const { page, close } = await openContext(browser)
+  let isBroken = true
+  await page.route('**/api/audit*', (route) => (isBroken ? route.fulfill({ status: 500, json: {} }) : route.continue()))
+  await page.goto(`${plant.url}/audit`)
+  const again = page.getByRole('button', { name: 'Try again' })
+  await again.waitFor()
+  await becomes(
+    () => page.locator('.query-state').evaluateAll((all) => all.map((one) => one.className)),
+    ['error query-state failed'],
+  )
+  isBroken = false
+  await again.click()
+  await becomes(() => again.count(), 0)
+  let answer = null
+  await page.route('**/api/trend?*', (route) => {
+    answer = () => route.continue()
+  })
+  await page.goto(`${plant.url}/rise`)
+  await page.locator('.chart-place .query-state.loading').waitFor()
+  await becomes(() => page.locator('.chart').count(), 0)
+  await becomes(() => answer !== null, true)
+  await page.unroute('**/api/trend?*')
+  await answer()
+  await page.locator('.chart').waitFor()
+  await close()
+})
+
 test('a fault in a page becomes words below a header that works', async () => {
   const { page, close } = await openContext(browser)
   // No station answers so.

@@ -559,6 +559,8 @@ export const de: Texts = {
   log: {
     older: 'Ältere Einträge zeigen',
     loading: 'Wird geladen …',
+    again: 'Erneut versuchen',
+    noValues: 'Keine Werte in diesem Zeitraum.',
   },
 
   chartTable: {
@@ -763,7 +765,6 @@ export const de: Texts = {
     allExchange: 'Alle Messgeräte sind im Datenaustausch.',
     notCurrent: 'Ohne Verbindung zur Station ist der Busstatus der zuletzt bekannte.',
     statistics: 'Statistik, Ereignisse und Mitschnitte',
-    loading: 'Wird geladen.',
     telegrams: (count, age, damaged, minute) =>
       `${count} Telegramme in ${age}, ${damaged} beschädigt, davon ${minute} in der letzten Minute.`,
     ring: (ring) => `Token-Ring: ${ring}.`,

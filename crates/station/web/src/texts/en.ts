@@ -582,6 +582,8 @@ export const en = {
   log: {
     older: 'Show older entries',
     loading: 'Loading …',
+    again: 'Try again',
+    noValues: 'No values in this time range.',
   },
 
   chartTable: {
@@ -792,7 +794,6 @@ export const en = {
     allExchange: 'All gauges exchange data.',
     notCurrent: 'Without a connection to the station the bus status is the last one that is known.',
     statistics: 'Statistics, events and captures',
-    loading: 'Loading.',
     telegrams: (count: number, age: string, damaged: number, minute: number) =>
       `${count} telegrams in ${age}, ${damaged} damaged, ${minute} of them in the last minute.`,
     ring: (ring: string) => `Token ring: ${ring}.`,

@@ -6,6 +6,7 @@ import { fetchAlarmPerformance } from '../../api/calls.ts'
 import type { AlarmPerformance } from '../../api/types.ts'
 import { Choice } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { moment } from '../../lib/format.ts'
 import { type Share, sharesOf } from '../../lib/performance.ts'
@@ -36,8 +37,7 @@ export function Performance(): JSX.Element {
           <Choice label={t.performance.period} value={days} options={periods()} onChange={setDays} />
           <span class="muted">{t.performance.targets}</span>
         </div>
-        {query.error && <p class="error">{query.error}</p>}
-        {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
+        <QueryState of={[query]} />
         {query.value && <Figures figures={query.value} />}
       </details>
     </section>

@@ -7,6 +7,7 @@ import type { Command, Gauge, Request } from '../../api/types.ts'
 import { DeviceFileMark, RiskMark } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
@@ -23,9 +24,7 @@ export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Reques
         <h2>{t.gauge.commands}</h2>
       </div>
       <Permission />
-      {query.error && <p class="error">{query.error}</p>}
-      {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
-      {query.value && commands.length === 0 && <p class="muted">{t.gauge.noCommands}</p>}
+      <QueryState of={[query]} empty={commands.length === 0 && t.gauge.noCommands} />
       {commands.length > 0 && (
         <ul>
           {commands.map((command) => (
