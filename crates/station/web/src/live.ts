@@ -134,6 +134,9 @@ export function usePartStates(): LivePlant['states'] {
   return connected ? plant.states : {}
 }
 
+/** The clock of the station in whole seconds; the component is drawn again once a second. */
+export const useSecond = (): number => useStore(changes, () => Math.floor(live().now / 1000) * 1000)
+
 /** Live data; the component is drawn again with every change. */
 export function useLive(): Live {
   useStore(changes)

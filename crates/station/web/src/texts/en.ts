@@ -23,6 +23,7 @@ import type {
   SegmentState,
   Webhook,
 } from '../api/types.ts'
+import type { Order } from '../lib/alarm-order.ts'
 import { counted } from './counted.ts'
 
 interface Label {
@@ -251,7 +252,25 @@ export const en = {
     mayBeWrong: (problem: string) => `This list may be wrong: ${problem}.`,
     noneActive: 'No active alarms.',
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
+    acknowledgeSelected: (count: number) => `Acknowledge selected ${count || ''}`.trim(),
     shelveAll: (count: number) => `Shelve all ${count} …`,
+    shelveSelected: (count: number) => `Shelve selected ${count || ''}`.trim().concat(' …'),
+    select: (name: string) => `Select: ${name}`,
+    /** An alarm that has ended while the user works in the list. */
+    ended: 'ended',
+    /** Alarms that are shown when the user does not work in the list any more. */
+    newOnes: (count: number) => `Show ${count} new`,
+    toFirst: 'Skip to the first alarm',
+    order: 'Order',
+    orders: {
+      urgency: 'most urgent first, by place',
+      newest: 'newest first',
+      oldest: 'oldest first',
+      priority: 'by priority',
+      gauge: 'by gauge',
+      alarm: 'by alarm',
+    } satisfies Record<Order, string>,
+    columns: { raised: 'Raised', limit: 'Limit', now: 'Now', last: 'Last known', whenRaised: 'When raised' },
     acknowledgeThese: 'These alarms are acknowledged, also those in closed groups.',
     /** The alarm of a group that was raised first. */
     first: (name: string) => `first of the active ones: ${name}`,
@@ -260,6 +279,7 @@ export const en = {
     allPriorities: 'all priorities',
     operatorCan: 'An operator can acknowledge them.',
     acknowledge: 'Acknowledge',
+    acknowledgeOf: (name: string) => `Acknowledge: ${name}`,
     shelve: 'Shelve …',
     shelveOf: (name: string) => `Shelve: ${name}`,
     outOfService: 'Out of service …',
