@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
 import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
+import { commandWords } from '../lib/commands.ts'
 import { readable } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
 import { errorText, useModal } from './hooks.ts'
@@ -70,7 +71,7 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       aria-label={'command' in request ? t.command.label : t.command.change}
     >
       <h2>
-        {'command' in request ? request.command : `${request.target} = ${request.value}`}{' '}
+        {'command' in request ? commandWords(request.command, []) : `${request.target} = ${request.value}`}{' '}
         <span class="muted">{gauge}</span>
       </h2>
       <div aria-live="polite">

@@ -31,5 +31,5 @@ export function QueryState({ of, empty }: Props): JSX.Element | null {
       </p>
     )
   }
-  return empty ? <p class="query-state empty">{empty}</p> : null
+  return empty ? <p class="muted query-state empty">{empty}</p> : null
 }

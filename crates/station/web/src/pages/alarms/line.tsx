@@ -24,7 +24,8 @@ interface LineActions {
   run: RunAction
   suppress: (suppress: Suppress) => void
   edit: (alarm: Alarm) => void
-  tick: (isTicked: boolean) => void
+  /** Without it the line has no tick. */
+  tick?: (isTicked: boolean) => void
   open: (isOpen: boolean) => void
 }
 
@@ -83,7 +84,7 @@ function Line(props: Props & { unit: Unit; mayAct: boolean }): JSX.Element {
       data-priority={priority}
     >
       <span class="tick">
-        {mayAct && (
+        {mayAct && tick && (
           <input
             type="checkbox"
             aria-label={t.alarms.select(name)}
