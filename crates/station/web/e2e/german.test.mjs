@@ -175,6 +175,7 @@ test('a command is armed and sent in German, with the words of the manual', asyn
     await page.locator('.control').getByText('Bedienhoheit bei Ihnen').waitFor()
     const commands = page.getByRole('region', { name: 'Befehle' })
     await check(page, 'commands')
+    await commands.getByText('heizt die Elektroden drei Minuten lang: Gas wird frei, und der Druck steigt').waitFor()
     await commands.getByRole('button', { name: 'Entgasen beenden' }).click()
     const dialog = page.getByRole('dialog', { name: 'Befehl' })
     await dialog.getByRole('button', { name: 'Senden' }).waitFor()

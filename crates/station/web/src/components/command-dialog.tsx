@@ -140,12 +140,18 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
         </dd>
         <dt>{t.command.risk}</dt>
         <dd>
-          <RiskMark risk={risk} /> <span lang="en">{risk.description}</span> {from_device_file && <DeviceFileMark />}
+          <RiskMark risk={risk} /> <RiskText risk={risk} /> {from_device_file && <DeviceFileMark />}
         </dd>
       </dl>
       <Conditions conditions={conditions} />
     </>
   )
+}
+
+/** The sentence of the station about a risk, in the language of the user if it is known there. */
+export function RiskText({ risk: { description } }: { risk: Risk }): JSX.Element {
+  const own = t.riskSentence(description)
+  return <span lang={own === description ? 'en' : undefined}>{own}</span>
 }
 
 export function RiskMark({ risk }: { risk: Risk }): JSX.Element {

@@ -3,6 +3,47 @@
 import { counted } from './counted.ts'
 import type { Texts } from './texts.ts'
 
+/** The sentences about risks in the tables of the devices. */
+const RISKS = new Map(
+  Object.entries({
+    'adjusts the Pirani: the chamber must be at atmospheric pressure':
+      'gleicht das Pirani ab: die Kammer muss bei Atmosphärendruck sein',
+    'adjusts the ambient pressure sensor: the chamber must be at atmospheric pressure':
+      'gleicht den Umgebungsdrucksensor ab: die Kammer muss bei Atmosphärendruck sein',
+    'heats the electrodes for three minutes: gas is set free, and the pressure rises':
+      'heizt die Elektroden drei Minuten lang: Gas wird frei, und der Druck steigt',
+    'heats the electrodes: gas is set free, and the pressure rises':
+      'heizt die Elektroden: Gas wird frei, und der Druck steigt',
+    'moves the zero: the pressure must be far below the range of the gauge':
+      'verschiebt den Nullpunkt: der Druck muss weit unter dem Messbereich liegen',
+    'moves the zero: the pressure must be two decades below the range of the gauge':
+      'verschiebt den Nullpunkt: der Druck muss zwei Dekaden unter dem Messbereich liegen',
+    'moves the scale: the chamber must be at atmospheric pressure':
+      'verschiebt die Skala: die Kammer muss bei Atmosphärendruck sein',
+    'restarts the device: it measures nothing until it is ready':
+      'startet das Gerät neu: bis es bereit ist, misst es nichts',
+    'stops the measurement for a self test': 'unterbricht die Messung für einen Selbsttest',
+    'stops the measurement; relays and outputs go to their safe state':
+      'unterbricht die Messung; Relais und Ausgänge gehen in ihren sicheren Zustand',
+    'stores all settings and which sensors are on':
+      'speichert alle Einstellungen und welche Sensoren eingeschaltet sind',
+    'stores all settings as they are now': 'speichert alle Einstellungen, wie sie jetzt sind',
+    'switches the hot cathode: at a pressure that is too high this costs its life':
+      'schaltet die Glühkathode: bei zu hohem Druck verkürzt das ihre Lebensdauer',
+    'switches the hot cathode: at a pressure that is too high this costs its life; the controller does not tell which other gauge is in the same chamber, so the pressure is not checked':
+      'schaltet die Glühkathode: bei zu hohem Druck verkürzt das ihre Lebensdauer; der Controller sagt nicht, welches andere Messgerät in derselben Kammer ist, darum wird der Druck nicht geprüft',
+    'switches the supplies of channels 3 and 4 on again': 'schaltet die Versorgungen der Kanäle 3 und 4 wieder ein',
+    'takes back the adjustment of the ambient pressure sensor': 'nimmt den Abgleich des Umgebungsdrucksensors zurück',
+    'takes back the zero adjustment of the channel': 'nimmt den Nullpunktabgleich des Kanals zurück',
+    'the channel measures nothing without emission; set points on it switch':
+      'der Kanal misst ohne Emission nichts; Schaltpunkte auf ihm schalten',
+    'the gauge no longer switches the emission on by itself':
+      'das Messgerät schaltet die Emission nicht mehr von selbst ein',
+    'the ionisation part measures nothing without emission; set points in its range switch':
+      'der Ionisationsteil misst ohne Emission nichts; Schaltpunkte in seinem Bereich schalten',
+  }),
+)
+
 export const de: Texts = {
   pages: {
     '/': 'Übersicht',
@@ -521,6 +562,8 @@ export const de: Texts = {
     persistent: { label: 'dauerhaft', sentence: 'Der Wert übersteht einen Stromausfall sofort.' },
     dangerous: { label: 'Risiko', sentence: 'Der Text daneben beschreibt das Risiko.' },
   },
+
+  riskSentence: (english) => RISKS.get(english) ?? english,
 
   deviceFile: {
     label: 'Gerätedatei',

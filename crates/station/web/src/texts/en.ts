@@ -547,6 +547,9 @@ export const en = {
     dangerous: { label: 'risk', sentence: 'The text beside it describes the risk.' },
   } satisfies Record<RiskClass, Label>,
 
+  /** What the station says about the risk of a command; a sentence that is not known here stays English. */
+  riskSentence: (english: string): string => english,
+
   deviceFile: {
     label: 'device file',
     sentence: 'A device file describes this: its conditions and its risk are as good as the file.',

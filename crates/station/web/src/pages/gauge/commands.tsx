@@ -4,7 +4,7 @@ import './commands.css'
 import type { JSX } from 'preact'
 import { changeControl, fetchCommands } from '../../api/calls.ts'
 import type { Command, Gauge, Request } from '../../api/types.ts'
-import { DeviceFileMark, RiskMark } from '../../components/command-dialog.tsx'
+import { DeviceFileMark, RiskMark, RiskText } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { QueryState } from '../../components/query-state.tsx'
@@ -125,7 +125,7 @@ function Item({ command, words, open }: ItemProps): JSX.Element {
         {words !== command.command && <code class="muted">{command.command}</code>}{' '}
         {command.risk.class !== 'harmless' && <RiskMark risk={command.risk} />}{' '}
         {command.from_device_file && <DeviceFileMark />}{' '}
-        {command.risk.class === 'dangerous' && <span lang="en">{command.risk.description}</span>}
+        {command.risk.class === 'dangerous' && <RiskText risk={command.risk} />}
         {command.conditions.length > 0 && (
           <span class="muted">
             {' '}
