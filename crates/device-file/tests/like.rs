@@ -154,7 +154,6 @@ fn an_inherited_condition_is_about_the_parameter_of_the_parent() {
             "\"2_R\"",
             "needs the emission-status at slot 1, instance 2, a whole number that a master reads",
         ),
-        ("\"1/2_R/W\"", "\"1/2_R\"", "with index 105 and access \"1_R/W 2_R/W\" as in bcg450"),
         ("index = 105, ", "index = 111, role = \"emission-status\", ", "read"),
         ("index = 105, ", "index = 99, role = \"emission-status\", ", "with index 105 and access"),
     ] {

@@ -165,12 +165,15 @@ fn a_behaviour_without_a_part_for_it_is_refused() {
             "\"cold-cathode\" needs an entry of parts with the instance of the location",
         ),
         ("\"hot-cathode\"\nat", "\"hot-kathode\"\nat", "did you mean \"hot-cathode\"?"),
-        ("left-out =", "behaviour = \"bcg450\"\nleft-out =", "the behaviour of bcg450 expects the block"),
     ] {
         assert_eq!(OWN.matches(old).count(), 1, "{old}");
         let found = said(&OWN.replace(old, new));
         assert!(found.contains(expected), "{new}: {found}");
     }
+    let of_no_block: Vec<_> = OWN.lines().filter(|line| !line.starts_with("behaviour =")).collect();
+    let of_the_device = of_no_block.join("\n").replace("left-out =", "behaviour = \"bcg450\"\nleft-out =");
+    let found = said(&of_the_device);
+    assert!(found.contains("the behaviour of bcg450 expects the block"), "{found}");
     let shown = profivac_device_file::show(DeviceFile::parse(OWN).unwrap().model().unwrap());
     assert!(shown.contains("behaviour = \"trip-point\"") && shown.contains("left-out = \"the adjustment"), "{shown}");
 }

@@ -45,6 +45,9 @@ async function as(name, look, options = {}, { url } = plant) {
 const item = (page, name) => page.locator(`[data-alarm="${name}"]:not(.out-of-service):not(.shelved)`)
 const text = (locator) => locator.innerText()
 
+/** Shows the details of an alarm. */
+const open = (page, name) => item(page, name).locator('button.name').click()
+
 test('an alarm is raised, acknowledged and cleared', async () => {
   await as('olga', async (page) => {
     const vented = item(page, 'vessel vented')
@@ -52,12 +55,13 @@ test('an alarm is raised, acknowledged and cleared', async () => {
     plant.tell('vessel=5e4')
     await vented.waitFor()
     assert.match(await text(vented), /1 high\s+not acknowledged/)
-    assert.match(await text(vented), /vessel above 10\.0\smbar.*: 500\smbar when raised/)
+    assert.match(await text(vented), /vessel vented\s+Limit\s+> 10\.0\smbar\s+Now\s+500\smbar/)
     await vented.getByRole('button', { name: 'Acknowledge' }).click()
     await page.waitForFunction(
       () => document.querySelector('[data-alarm="vessel vented"] .alarm-state').innerText === 'acknowledged',
     )
-    assert.match(await text(vented), /acknowledged by olga/)
+    await open(page, 'vessel vented')
+    assert.match(await text(vented), /vessel above 10\.0\smbar, until below .*acknowledged by olga/s)
     plant.tell('vessel=1')
     await vented.waitFor({ state: 'detached' })
     const history = page.getByRole('region', { name: 'History' })
@@ -105,17 +109,13 @@ test('the instruction of a cleared alarm is no longer bold', async () => {
 
 test('each action of an alarm has a place of its own', async () => {
   await as('ada', async (page) => {
-    for (const [width, names] of [
-      [1280, ['Acknowledge', 'Shelve …', 'Out of service …']],
-      [900, ['Acknowledge']],
-      [360, ['Acknowledge']],
-    ]) {
+    for (const width of [1920, 1280, 900, 360]) {
       await page.setViewportSize({ width, height: 800 })
-      for (const name of names) {
-        const buttons = page.getByRole('region', { name: 'Active alarms' }).getByRole('button', { name, exact: true })
-        const lefts = await buttons.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
-        assert.ok(lefts.length > 1, name)
-        assert.equal(new Set(lefts).size, 1, `${name} at ${lefts}, ${width} pixels`)
+      for (const place of ['button.acknowledge', 'input[type=checkbox]']) {
+        const places = page.getByRole('region', { name: 'Active alarms' }).locator(place)
+        const lefts = await places.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
+        assert.ok(lefts.length > 1, place)
+        assert.equal(new Set(lefts).size, 1, `${place} at ${lefts}, ${width} pixels`)
       }
     }
   })
@@ -157,6 +157,7 @@ test('a viewer sees all alarms and has no buttons', async () => {
 
 test('an engineer takes an alarm out of service with a reason, an operator cannot', async () => {
   await as('olga', async (page) => {
+    await open(page, 'gate 2 not evacuated')
     assert.equal(
       await item(page, 'gate 2 not evacuated')
         .getByRole('button', { name: /Out of service/ })
@@ -166,7 +167,8 @@ test('an engineer takes an alarm out of service with a reason, an operator canno
   })
   await as('ada', async (page) => {
     const gate = item(page, 'gate 2 not evacuated')
-    await gate.getByRole('button', { name: 'Out of service …' }).click()
+    await open(page, 'gate 2 not evacuated')
+    await gate.getByRole('button', { name: 'Out of service: gate 2 not evacuated' }).click()
     const dialog = page.getByRole('dialog')
     await dialog.getByRole('button', { name: 'Take out of service' }).click()
     assert.ok(await dialog.isVisible(), 'the form is sent without a reason')
@@ -184,6 +186,7 @@ test('an engineer takes an alarm out of service with a reason, an operator canno
 
 test('an operator shelves all active alarms together, with a reason and an end', async () => {
   await as('vera', async (page) => {
+    await open(page, 'gate 2 not evacuated')
     assert.equal(await page.getByRole('button', { name: /^Shelve/ }).count(), 0, 'a viewer cannot')
   })
   await as('olga', async (page) => {
@@ -251,7 +254,8 @@ test('the settings of an alarm show the pressure at their opening, and the reset
   await as('ada', async (page) => {
     plant.tell('vessel=5e4')
     const vented = item(page, 'vessel vented')
-    await vented.filter({ hasText: /now 500\smbar/ }).waitFor()
+    await vented.filter({ hasText: /Now 500\smbar/ }).waitFor()
+    await open(page, 'vessel vented')
     await vented.getByRole('button', { name: 'Settings: vessel vented' }).click()
     const dialog = page.getByRole('dialog', { name: 'Alarm settings' })
     const reset = dialog.locator('.reset-value')
@@ -482,10 +486,7 @@ test('only active alarms have colour, on the page of the alarms and below trends
     await vented.waitFor()
     plant.tell('vessel=1')
     await vented.locator('.alarm-state.returned').waitFor()
-    await page
-      .locator('.panel', { has: page.locator('.all-alarms') })
-      .locator('summary')
-      .click()
+    await page.getByRole('region', { name: 'All alarms' }).locator('summary').click()
     await page.locator('.all-alarms tr', { hasText: 'vessel vented' }).locator('.alarm-state.returned').waitFor()
     await page.locator('.alarm-history tbody tr').first().waitFor()
     const states = await page.evaluate(async () => (await fetch('/api/alarms')).json())
@@ -496,6 +497,67 @@ test('only active alarms have colour, on the page of the alarms and below trends
     await page.locator('.limits li', { hasText: 'vessel vented' }).waitFor()
     assert.deepEqual(await page.evaluate(coloured), [])
   })
+})
+
+test('a screen of 1080 pixels has 38 alarms below the heading of their group, each in one line', async () => {
+  const folder = await mkdtemp(join(tmpdir(), 'profivac-list-'))
+  let station
+  try {
+    const file = join(folder, 'plant.toml')
+    await writeFile(join(folder, 'line.toml'), 'devices = ["bcg450@5"]\npressure = "2e-4 mbar"\n')
+    const alarms = Array.from(
+      { length: 40 },
+      (_, index) => `[[alarm]]\nname = "limit ${index}"\ngauge = "ion"\nabove = "1e-6 mbar"\ndelay = "0 s"`,
+    )
+    const line = '[[segment]]\nname = "hall"\nport = "sim:line.toml"\n'
+    const gauge = '[[segment.gauge]]\nname = "ion"\naddress = 5\ndevice = "bcg450"'
+    await writeFile(file, [line + gauge, ...alarms].join('\n'), { mode: 0o600 })
+    await addUser(file, 'olga', 'operator', PASSWORD)
+    station = await startStation(file)
+    const look = async (page) => {
+      await page.setViewportSize({ width: 1920, height: 1080 })
+      await becomes(() => page.locator('.alarm-line').count(), 40)
+      const bottoms = () =>
+        page.locator('.alarm-line').evaluateAll((all) => all.map((one) => one.getBoundingClientRect().bottom))
+      await becomes(async () => (await bottoms()).filter((bottom) => bottom <= 1080).length >= 38, true)
+
+      // The first alarm is three keys away.
+      await page.reload()
+      await becomes(() => page.locator('.alarm-line').count(), 40)
+      for (const key of ['Tab', 'Tab', 'Enter']) await page.keyboard.press(key)
+      const focused = () => page.evaluate(() => document.activeElement.getAttribute('aria-label'))
+      assert.equal(await focused(), 'Acknowledge: limit 0')
+      // An acknowledged alarm leaves the focus to the next one, and no alarm moves.
+      const before = await page.locator('.alarm-line').evaluateAll((all) => all.map((one) => one.dataset.alarm))
+      await page.keyboard.press('Enter')
+      await becomes(focused, `Acknowledge: ${before[1]}`)
+      await page.keyboard.press('Enter')
+      await becomes(focused, `Acknowledge: ${before[2]}`)
+      await page.locator('.alarm-line .alarm-state.acknowledged').nth(1).waitFor()
+      assert.deepEqual(
+        (await page.locator('.alarm-line').evaluateAll((all) => all.map((one) => one.dataset.alarm))).slice(0, 5),
+        before.slice(0, 5),
+      )
+
+      // Ticked alarms are acknowledged together, and no others.
+      for (const name of ['limit 20', 'limit 30']) await page.getByLabel(`Select: ${name}`, { exact: true }).check()
+      await page.getByRole('button', { name: 'Acknowledge selected 2' }).click()
+      await becomes(() => page.locator('.alarm-line .alarm-state.acknowledged').count(), 4)
+      await item(page, 'limit 30').locator('.alarm-state.acknowledged').waitFor()
+      assert.ok(await page.getByRole('button', { name: 'Acknowledge selected', exact: true }).isDisabled())
+
+      // In another order the alarms are one list.
+      await page.getByLabel('Order').selectOption('alarm')
+      await becomes(() => page.locator('.alarm-group').count(), 0)
+      const sorted = await page.locator('.alarm-line').evaluateAll((all) => all.map((one) => one.dataset.alarm))
+      assert.deepEqual(sorted.slice(0, 3), ['limit 0', 'limit 1', 'limit 10'])
+      assert.deepEqual(await violations(page), [])
+    }
+    await as('olga', look, {}, station)
+  } finally {
+    await station?.stop()
+    await rm(folder, { recursive: true, force: true })
+  }
 })
 
 /** The file of a station with two volumes and an alarm flood: 62 alarms, more than a snapshot has. Of `ion`, on a line of its own, are 60. */
@@ -558,7 +620,7 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       const first = await group.locator('.alarm-item').first().getAttribute('data-alarm')
       assert.equal(first, 'ion late')
       const lefts = await active
-        .getByRole('button', { name: 'Acknowledge', exact: true })
+        .locator('button.acknowledge')
         .evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
       assert.deepEqual([lefts.length, new Set(lefts).size], [62, 1])
       assert.deepEqual(await violations(page), [])
@@ -570,7 +632,8 @@ test('a flood of alarms has groups by volume, what was first, a filter, and a qu
       await search.fill('cellar')
       await active.getByRole('status').getByText('1 of 62 alarms').waitFor()
       await becomes(() => group.count(), 0)
-      await becomes(() => active.getByRole('button', { name: /all \d+/ }).count(), 0)
+      await active.getByRole('button', { name: 'Acknowledge all 1' }).waitFor()
+      await active.getByRole('button', { name: 'Shelve all 1 …' }).waitFor()
       await search.fill('')
       await active.getByLabel('Priority').selectOption('low')
       await active.getByRole('status').getByText('2 of 62 alarms').waitFor()

@@ -114,6 +114,8 @@ test('an operator looks at trends, requests control, arms a degas and sends it',
     await dialog(page).getByRole('button', { name: 'Send' }).click()
     await dialog(page).getByText('Done: ba.degas-on').waitFor()
     await dialog(page).getByRole('button', { name: 'Close' }).click()
+    // The state stands beside the commands, read again after the command.
+    await page.locator('[data-state="ba.degas-status"] strong', { hasText: 'on' }).waitFor()
     await page.keyboard.press('8')
     const rows = page.locator('.audit tbody tr')
     await rows.filter({ hasText: 'degas-on' }).first().waitFor()

@@ -56,6 +56,7 @@ async function defaultAlarmSettings(page) {
 }
 
 async function shelving(page) {
+  await active(page, 'gate 2 not evacuated').locator('button.name').click()
   await active(page, 'gate 2 not evacuated')
     .getByRole('button', { name: /^Shelve/ })
     .click()

@@ -102,6 +102,34 @@ test('a table says that it waits, and that it is empty only after the answer', a
   await close()
 })
 
+test('a table that could not be fetched says why and is fetched again, and no chart has an axis before its data', async () => {
+  const { page, close } = await openContext(browser)
+  let isBroken = true
+  await page.route('**/api/audit*', (route) => (isBroken ? route.fulfill({ status: 500, json: {} }) : route.continue()))
+  await page.goto(`${plant.url}/audit`)
+  const again = page.getByRole('button', { name: 'Try again' })
+  await again.waitFor()
+  await becomes(
+    () => page.locator('.query-state').evaluateAll((all) => all.map((one) => one.className)),
+    ['error query-state failed'],
+  )
+  isBroken = false
+  await again.click()
+  await becomes(() => again.count(), 0)
+  let answer = null
+  await page.route('**/api/trend?*', (route) => {
+    answer = () => route.continue()
+  })
+  await page.goto(`${plant.url}/rise`)
+  await page.locator('.chart-place .query-state.loading').waitFor()
+  await becomes(() => page.locator('.chart').count(), 0)
+  await becomes(() => answer !== null, true)
+  await page.unroute('**/api/trend?*')
+  await answer()
+  await page.locator('.chart').waitFor()
+  await close()
+})
+
 test('a fault in a page becomes words below a header that works', async () => {
   const { page, close } = await openContext(browser)
   // No station answers so.
@@ -121,5 +149,43 @@ test('the title of a window counts the alarms that nobody has acknowledged', asy
   assert.ok(waiting.length > 0)
   const { page, close } = await openPage(browser, plant.url)
   await becomes(() => page.title(), `(${waiting.length}) Overview · Target hall`)
+  await close()
+})
+
+test('eight windows share one stream, and each of them reaches the station', async () => {
+  const { page, complaints, close } = await openPage(browser, plant.url)
+  const windows = [page]
+  // A browser opens six connections to a station.
+  for (const path of ['/alarms', '/events', '/bus', '/trends', '/plant', '/wall', '/audit']) {
+    const window = await page.context().newPage()
+    await window.goto(plant.url + path)
+    windows.push(window)
+  }
+  for (const window of windows) {
+    await window.locator('header .connection.good, .wall').waitFor()
+    assert.equal(await window.evaluate(async () => (await fetch('/api/alarms')).status), 200)
+  }
+  // The window that came first is not needed for the others.
+  await page.close()
+  plant.tell('vessel=5e4')
+  await windows[1].locator('[data-alarm="vessel vented"]').waitFor()
+  plant.tell('vessel=1')
+  assert.deepEqual(complaints, [])
+  await close()
+})
+
+test('an action that the station has not answered yet is seen to wait', async () => {
+  const { page, close } = await openPage(browser, `${plant.url}/alarms`)
+  let answer = null
+  await page.route('**/acknowledge', (route) => {
+    answer = () => route.continue()
+  })
+  const button = page.locator('.alarm-item button.acknowledge').first()
+  await button.click()
+  await page.getByText('Waiting for the answer to your action').waitFor()
+  await becomes(() => button.getAttribute('aria-busy'), 'true')
+  await answer()
+  await becomes(() => page.getByText('Waiting for the answer to your action').count(), 0)
+  await becomes(() => page.locator('[aria-busy]').count(), 0)
   await close()
 })

@@ -81,6 +81,11 @@ export function App(): JSX.Element {
       <a class="skip" href="#main">
         {t.app.skip}
       </a>
+      {path === '/alarms' && !isLoggedOut && (
+        <button type="button" class="skip" onClick={focusFirstAlarm}>
+          {t.alarms.toFirst}
+        </button>
+      )}
       <Header current={page?.path} live={live} showHelp={() => setHelp(true)} />
       <main id="main" tabIndex={-1}>
         {isLoggedOut ? (
@@ -101,6 +106,17 @@ export function App(): JSX.Element {
       {help && <Help close={() => setHelp(false)} />}
     </>
   )
+}
+
+/** The first button that acknowledges, or else the first alarm or group. */
+function focusFirstAlarm(): void {
+  for (const first of ['.alarm-line .acknowledge', '.alarm-line .name', '.alarm-group>details>summary']) {
+    const found = document.querySelector<HTMLElement>(first)
+    if (found) {
+      found.focus()
+      return
+    }
+  }
 }
 
 function Page({ path }: { path: string | undefined }): JSX.Element {

@@ -1,10 +1,13 @@
 // The live data of the station: one stream of server-sent events for all pages, and the samples of the last minutes.
 
 import type { LivePlant, LiveState, Snapshot } from './api/types.ts'
-import { changed, snapshotOf } from './lib/merge.ts'
+import { changed } from './lib/changes.ts'
+import { snapshotOf } from './lib/merge.ts'
 import { bits } from './lib/series.ts'
 import { currentQuality, SILENCE_MS } from './lib/stale.ts'
-import { canView, onSessionChange, refreshSession } from './session.ts'
+import type { FromHub } from './lib/stream-hub.ts'
+import { canView, onSessionChange, refreshSession, sessionToken } from './session.ts'
+import { sharedStream } from './shared-stream.ts'
 import { createStore, useStore } from './store.ts'
 
 export interface RecentSample {
@@ -25,7 +28,6 @@ let state: LiveState | null = null
 let snapshot: Snapshot | null = null
 let receivedAt = 0
 let openedAt = performance.now()
-let stream: EventSource | null = null
 const samples = new Map<string, RecentSample[]>()
 /** Changes with every snapshot, and every tick without one. */
 const changes = createStore(0)
@@ -51,66 +53,50 @@ export function recentSamples(series: string): RecentSample[] {
   return samples.get(series) ?? []
 }
 
+/** The parts of the state whose entries a change names. */
+const BY_NAME = ['segments', 'gauges', 'standing_alarms'] as const
+
 /** Receives live data while the session allows it. */
 export function startLive(): void {
-  onSessionChange(() => {
-    if (!canView()) disconnect()
-    else if (!stream) connect()
-  })
-  if (canView()) connect()
-  // A page that the browser keeps for its back button would hold its connection, and a browser has six of them for all its windows.
-  addEventListener('pagehide', () => {
-    stream?.close()
-    stream = null
-  })
-  addEventListener('pageshow', ({ persisted }) => {
-    if (persisted && canView()) void reconnect()
-  })
+  const stream = sharedStream({ silenceMs: 2 * SILENCE_MS, byName: [...BY_NAME] }, hear)
+  const follow = (): void => {
+    if (canView()) stream.join(sessionToken())
+    else {
+      stream.leave()
+      forget()
+    }
+  }
+  onSessionChange(follow)
+  follow()
   setInterval(() => {
-    if (!stream) return
-    const silent = performance.now() - Math.max(receivedAt, openedAt) > 2 * SILENCE_MS
-    // The browser reconnects by itself, except after an HTTP error and on a connection that is only silent.
-    if (stream.readyState === EventSource.CLOSED || silent) void reconnect()
-    if (live().since > TICK_MS) notify()
+    if (canView() && live().since > TICK_MS) notify()
   }, TICK_MS)
 }
 
-/** The stream may have ended because the session has. */
-async function reconnect(): Promise<void> {
-  connect()
-  await refreshSession()
+function hear(message: FromHub): void {
+  if (message.kind === 'ended') void refreshSession()
+  else if (message.kind === 'snapshot') receive(JSON.parse(message.data) as LiveState, message.ageMs)
+  else if (state) receive(changed(state, JSON.parse(message.data) as Partial<LiveState>, [...BY_NAME]))
 }
 
-function connect(): void {
-  stream?.close()
-  openedAt = performance.now()
-  stream = new EventSource('/api/live')
-  // Each connection begins with the whole state, also when the browser connects again by itself.
-  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as LiveState))
-  stream.addEventListener('change', (event: MessageEvent<string>) => {
-    if (state)
-      receive(changed(state, JSON.parse(event.data) as Partial<LiveState>, ['segments', 'gauges', 'standing_alarms']))
-  })
-  stream.addEventListener('error', () => void refreshSession())
-}
-
-/** Ends the stream and forgets its data: the next user may be another one. */
-function disconnect(): void {
-  stream?.close()
-  stream = null
+/** Forgets the data: the next user may be another one. */
+function forget(): void {
+  if (!state) return
   state = null
   snapshot = null
+  openedAt = performance.now()
   samples.clear()
   notify()
 }
 
-function receive(received: LiveState): void {
+/** `ageMs`: how long ago another window received it. */
+function receive(received: LiveState, ageMs = 0): void {
   const next = snapshotOf(received)
   // Without snapshots in between, the recent samples would show a line over the gap.
   if (snapshot && next.station.now_ms - snapshot.station.now_ms > 2 * SILENCE_MS) samples.clear()
   state = received
   snapshot = next
-  receivedAt = performance.now()
+  receivedAt = performance.now() - ageMs
   for (const gauge of next.gauges) {
     for (const reading of gauge.readings) {
       const quality = currentQuality(gauge, reading, 0)
@@ -147,6 +133,9 @@ export function usePartStates(): LivePlant['states'] {
   const { plant } = useSnapshot()
   return connected ? plant.states : {}
 }
+
+/** The clock of the station in whole seconds; the component is drawn again once a second. */
+export const useSecond = (): number => useStore(changes, () => Math.floor(live().now / 1000) * 1000)
 
 /** Live data; the component is drawn again with every change. */
 export function useLive(): Live {

@@ -7,18 +7,21 @@ import './styles/tables.css'
 import { render } from 'preact'
 import { App } from './app.tsx'
 import { Boundary } from './components/boundary.tsx'
+import { showWaitingActions, WaitingActions } from './components/pending.tsx'
 import { startLanguage } from './language.ts'
 import { startLive } from './live.ts'
 import { startSession } from './session.ts'
 import { applyTheme } from './settings.ts'
 
 applyTheme()
+showWaitingActions()
 startLive()
 void startSession()
 const root = document.getElementById('app')
 const drawn = (
   <Boundary>
     <App />
+    <WaitingActions />
   </Boundary>
 )
 void startLanguage().then(() => {

@@ -147,6 +147,9 @@ export function canView(): boolean {
   return session !== null && session.login !== 'logged-out'
 }
 
+/** Tells one session from another. */
+export const sessionToken = (): string => store.get().session?.token ?? ''
+
 export const onSessionChange = store.subscribe
 export const useSessionState = (): SessionState => useStore(store)
 export const useSession = (): Session => useSessionState().session ?? LOGGED_OUT

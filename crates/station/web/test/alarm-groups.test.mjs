@@ -12,7 +12,7 @@ import {
   passing,
   placeOf,
   summaryOf,
-  withValues,
+  valuesOf,
 } from '../dist/test/lib/alarm-groups.js'
 import { volumesOfAlarms } from '../dist/test/lib/picture.js'
 
@@ -170,7 +170,8 @@ test('an alarm without a value in the snapshot has that of the list of all alarm
     alarm('c', { value: null }),
     alarm('new', { value: null }),
   ]
-  const values = withValues(shown, all).map(({ name, value }) => [name, value])
+  const presentValue = valuesOf(all)
+  const values = shown.map((alarm) => [alarm.name, presentValue(alarm)])
   assert.deepEqual(values, [
     ['b', 2],
     ['a', 9],

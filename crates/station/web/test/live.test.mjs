@@ -1,7 +1,8 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { activeCounts, countsText, lowerText, moreUrgent, summary } from '../dist/test/lib/alarms.js'
-import { changed, snapshotOf } from '../dist/test/lib/merge.js'
+import { changed } from '../dist/test/lib/changes.js'
+import { snapshotOf } from '../dist/test/lib/merge.js'
 
 const gauge = (name, pa) => ({ name, readings: [{ series: name, instance: 0, pa, quality: 'valid' }] })
 const state = () => ({

@@ -197,6 +197,22 @@ const ALLOWED = [
   /: (OPC UA|Modbus TCP|Prometheus)$/,
 ]
 
+test('German has every sentence about a risk in the tables of the devices', () => {
+  const tables = fileURLToPath(new URL('../../../devices/src/', import.meta.url))
+  const sentences = readdirSync(tables, { recursive: true })
+    .filter((name) => /codes\.rs$/.test(name))
+    .flatMap((name) => [
+      ...readFileSync(tables + name, 'utf8').matchAll(/(?:risk |RISK: &str = |LIFE: &str = )"([^"]+)"/g),
+    ])
+    .map(([, text]) => text.replace(/\\\n\s*/g, ''))
+  assert.ok(sentences.length > 15, `${sentences.length} sentences`)
+  assert.deepEqual(
+    sentences.filter((sentence) => de.riskSentence(sentence) === sentence),
+    [],
+  )
+  assert.equal(de.riskSentence('of a device file'), 'of a device file')
+})
+
 test('no page has a text of its own', () => {
   const names = readdirSync(SOURCES, { recursive: true })
     .map((name) => name.replaceAll('\\', '/'))

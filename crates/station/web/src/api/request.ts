@@ -53,6 +53,12 @@ export const csrf = {
   refresh: (): Promise<boolean> => Promise.resolve(false),
 }
 
+/** What the page shows while an action waits for its answer; components/pending.tsx sets it. */
+export const actions = {
+  /** Called when an action is sent; the returned function is called when it is answered. */
+  begin: (): (() => void) => () => {},
+}
+
 export function get<P extends PathOf<'get'>>(
   path: P,
   input: ParametersOf<paths[P]['get']> & Options,
@@ -104,10 +110,12 @@ async function change<T>(method: string, address: string, body: unknown, options
     const headers = { 'content-type': 'application/json', 'x-csrf-token': csrf.token }
     return send(address, { method, headers, body: JSON.stringify(body) }, options)
   }
-  return once().catch(async (error: unknown) => {
-    if (error instanceof RequestError && error.status === 403 && (await csrf.refresh())) return once()
-    throw error
-  })
+  return once()
+    .catch(async (error: unknown) => {
+      if (error instanceof RequestError && error.status === 403 && (await csrf.refresh())) return once()
+      throw error
+    })
+    .finally(actions.begin())
 }
 
 const LOGIN: PathOf<'post'> = '/api/login'

@@ -76,7 +76,7 @@ export function Alarms(): JSX.Element {
       <LogTable
         caption={t.archive.caption}
         columns={mayAcknowledge ? [...columns(), column] : columns()}
-        log={{ entries: all, error: null, isLoaded: true, showOlder: null }}
+        log={{ entries: all, query: { value: all, error: null, again: () => {} }, showOlder: null }}
         shown={shown}
         keyOf={({ station, alarm }) => `${station}/${alarm}`}
         empty={{ none: t.archive.allNormal, filtered: t.alarms.noMatch, isFiltered: all.length > 0 }}

@@ -1,7 +1,9 @@
 // The live data of all stations: one stream of server-sent events for all pages.
 
-import { changed } from '../lib/merge.ts'
-import { canView, onSessionChange, refreshSession } from '../session.ts'
+import { changed } from '../lib/changes.ts'
+import type { FromHub } from '../lib/stream-hub.ts'
+import { canView, onSessionChange, refreshSession, sessionToken } from '../session.ts'
+import { sharedStream } from '../shared-stream.ts'
 import { createStore, useStore } from '../store.ts'
 import type { State } from './types.ts'
 
@@ -19,7 +21,6 @@ export interface Live {
 
 let state: State | null = null
 let receivedAt = performance.now()
-let stream: EventSource | null = null
 /** Changes with every event, and every tick without one. */
 const changes = createStore(0)
 
@@ -32,58 +33,43 @@ export function live(): Live {
   }
 }
 
+/** The parts of the state whose entries a change names. */
+const BY_NAME = ['stations', 'readings', 'alarms'] as const
+
 /** Receives live data while the session allows it. */
 export function startLive(): void {
-  onSessionChange(() => {
-    if (!canView()) disconnect()
-    else if (!stream) connect()
-  })
-  if (canView()) connect()
-  // A page that the browser keeps for its back button would hold its connection, and a browser has six of them for all its windows.
-  addEventListener('pagehide', () => {
-    stream?.close()
-    stream = null
-  })
-  addEventListener('pageshow', ({ persisted }) => {
-    if (persisted && canView()) void reconnect()
-  })
+  const stream = sharedStream({ silenceMs: 2 * SILENCE_MS, byName: [...BY_NAME] }, hear)
+  const follow = (): void => {
+    if (canView()) stream.join(sessionToken())
+    else {
+      stream.leave()
+      forget()
+    }
+  }
+  onSessionChange(follow)
+  follow()
   setInterval(() => {
-    const since = performance.now() - receivedAt
-    // The browser reconnects by itself, except after an HTTP error and on a connection that is only silent.
-    if (stream && (stream.readyState === EventSource.CLOSED || since > 2 * SILENCE_MS)) void reconnect()
-    if (since > TICK_MS) notify()
+    if (performance.now() - receivedAt > TICK_MS) notify()
   }, TICK_MS)
 }
 
-/** The stream may have ended because the session has. */
-async function reconnect(): Promise<void> {
-  connect()
-  await refreshSession()
+function hear(message: FromHub): void {
+  if (message.kind === 'ended') void refreshSession()
+  else if (message.kind === 'snapshot') receive(JSON.parse(message.data) as State, message.ageMs)
+  else if (state) receive(changed(state, JSON.parse(message.data) as Partial<State>, [...BY_NAME]))
 }
 
-function connect(): void {
-  stream?.close()
-  receivedAt = performance.now()
-  stream = new EventSource('/api/live')
-  stream.addEventListener('snapshot', (event: MessageEvent<string>) => receive(JSON.parse(event.data) as State))
-  stream.addEventListener('change', (event: MessageEvent<string>) => {
-    const change = JSON.parse(event.data) as Partial<State>
-    if (state) receive(changed(state, change, ['stations', 'readings', 'alarms']))
-  })
-  stream.addEventListener('error', () => void refreshSession())
-}
-
-/** Ends the stream and forgets its data: the next user may be another one. */
-function disconnect(): void {
-  stream?.close()
-  stream = null
+/** Forgets the data: the next user may be another one. */
+function forget(): void {
+  if (!state) return
   state = null
   notify()
 }
 
-function receive(received: State): void {
+/** `ageMs`: how long ago another window received it. */
+function receive(received: State, ageMs = 0): void {
   state = received
-  receivedAt = performance.now()
+  receivedAt = performance.now() - ageMs
   notify()
 }
 

@@ -8,6 +8,7 @@ import '../styles/tables.css'
 
 import { render } from 'preact'
 import { Boundary } from '../components/boundary.tsx'
+import { showWaitingActions, WaitingActions } from '../components/pending.tsx'
 import { startLanguage } from '../language.ts'
 import { startSession } from '../session.ts'
 import { applyTheme } from '../settings.ts'
@@ -15,12 +16,14 @@ import { App } from './app.tsx'
 import { startLive } from './live.ts'
 
 applyTheme()
+showWaitingActions()
 startLive()
 void startSession()
 const root = document.getElementById('app')
 const drawn = (
   <Boundary>
     <App />
+    <WaitingActions />
   </Boundary>
 )
 void startLanguage().then(() => {

@@ -10,7 +10,8 @@ import { ChartTable } from '../components/chart-table.tsx'
 import { SearchField } from '../components/fields.tsx'
 import { useWidth } from '../components/hooks.ts'
 import { SampleText } from '../components/pressure.tsx'
-import { seriesAt, useChartData, usePointTrends, useTrends } from '../components/use-trends.ts'
+import { QueryState } from '../components/query-state.tsx'
+import { hasNoValues, seriesAt, useChartData, usePointTrends, useTrends } from '../components/use-trends.ts'
 import { curveColours } from '../lib/curves.ts'
 import { moment } from '../lib/format.ts'
 import { curveOf, pointAt } from '../lib/point-trends.ts'
@@ -121,9 +122,10 @@ export function Trends(): JSX.Element {
         </SeriesChoice>
       )}
       <p class="muted">{at === null ? t.archive.point : moment(at)}</p>
-      <p class="load-error" role="status">
-        {query.error ?? pointQuery.error ?? (query.value === null && t.log.loading)}
-      </p>
+      <QueryState
+        of={[query, ...(points.length > 0 ? [pointQuery] : [])]}
+        empty={hasNoValues(data) && t.log.noValues}
+      />
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
         <button type="button" aria-pressed={isFull} onClick={() => setFull(!isFull)} title={t.archive.fullTitle}>

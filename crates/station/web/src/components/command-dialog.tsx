@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { arm, conditionsOf, disarm, sendArmed } from '../api/calls.ts'
 import type { ArmedCommand, Condition, Outcome, Request, Risk } from '../api/types.ts'
+import { commandWords } from '../lib/commands.ts'
 import { readable } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
 import { errorText, useModal } from './hooks.ts'
@@ -70,7 +71,7 @@ export function CommandDialog({ gauge, request, close }: Props): JSX.Element {
       aria-label={'command' in request ? t.command.label : t.command.change}
     >
       <h2>
-        {'command' in request ? request.command : `${request.target} = ${request.value}`}{' '}
+        {'command' in request ? commandWords(request.command, []) : `${request.target} = ${request.value}`}{' '}
         <span class="muted">{gauge}</span>
       </h2>
       <div aria-live="polite">
@@ -139,12 +140,18 @@ function Details({ armed }: { armed: ArmedCommand }): JSX.Element {
         </dd>
         <dt>{t.command.risk}</dt>
         <dd>
-          <RiskMark risk={risk} /> <span lang="en">{risk.description}</span> {from_device_file && <DeviceFileMark />}
+          <RiskMark risk={risk} /> <RiskText risk={risk} /> {from_device_file && <DeviceFileMark />}
         </dd>
       </dl>
       <Conditions conditions={conditions} />
     </>
   )
+}
+
+/** The sentence of the station about a risk, in the language of the user if it is known there. */
+export function RiskText({ risk: { description } }: { risk: Risk }): JSX.Element {
+  const own = t.riskSentence(description)
+  return <span lang={own === description ? 'en' : undefined}>{own}</span>
 }
 
 export function RiskMark({ risk }: { risk: Risk }): JSX.Element {

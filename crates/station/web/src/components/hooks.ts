@@ -8,6 +8,8 @@ export interface Query<T> {
   /** The last answer; `null` before the first. */
   value: T | null
   error: string | null
+  /** Fetches now, after a failure. */
+  again: () => void
 }
 
 /** A request without an answer is repeated after this time, also without a period. */
@@ -19,7 +21,8 @@ export function useQuery<T>(
   periodMs: number | null,
   fetch: (signal: AbortSignal) => Promise<T>,
 ): Query<T> {
-  const [query, setQuery] = useState<Query<T>>({ value: null, error: null })
+  const [query, setQuery] = useState<Omit<Query<T>, 'again'>>({ value: null, error: null })
+  const [attempts, setAttempts] = useState(0)
   const latest = useRef(fetch)
   latest.current = fetch
   useEffect(() => {
@@ -41,8 +44,12 @@ export function useQuery<T>(
       abort.abort()
       clearTimeout(timer)
     }
-  }, [key, periodMs])
-  return query
+  }, [key, periodMs, attempts])
+  const again = (): void => {
+    setQuery((before) => ({ ...before, error: null }))
+    setAttempts((count) => count + 1)
+  }
+  return { ...query, again }
 }
 
 export function errorText(error: unknown): string {

@@ -5,7 +5,8 @@ import type { ComponentChildren, JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { clock, day } from '../lib/format.ts'
 import { t } from '../texts/texts.ts'
-import { useQuery } from './hooks.ts'
+import { type Query, useQuery } from './hooks.ts'
+import { QueryState } from './query-state.tsx'
 
 const REFRESH_MS = 3_000
 
@@ -14,8 +15,7 @@ const PAGE = 100
 
 export interface Log<T> {
   entries: T[]
-  error: string | null
-  isLoaded: boolean
+  query: Pick<Query<T[]>, 'value' | 'error' | 'again'>
   /** Fetches more entries; `null` if there are no more. */
   showOlder: (() => void) | null
 }
@@ -23,9 +23,10 @@ export interface Log<T> {
 /** The latest entries, fetched again when `key` changes and every few seconds. */
 export function useLog<T>(key: string, fetch: (most: number, signal: AbortSignal) => Promise<T[]>): Log<T> {
   const [most, setMost] = useState(PAGE)
-  const { value, error } = useQuery(`${most} ${key}`, REFRESH_MS, (signal) => fetch(most, signal))
+  const query = useQuery(`${most} ${key}`, REFRESH_MS, (signal) => fetch(most, signal))
+  const { value } = query
   const showOlder = value?.length === most ? () => setMost(most + PAGE) : null
-  return { entries: value ?? [], error, isLoaded: value !== null, showOlder }
+  return { entries: value ?? [], query, showOlder }
 }
 
 export interface Column<T> {
@@ -50,7 +51,6 @@ interface Props<T> {
 export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty }: Props<T>): JSX.Element {
   return (
     <>
-      {log.error && <p class="error">{log.error}</p>}
       <table class="log stacked">
         <caption class="visually-hidden">{caption}</caption>
         <thead>
@@ -74,12 +74,7 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
           ))}
         </tbody>
       </table>
-      {!log.isLoaded && !log.error && (
-        <p class="muted" role="status">
-          {t.log.loading}
-        </p>
-      )}
-      {log.isLoaded && shown.length === 0 && <p class="muted">{empty.isFiltered ? empty.filtered : empty.none}</p>}
+      <QueryState of={[log.query]} empty={shown.length === 0 && (empty.isFiltered ? empty.filtered : empty.none)} />
       {log.showOlder && (
         <button type="button" onClick={log.showOlder}>
           {t.log.older}

@@ -42,7 +42,7 @@ import { gaugePath, go } from '../router.tsx'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import { AlarmCounts } from './alarm-marks.tsx'
-import { errorText, usePageWidth, useQuery, useWidth } from './hooks.ts'
+import { errorText, type Query, usePageWidth, useQuery, useWidth } from './hooks.ts'
 import { OwnDrawing } from './own-drawing.tsx'
 import { readingWords } from './reading-words.ts'
 
@@ -56,10 +56,10 @@ const NARROW = 420
 const FRAME = 72
 
 /** The plant of the station's file; fetched again when it changes. */
-export function usePlant(): { plant: PlantPicture | null; error: string | null } {
+export function usePlant(): { plant: PlantPicture | null; error: string | null; query: Query<PlantPicture> } {
   const { plant } = useSnapshot()
-  const { value, error } = useQuery(String(plant.revision), null, fetchPlant)
-  return { plant: value, error }
+  const query = useQuery(String(plant.revision), null, fetchPlant)
+  return { plant: query.value, error: query.error, query }
 }
 
 /** The state of every volume, now. */

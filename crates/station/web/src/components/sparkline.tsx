@@ -13,6 +13,7 @@ import { live, recentSamples } from '../live.ts'
 import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 import { useQuery } from './hooks.ts'
+import { QueryState } from './query-state.tsx'
 
 const WIDTH = 240
 const HEIGHT = 44
@@ -41,7 +42,7 @@ export function Sparkline({ series }: { series: string }): JSX.Element {
   if (trend === null) {
     return (
       <div class="sparkline">
-        {query.error ? <span class="error">{t.reading.notLoaded(query.error)}</span> : <span>{t.log.loading}</span>}
+        <QueryState of={[query]} />
       </div>
     )
   }

@@ -68,9 +68,10 @@ export function useTrends(
   const settled = useSettled({ names, range, pixels, version }, JSON.stringify([names, range, pixels, version]))
   const live = useLive()
   const period = isLive(range) ? Math.max(REFRESH_MS, range.last / Math.max(1, pixels)) : null
-  return useQuery(JSON.stringify(settled), period, async (signal) => {
+  const query = useQuery<FetchedTrends | null>(JSON.stringify(settled), period, async (signal) => {
     const { names, range, pixels } = settled
-    if (pixels === 0) return { trends: [], events: [], binMs: 1, window: [0, 0] }
+    // The width of the page is not known yet: nothing has been fetched.
+    if (pixels === 0) return null
     const { from, to, binMs, count } = aligned(windowOf(range, live.now), pixels)
     const [events, ...trends] = await Promise.all([
       fetchEvents(from, to, MOST_EVENTS, signal),
@@ -78,6 +79,7 @@ export function useTrends(
     ])
     return { trends, events, binMs, window: [from, to] }
   })
+  return { ...query }
 }
 
 /** The fetched trends of points. A point of which nothing was recorded yet has none. */
@@ -187,6 +189,10 @@ export function extent(data: ChartData, [from, to]: [number, number]): [number, 
   }
   return [low, high]
 }
+
+/** Whether nothing of the fetched trends can be drawn. */
+export const hasNoValues = ({ curves, stretches }: ChartData): boolean =>
+  curves.every(({ mean }) => mean.every((value) => typeof value !== 'number')) && stretches.flat().length === 0
 
 /** The sample of a series at a time, in Pa. */
 export function seriesAt(data: ChartData, series: string, at: number): Sample | null {

@@ -4,8 +4,11 @@ import type { Alarm, Priority } from '../api/types.ts'
 import { type AlarmSummary, activeCounts, byUrgency, countsBy, isActive, isUnacknowledged } from './alarms.ts'
 import { matchesWords } from './search.ts'
 
-/** A list up to this long is read as a whole: that many alarms fit on a screen. More than ten in ten minutes are a flood (ISA-18.2). */
+/** That many alarms are read before they are acknowledged together. More than ten in ten minutes are a flood (ISA-18.2). */
 export const FEW_ALARMS = 8
+
+/** A list up to this long is open: that many alarms fit on a screen of 1080 pixels. */
+export const SCREEN_ALARMS = 40
 
 /** What an alarm is about. */
 export interface Place {
@@ -32,10 +35,17 @@ export function placeOf(alarm: Alarm, volumeOf: (alarm: Alarm) => string | null)
   return { kind: 'station', name: '' }
 }
 
-/** The alarms by their places; the group with the most urgent alarm comes first. */
-export function alarmGroups(alarms: Alarm[], placeOf: (alarm: Alarm) => Place): AlarmGroup[] {
+/** How two alarms follow each other. */
+type Compare = (one: Alarm, other: Alarm) => number
+
+/** The alarms by their places; the group with the most urgent alarm comes first, unless `compare` says another order. */
+export function alarmGroups(
+  alarms: Alarm[],
+  placeOf: (alarm: Alarm) => Place,
+  compare: Compare = byUrgency,
+): AlarmGroup[] {
   const groups = new Map<string, AlarmGroup>()
-  for (const alarm of [...alarms].sort(byUrgency)) {
+  for (const alarm of [...alarms].sort(compare)) {
     const place = placeOf(alarm)
     const key = `${place.kind} ${place.name}`
     const group = groups.get(key) ?? { key, place, alarms: [], first: null }
@@ -52,11 +62,15 @@ const raisedAt = ({ raised_ms }: Alarm): number => raised_ms ?? Number.POSITIVE_
 export const hasHeading = ({ alarms }: AlarmGroup): boolean => alarms.length > 1
 
 /** The groups with those of their alarms that pass a filter. The filter does not change which alarm of a group was raised first. */
-export function passing(groups: AlarmGroup[], passes: (alarm: Alarm, place: Place) => boolean): AlarmGroup[] {
+export function passing(
+  groups: AlarmGroup[],
+  passes: (alarm: Alarm, place: Place) => boolean,
+  compare: Compare = byUrgency,
+): AlarmGroup[] {
   const left = groups.map((group) => ({ ...group, alarms: group.alarms.filter((alarm) => passes(alarm, group.place)) }))
   return left
     .flatMap((group) => group.alarms.slice(0, 1).map((urgent) => ({ group, urgent })))
-    .sort((one, other) => byUrgency(one.urgent, other.urgent))
+    .sort((one, other) => compare(one.urgent, other.urgent))
     .map(({ group }) => group)
 }
 
@@ -126,9 +140,8 @@ export const mustAsk = (
   unacknowledged.length > FEW_ALARMS ||
   groups.some((group) => !isOpen(group) && group.alarms.some((alarm) => unacknowledged.includes(alarm)))
 
-/** The alarms with values. A snapshot has them for the most urgent alarms; the others are taken from all alarms, which are fetched less often. */
-export function withValues(alarms: Alarm[], all: Alarm[]): Alarm[] {
-  if (alarms.every(({ value }) => value !== null)) return alarms
+/** Tells the present values. A snapshot has them for the most urgent alarms; the others are taken from all alarms, which are fetched less often. */
+export function valuesOf(all: Alarm[]): (alarm: Alarm) => number | null {
   const fetched = new Map(all.map((alarm) => [alarm.name, alarm.value]))
-  return alarms.map((alarm) => ({ ...alarm, value: alarm.value ?? fetched.get(alarm.name) ?? null }))
+  return ({ name, value }) => value ?? fetched.get(name) ?? null
 }

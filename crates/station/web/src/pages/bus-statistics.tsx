@@ -5,6 +5,7 @@ import { useState } from 'preact/hooks'
 import { captureAddress, fetchBus, fetchCaptures, makeCapture } from '../api/calls.ts'
 import type { BusDistribution, BusReport, BusStationReport, Capture } from '../api/types.ts'
 import { errorText, useQuery } from '../components/hooks.ts'
+import { QueryState } from '../components/query-state.tsx'
 import { age } from '../lib/format.ts'
 import { hasRole, useSession } from '../session.ts'
 import { t } from '../texts/texts.ts'
@@ -23,11 +24,12 @@ export function Statistics({ segment }: { segment: string }): JSX.Element {
 }
 
 function Report({ segment }: { segment: string }): JSX.Element {
-  const { value, error } = useQuery(segment, PERIOD_MS, (signal) => fetchBus(segment, signal))
-  if (!value) return error ? <p class="error">{error}</p> : <p class="muted">{t.bus.loading}</p>
+  const query = useQuery(segment, PERIOD_MS, (signal) => fetchBus(segment, signal))
+  const { value } = query
+  if (!value) return <QueryState of={[query]} />
   return (
     <>
-      {error && <p class="error">{error}</p>}
+      <QueryState of={[query]} />
       <p>
         {t.bus.telegrams(value.telegrams, age(value.observed_ms), value.damaged, value.damaged_last_minute)}{' '}
         {value.ring.length > 0 && t.bus.ring(value.ring.join(' → '))}
@@ -165,7 +167,7 @@ function ShortList({ title, entries }: { title: string; entries: JSX.Element[] }
 function Captures({ segment }: { segment: string }): JSX.Element {
   const session = useSession()
   const [refusal, setRefusal] = useState<string | null>(null)
-  const { value, error } = useQuery(segment, PERIOD_MS, (signal) => fetchCaptures(segment, signal))
+  const query = useQuery(segment, PERIOD_MS, (signal) => fetchCaptures(segment, signal))
   const make = (): void => {
     makeCapture(segment).then(
       () => setRefusal(null),
@@ -180,11 +182,10 @@ function Captures({ segment }: { segment: string }): JSX.Element {
           {t.bus.makeCapture}
         </button>
       )}
-      {(refusal ?? error) && <p class="error">{refusal ?? error}</p>}
-      {value === null && !error && <p class="muted">{t.bus.loading}</p>}
-      {value?.length === 0 && <p class="muted">{t.bus.noCaptures}</p>}
+      {refusal && <p class="error">{refusal}</p>}
+      <QueryState of={[query]} empty={query.value?.length === 0 && t.bus.noCaptures} />
       <ul aria-label={t.bus.captures}>
-        {(value ?? []).map(({ name, octets }: Capture) => (
+        {(query.value ?? []).map(({ name, octets }: Capture) => (
           <li key={name}>
             <a href={captureAddress(segment, name)} download={name}>
               {name}

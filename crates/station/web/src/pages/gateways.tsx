@@ -71,8 +71,8 @@ function Batches({ archive }: { archive: ArchiveLink }): JSX.Element {
 }
 
 export function Gateways(): JSX.Element {
-  const { value, error } = useQuery('gateways', REFRESH_MS, (signal) => fetchGateways(signal))
-  const log = { entries: value ?? [], error, isLoaded: value !== null, showOlder: null }
+  const query = useQuery('gateways', REFRESH_MS, (signal) => fetchGateways(signal))
+  const log = { entries: query.value ?? [], query, showOlder: null }
   return (
     <section class="panel gateways" aria-label={t.pages['/gateways']}>
       <div class="bar">

@@ -5,6 +5,7 @@ import type { Alarm, PlantPicture } from '../api/types.ts'
 import { AlarmCounts, PriorityMark } from '../components/alarm-marks.tsx'
 import { hasPicture, Picture, Story, usePlant, useVolumes } from '../components/plant-picture.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
+import { QueryState } from '../components/query-state.tsx'
 import { activeCounts } from '../lib/alarms.ts'
 import { type PlacedReading, stateWords, type VolumeState } from '../lib/picture.ts'
 import { usePartStates, useSnapshot } from '../live.ts'
@@ -13,16 +14,12 @@ import { useUnit } from '../settings.ts'
 import { t } from '../texts/texts.ts'
 
 export function PlantPage(): JSX.Element {
-  const { plant, error } = usePlant()
+  const { plant, query } = usePlant()
   const { plant: now } = useSnapshot()
   return (
     <>
       <h1 class="visually-hidden">{t.pages['/plant']}</h1>
-      {error && (
-        <p class="error" role="alert">
-          {error}
-        </p>
-      )}
+      <QueryState of={[query]} />
       <Story now={now} />
       {plant && hasPicture(plant) && (
         <div class="beside-picture">

@@ -3,6 +3,47 @@
 import { counted } from './counted.ts'
 import type { Texts } from './texts.ts'
 
+/** The sentences about risks in the tables of the devices. */
+const RISKS = new Map(
+  Object.entries({
+    'adjusts the Pirani: the chamber must be at atmospheric pressure':
+      'gleicht das Pirani ab: die Kammer muss bei Atmosphärendruck sein',
+    'adjusts the ambient pressure sensor: the chamber must be at atmospheric pressure':
+      'gleicht den Umgebungsdrucksensor ab: die Kammer muss bei Atmosphärendruck sein',
+    'heats the electrodes for three minutes: gas is set free, and the pressure rises':
+      'heizt die Elektroden drei Minuten lang: Gas wird frei, und der Druck steigt',
+    'heats the electrodes: gas is set free, and the pressure rises':
+      'heizt die Elektroden: Gas wird frei, und der Druck steigt',
+    'moves the zero: the pressure must be far below the range of the gauge':
+      'verschiebt den Nullpunkt: der Druck muss weit unter dem Messbereich liegen',
+    'moves the zero: the pressure must be two decades below the range of the gauge':
+      'verschiebt den Nullpunkt: der Druck muss zwei Dekaden unter dem Messbereich liegen',
+    'moves the scale: the chamber must be at atmospheric pressure':
+      'verschiebt die Skala: die Kammer muss bei Atmosphärendruck sein',
+    'restarts the device: it measures nothing until it is ready':
+      'startet das Gerät neu: bis es bereit ist, misst es nichts',
+    'stops the measurement for a self test': 'unterbricht die Messung für einen Selbsttest',
+    'stops the measurement; relays and outputs go to their safe state':
+      'unterbricht die Messung; Relais und Ausgänge gehen in ihren sicheren Zustand',
+    'stores all settings and which sensors are on':
+      'speichert alle Einstellungen und welche Sensoren eingeschaltet sind',
+    'stores all settings as they are now': 'speichert alle Einstellungen, wie sie jetzt sind',
+    'switches the hot cathode: at a pressure that is too high this costs its life':
+      'schaltet die Glühkathode: bei zu hohem Druck verkürzt das ihre Lebensdauer',
+    'switches the hot cathode: at a pressure that is too high this costs its life; the controller does not tell which other gauge is in the same chamber, so the pressure is not checked':
+      'schaltet die Glühkathode: bei zu hohem Druck verkürzt das ihre Lebensdauer; der Controller sagt nicht, welches andere Messgerät in derselben Kammer ist, darum wird der Druck nicht geprüft',
+    'switches the supplies of channels 3 and 4 on again': 'schaltet die Versorgungen der Kanäle 3 und 4 wieder ein',
+    'takes back the adjustment of the ambient pressure sensor': 'nimmt den Abgleich des Umgebungsdrucksensors zurück',
+    'takes back the zero adjustment of the channel': 'nimmt den Nullpunktabgleich des Kanals zurück',
+    'the channel measures nothing without emission; set points on it switch':
+      'der Kanal misst ohne Emission nichts; Schaltpunkte auf ihm schalten',
+    'the gauge no longer switches the emission on by itself':
+      'das Messgerät schaltet die Emission nicht mehr von selbst ein',
+    'the ionisation part measures nothing without emission; set points in its range switch':
+      'der Ionisationsteil misst ohne Emission nichts; Schaltpunkte in seinem Bereich schalten',
+  }),
+)
+
 export const de: Texts = {
   pages: {
     '/': 'Übersicht',
@@ -39,6 +80,7 @@ export const de: Texts = {
       `Diese Seite lässt sich nicht anzeigen: ${problem}. Laden Sie sie neu; tritt der Fehler wieder auf, melden Sie ihn bitte.`,
     reload: 'Neu laden',
     noAnswer: 'Die Station antwortet nicht.',
+    actionWaits: 'Warten auf die Antwort auf Ihre Aktion …',
     slow: (seconds) =>
       `Die Station hat innerhalb von ${seconds} s nicht auf diese Anfrage geantwortet. Sie kann sie ausgeführt haben: vor einer Wiederholung nachsehen.`,
     answer: (status) => `Die Station antwortet mit ${status}.`,
@@ -223,7 +265,23 @@ export const de: Texts = {
     mayBeWrong: (problem) => `Diese Liste ist möglicherweise falsch: ${problem}.`,
     noneActive: 'Keine anstehenden Alarme.',
     acknowledgeAll: (count) => `Alle ${count} quittieren`,
+    acknowledgeSelected: (count) => `Ausgewählte ${count || ''} quittieren`.replace('  ', ' '),
     shelveAll: (count) => `Alle ${count} zurückstellen …`,
+    shelveSelected: (count) => `Ausgewählte ${count || ''} zurückstellen …`.replace('  ', ' '),
+    select: (name) => `Auswählen: ${name}`,
+    ended: 'beendet',
+    newOnes: (count) => `${count} neue zeigen`,
+    toFirst: 'Zum ersten Alarm springen',
+    order: 'Reihenfolge',
+    orders: {
+      urgency: 'dringendste zuerst, nach Ort',
+      newest: 'neueste zuerst',
+      oldest: 'älteste zuerst',
+      priority: 'nach Priorität',
+      gauge: 'nach Messgerät',
+      alarm: 'nach Alarm',
+    },
+    columns: { raised: 'Ausgelöst', limit: 'Grenze', now: 'Jetzt', last: 'Zuletzt', whenRaised: 'Bei Auslösung' },
     acknowledgeThese: 'Diese Alarme werden quittiert, auch die in geschlossenen Gruppen.',
     first: (name) => `Erstmeldung der anstehenden: ${name}`,
     shownOf: (shown, all) => `${shown} von ${all} Alarmen`,
@@ -231,6 +289,7 @@ export const de: Texts = {
     allPriorities: 'alle Prioritäten',
     operatorCan: 'Ein Bediener kann sie quittieren.',
     acknowledge: 'Quittieren',
+    acknowledgeOf: (name) => `Quittieren: ${name}`,
     shelve: 'Zurückstellen …',
     shelveOf: (name) => `Zurückstellen: ${name}`,
     outOfService: 'Außer Betrieb …',
@@ -504,6 +563,8 @@ export const de: Texts = {
     dangerous: { label: 'Risiko', sentence: 'Der Text daneben beschreibt das Risiko.' },
   },
 
+  riskSentence: (english) => RISKS.get(english) ?? english,
+
   deviceFile: {
     label: 'Gerätedatei',
     sentence: 'Eine Gerätedatei beschreibt dies: Bedingungen und Risiko sind so gut wie die Datei.',
@@ -558,6 +619,8 @@ export const de: Texts = {
   log: {
     older: 'Ältere Einträge zeigen',
     loading: 'Wird geladen …',
+    again: 'Erneut versuchen',
+    noValues: 'Keine Werte in diesem Zeitraum.',
   },
 
   chartTable: {
@@ -762,7 +825,6 @@ export const de: Texts = {
     allExchange: 'Alle Messgeräte sind im Datenaustausch.',
     notCurrent: 'Ohne Verbindung zur Station ist der Busstatus der zuletzt bekannte.',
     statistics: 'Statistik, Ereignisse und Mitschnitte',
-    loading: 'Wird geladen.',
     telegrams: (count, age, damaged, minute) =>
       `${count} Telegramme in ${age}, ${damaged} beschädigt, davon ${minute} in der letzten Minute.`,
     ring: (ring) => `Token-Ring: ${ring}.`,
@@ -803,7 +865,33 @@ export const de: Texts = {
     noCaptures: 'Noch keine Mitschnitte.',
   },
 
+  commands: {
+    'degas-on': 'Entgasen',
+    'degas-off': 'Entgasen beenden',
+    'emission-on': 'Emission einschalten',
+    'emission-off': 'Emission ausschalten',
+    'automatic-mode': 'Emission automatisch schalten',
+    'manual-mode': 'Emission von Hand schalten',
+    'zero-adjust': 'Nullpunkt abgleichen',
+    'gain-adjust': 'Verstärkung abgleichen',
+    'full-scale-adjust': 'Endwert abgleichen',
+    'atmosphere-adjust': 'Bei Atmosphäre abgleichen',
+    'atmosphere-adjust-off': 'Abgleich bei Atmosphäre beenden',
+    'disable-offset': 'Offset abschalten',
+    reset: 'Messgerät zurücksetzen',
+    abort: 'Abbrechen',
+    recover: 'Nach einem Abbruch fortfahren',
+    execute: 'Messen (EXECUTING)',
+    stop: 'Messung anhalten (IDLE)',
+    'perform-diagnostic': 'Selbsttest ausführen',
+    store: 'Einstellungen speichern',
+    'store-and-hotstart': 'Einstellungen speichern und neu starten',
+  },
+
   gauge: {
+    alarms: 'Alarme und Grenzen dieses Messgeräts',
+    noLimits: 'Keine Alarmgrenze ist ein Druck dieses Messgeräts.',
+    deviceCommands: 'Befehle des Geräts',
     showTrend: 'Verlauf zeigen',
     unknown: (name) => `Ein Messgerät ${name} gibt es nicht. Wählen Sie oben ein Messgerät.`,
     none: 'Die Station hat keine Messgeräte.',

@@ -23,6 +23,7 @@ import type {
   SegmentState,
   Webhook,
 } from '../api/types.ts'
+import type { Order } from '../lib/alarm-order.ts'
 import { counted } from './counted.ts'
 
 interface Label {
@@ -69,6 +70,7 @@ export const en = {
     broken: (problem: string) => `This page cannot be drawn: ${problem}. Load it again; if it comes back, report it.`,
     reload: 'Load again',
     noAnswer: 'The station does not answer.',
+    actionWaits: 'Waiting for the answer to your action …',
     slow: (seconds: number) =>
       `The station has not answered this request within ${seconds} s. It may have carried it out: look before you repeat it.`,
     answer: (status: number) => `The station answers with ${status}.`,
@@ -250,7 +252,25 @@ export const en = {
     mayBeWrong: (problem: string) => `This list may be wrong: ${problem}.`,
     noneActive: 'No active alarms.',
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
+    acknowledgeSelected: (count: number) => `Acknowledge selected ${count || ''}`.trim(),
     shelveAll: (count: number) => `Shelve all ${count} …`,
+    shelveSelected: (count: number) => `Shelve selected ${count || ''}`.trim().concat(' …'),
+    select: (name: string) => `Select: ${name}`,
+    /** An alarm that has ended while the user works in the list. */
+    ended: 'ended',
+    /** Alarms that are shown when the user does not work in the list any more. */
+    newOnes: (count: number) => `Show ${count} new`,
+    toFirst: 'Skip to the first alarm',
+    order: 'Order',
+    orders: {
+      urgency: 'most urgent first, by place',
+      newest: 'newest first',
+      oldest: 'oldest first',
+      priority: 'by priority',
+      gauge: 'by gauge',
+      alarm: 'by alarm',
+    } satisfies Record<Order, string>,
+    columns: { raised: 'Raised', limit: 'Limit', now: 'Now', last: 'Last known', whenRaised: 'When raised' },
     acknowledgeThese: 'These alarms are acknowledged, also those in closed groups.',
     /** The alarm of a group that was raised first. */
     first: (name: string) => `first of the active ones: ${name}`,
@@ -259,6 +279,7 @@ export const en = {
     allPriorities: 'all priorities',
     operatorCan: 'An operator can acknowledge them.',
     acknowledge: 'Acknowledge',
+    acknowledgeOf: (name: string) => `Acknowledge: ${name}`,
     shelve: 'Shelve …',
     shelveOf: (name: string) => `Shelve: ${name}`,
     outOfService: 'Out of service …',
@@ -526,6 +547,9 @@ export const en = {
     dangerous: { label: 'risk', sentence: 'The text beside it describes the risk.' },
   } satisfies Record<RiskClass, Label>,
 
+  /** What the station says about the risk of a command; a sentence that is not known here stays English. */
+  riskSentence: (english: string): string => english,
+
   deviceFile: {
     label: 'device file',
     sentence: 'A device file describes this: its conditions and its risk are as good as the file.',
@@ -581,6 +605,8 @@ export const en = {
   log: {
     older: 'Show older entries',
     loading: 'Loading …',
+    again: 'Try again',
+    noValues: 'No values in this time range.',
   },
 
   chartTable: {
@@ -791,7 +817,6 @@ export const en = {
     allExchange: 'All gauges exchange data.',
     notCurrent: 'Without a connection to the station the bus status is the last one that is known.',
     statistics: 'Statistics, events and captures',
-    loading: 'Loading.',
     telegrams: (count: number, age: string, damaged: number, minute: number) =>
       `${count} telegrams in ${age}, ${damaged} damaged, ${minute} of them in the last minute.`,
     ring: (ring: string) => `Token ring: ${ring}.`,
@@ -822,7 +847,34 @@ export const en = {
     noCaptures: 'No captures yet.',
   },
 
+  /** Commands by the last part of their name. */
+  commands: {
+    'degas-on': 'Degas',
+    'degas-off': 'Stop degassing',
+    'emission-on': 'Switch emission on',
+    'emission-off': 'Switch emission off',
+    'automatic-mode': 'Automatic emission',
+    'manual-mode': 'Manual emission',
+    'zero-adjust': 'Adjust zero',
+    'gain-adjust': 'Adjust gain',
+    'full-scale-adjust': 'Adjust full scale',
+    'atmosphere-adjust': 'Adjust at atmosphere',
+    'atmosphere-adjust-off': 'End the adjustment at atmosphere',
+    'disable-offset': 'Disable the offset',
+    reset: 'Reset the gauge',
+    abort: 'Abort',
+    recover: 'Recover from an abort',
+    execute: 'Measure (EXECUTING)',
+    stop: 'Stop measuring (IDLE)',
+    'perform-diagnostic': 'Run the self-test',
+    store: 'Store the settings',
+    'store-and-hotstart': 'Store the settings and restart',
+  },
+
   gauge: {
+    alarms: 'Alarms and limits of this gauge',
+    noLimits: 'No alarm limit is a pressure of this gauge.',
+    deviceCommands: 'Commands of the device',
     showTrend: 'Show trend',
     unknown: (name: string) => `There is no gauge called ${name}. Choose a gauge above.`,
     none: 'The station has no gauges.',

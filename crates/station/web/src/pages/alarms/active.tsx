@@ -1,21 +1,17 @@
 // Active and unacknowledged alarms, the most urgent first, in groups by the volumes of the plant.
 
 import './groups.css'
-import type { ComponentChildren, JSX } from 'preact'
-import { useMemo, useRef, useState } from 'preact/hooks'
-import { acknowledge } from '../../api/calls.ts'
+import type { ComponentChildren, JSX, TargetedEvent } from 'preact'
+import { useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks'
 import type { Alarm } from '../../api/types.ts'
 import { AlarmSummaryText } from '../../components/alarm-marks.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { labelsOf, useDirectory } from '../../components/gauge-filter.tsx'
 import { usePlant } from '../../components/plant-picture.tsx'
-import { Unbroken } from '../../components/unbroken.tsx'
-import { useLanguage } from '../../language.ts'
 import {
   type AlarmFilter,
   type AlarmGroup,
   alarmGroups,
-  FEW_ALARMS,
   hasHeading,
   isFiltered,
   mustAsk,
@@ -26,21 +22,24 @@ import {
   passesFilter,
   passing,
   placeOf,
+  SCREEN_ALARMS,
   summaryOf,
-  withValues,
+  valuesOf,
 } from '../../lib/alarm-groups.ts'
-import { conditionText, countsText, isActive, isUnacknowledged, PRIORITIES, quantity } from '../../lib/alarms.ts'
-import { age, readable } from '../../lib/format.ts'
+import { held, inOrder, ORDERS, type Order } from '../../lib/alarm-order.ts'
+import { countsText, isUnacknowledged, PRIORITIES } from '../../lib/alarms.ts'
+import { day } from '../../lib/format.ts'
 import { volumesOfAlarms } from '../../lib/picture.ts'
 import { useLive, useSnapshot } from '../../live.ts'
-import { gaugePath, Link } from '../../router.tsx'
 import { hasRole, useSession } from '../../session.ts'
-import { useUnit } from '../../settings.ts'
 import { t } from '../../texts/texts.ts'
 import { acknowledgeThese } from './acknowledge-dialog.tsx'
-import { AlarmItem, type RunAction, shortTime } from './item.tsx'
-import { SettingsButton } from './settings-dialog.tsx'
+import type { RunAction } from './item.tsx'
+import { AlarmHead, AlarmLine } from './line.tsx'
 import type { Suppress } from './suppress-dialog.tsx'
+
+/** The order of the list is kept for this long after the last movement of the pointer or key in it. */
+const HOLD_MS = 5_000
 
 interface Props {
   /** All alarms, as they were fetched last. */
@@ -54,28 +53,85 @@ interface Props {
   edit: (alarm: Alarm) => void
 }
 
+/** A set of names, and a function that adds and removes one. */
+function useNames(): [ReadonlySet<string>, (name: string, isIn: boolean) => void] {
+  const [names, setNames] = useState<ReadonlySet<string>>(new Set())
+  const change = (name: string, isIn: boolean): void =>
+    setNames((before) => {
+      const made = new Set(before)
+      if (isIn) made.add(name)
+      else made.delete(name)
+      return made
+    })
+  return [names, change]
+}
+
+/** A tick is about an alarm that the user sees: the same alarm has none when it is raised again. */
+const occurrenceOf = ({ name, occurrence }: Alarm): string => `${occurrence} ${name}`
+
+const inGivenOrder = (): number => 0
+
 export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props): JSX.Element {
   const { alarms } = useSnapshot()
+  const { now, connected } = useLive()
   const { directory } = useDirectory()
   const volumeOf = useVolumeOf()
+  const presentValue = useMemo(() => valuesOf(all), [all])
   const [filter, setFilter] = useState(NO_FILTER)
-  const list = withValues(alarms.alarms, all)
-  const groups = alarmGroups(list, (alarm) => placeOf(alarm, volumeOf))
-  const [opened, open] = useOpenGroups(groups, list.length <= FEW_ALARMS)
-  const shown = passing(groups, (alarm, place) =>
-    passesFilter(alarm, filter, place, alarm.gauge && labelsOf(directory, alarm.gauge).location),
-  )
+  const [order, setOrder] = useState<Order>('urgency')
+  const [ticked, tick] = useNames()
+  const [openLines, openLine] = useNames()
+  const { list, waiting, isHeld, hold, release } = useHeldOrder(inOrder(alarms.alarms, order))
+  const present = new Set(alarms.alarms.map(({ name }) => name))
+  const groups = alarmGroups(list, (alarm) => placeOf(alarm, volumeOf), inGivenOrder)
+  const [opened, open] = useOpenGroups(groups, list.length <= SCREEN_ALARMS)
+  const passes = (alarm: Alarm, place: Place): boolean =>
+    passesFilter(alarm, filter, place, alarm.gauge && labelsOf(directory, alarm.gauge).location)
+  const shown =
+    order === 'urgency'
+      ? passing(groups, passes, isHeld ? inGivenOrder : undefined)
+      : list
+          .filter((alarm) => passes(alarm, placeOf(alarm, volumeOf)))
+          .map((alarm) => ({ key: alarm.name, place: placeOf(alarm, volumeOf), alarms: [alarm], first: null }))
   const isOpen = (group: AlarmGroup): boolean => !hasHeading(group) || (opened.get(group.key)?.open ?? true)
   const acknowledgeAll = (unacknowledged: Alarm[]): void =>
     mustAsk(unacknowledged, shown, isOpen) ? ask(unacknowledged) : run(() => acknowledgeThese(unacknowledged))
-  const passed = shown.flatMap(({ alarms }) => alarms)
+  const passed = shown.flatMap(({ alarms }) => alarms).filter(({ name }) => present.has(name))
+  const lines = useRef<HTMLUListElement>(null)
+  const pressed = useFocusOnNext(lines)
+  const work = (event: TargetedEvent<HTMLUListElement>): void => {
+    hold()
+    pressed(event)
+  }
+  const today = day(now)
   return (
-    <section class="panel" aria-label={t.alarms.active}>
-      <Head list={passed} acknowledge={acknowledgeAll} suppress={suppress} />
-      {/* A filter that hides alarms stays when the list becomes short. */}
-      {(list.length > FEW_ALARMS || isFiltered(filter)) && (
-        <FilterBar filter={filter} setFilter={setFilter} shown={passed.length} all={list.length} />
-      )}
+    <section class="panel active-alarms" aria-label={t.alarms.active}>
+      <Head
+        list={passed}
+        ticked={passed.filter((alarm) => ticked.has(occurrenceOf(alarm)))}
+        acknowledge={acknowledgeAll}
+        acknowledgeTicked={(chosen) => {
+          for (const alarm of chosen) tick(occurrenceOf(alarm), false)
+          run(() => acknowledgeThese(chosen))
+        }}
+        suppress={suppress}
+      >
+        <FilterBar filter={filter} setFilter={setFilter} shown={passed.length} all={alarms.alarms.length} />
+        <Choice
+          label={t.alarms.order}
+          value={order}
+          options={ORDERS.map((one) => [one, t.alarms.orders[one]] as const)}
+          onChange={(value) => {
+            release()
+            setOrder(ORDERS.find((one) => one === value) ?? 'urgency')
+          }}
+        />
+        {waiting > 0 && (
+          <button type="button" onClick={release}>
+            {t.alarms.newOnes(waiting)}
+          </button>
+        )}
+      </Head>
       {error && (
         <p class="error" role="alert">
           {error}
@@ -87,11 +143,34 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
         </p>
       )}
       {list.length === 0 && <p class="muted no-alarms">{t.alarms.noneActive}</p>}
-      {list.length > 0 && passed.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
-      <ul class="alarm-list">
+      {list.length > 0 && shown.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
+      {shown.length > 0 && <AlarmHead />}
+      <ul
+        class="alarm-list"
+        ref={lines}
+        onPointerMove={hold}
+        onPointerLeave={({ pointerType }) => pointerType === 'mouse' && release()}
+        onKeyDown={hold}
+        onClick={work}
+      >
         {shown.flatMap((group) => {
           const items = group.alarms.map((alarm) => (
-            <ActiveAlarm alarm={alarm} run={run} suppress={suppress} edit={edit} key={alarm.name} />
+            <AlarmLine
+              alarm={alarm}
+              value={presentValue(alarm)}
+              isGone={!present.has(alarm.name)}
+              isTicked={ticked.has(occurrenceOf(alarm))}
+              isOpen={openLines.has(alarm.name)}
+              connected={connected}
+              now={now}
+              today={today}
+              run={run}
+              suppress={suppress}
+              edit={edit}
+              tick={(isTicked) => tick(occurrenceOf(alarm), isTicked)}
+              open={(isOpen) => openLine(alarm.name, isOpen)}
+              key={alarm.name}
+            />
           ))
           return hasHeading(group) ? (
             <Group group={group} isOpen={isOpen(group)} open={open} key={group.key}>
@@ -104,6 +183,58 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
       </ul>
     </section>
   )
+}
+
+interface Held {
+  list: Alarm[]
+  /** How many alarms have come since then. */
+  waiting: number
+  isHeld: boolean
+  hold: () => void
+  release: () => void
+}
+
+/** The list; its order stays while the user works in it, so that nothing moves under the pointer. A snapshot draws it again when that is over. */
+function useHeldOrder(sorted: Alarm[]): Held {
+  const kept = useRef<{ until: number; list: Alarm[] }>({ until: 0, list: [] })
+  const [, setReleases] = useState(0)
+  const isHeld = performance.now() < kept.current.until && kept.current.list.length > 0
+  const { list, waiting } = isHeld ? held(kept.current.list, sorted) : { list: sorted, waiting: 0 }
+  kept.current.list = list
+  return {
+    list,
+    waiting,
+    isHeld,
+    hold: () => {
+      kept.current.until = performance.now() + HOLD_MS
+    },
+    release: () => {
+      kept.current.until = 0
+      setReleases((count) => count + 1)
+    },
+  }
+}
+
+/** When the pressed button of an alarm is gone because the alarm is acknowledged, the next such button has the focus. */
+function useFocusOnNext(list: { current: HTMLUListElement | null }): (event: TargetedEvent<HTMLUListElement>) => void {
+  const pressed = useRef<{ line: Element; button: Element } | null>(null)
+  useLayoutEffect(() => {
+    const last = pressed.current
+    if (!last || last.button.isConnected) return
+    pressed.current = null
+    // The user may have gone elsewhere meanwhile.
+    if (document.activeElement !== document.body) return
+    const buttons = [...(list.current?.querySelectorAll<HTMLElement>('button.acknowledge') ?? [])]
+    const isAfter = (one: Element): boolean =>
+      (last.line.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_FOLLOWING) !== 0
+    const next = (last.line.isConnected && buttons.find(isAfter)) || buttons[0]
+    next?.focus()
+  })
+  return ({ target }) => {
+    const button = target instanceof Element ? target.closest('button.acknowledge') : null
+    const line = button?.closest('.alarm-line')
+    if (button && line) pressed.current = { line, button }
+  }
 }
 
 /** Tells in which volume of the plant an alarm is. */
@@ -133,27 +264,44 @@ function useOpenGroups(
 interface HeadProps {
   /** The alarms that pass the filter. */
   list: Alarm[]
+  /** The ticked ones of them. */
+  ticked: Alarm[]
   acknowledge: (alarms: Alarm[]) => void
+  acknowledgeTicked: (alarms: Alarm[]) => void
   suppress: (suppress: Suppress) => void
+  children: ComponentChildren
 }
 
-function Head({ list, acknowledge, suppress }: HeadProps): JSX.Element {
+/** Each button keeps its place: what has nothing to do is disabled. */
+function Head({ list, ticked, acknowledge, acknowledgeTicked, suppress, children }: HeadProps): JSX.Element {
   const mayAcknowledge = hasRole(useSession(), 'operator')
   const unacknowledged = list.filter(isUnacknowledged)
+  const chosen = ticked.filter(isUnacknowledged)
   return (
     <div class="bar">
       <h1>{t.pages['/alarms']}</h1>
-      {mayAcknowledge && unacknowledged.length > 1 && (
-        <button type="button" onClick={() => acknowledge(unacknowledged)}>
-          {t.alarms.acknowledgeAll(unacknowledged.length)}
-        </button>
-      )}
-      {mayAcknowledge && list.length > 1 && (
-        <button type="button" onClick={() => suppress({ kind: 'shelve', alarms: list })}>
-          {t.alarms.shelveAll(list.length)}
-        </button>
+      {mayAcknowledge && (
+        <>
+          <button type="button" disabled={unacknowledged.length === 0} onClick={() => acknowledge(unacknowledged)}>
+            {t.alarms.acknowledgeAll(unacknowledged.length)}
+          </button>
+          <button type="button" disabled={chosen.length === 0} onClick={() => acknowledgeTicked(chosen)}>
+            {t.alarms.acknowledgeSelected(chosen.length)}
+          </button>
+          <button type="button" disabled={list.length === 0} onClick={() => suppress({ kind: 'shelve', alarms: list })}>
+            {t.alarms.shelveAll(list.length)}
+          </button>
+          <button
+            type="button"
+            disabled={ticked.length === 0}
+            onClick={() => suppress({ kind: 'shelve', alarms: ticked })}
+          >
+            {t.alarms.shelveSelected(ticked.length)}
+          </button>
+        </>
       )}
       {!mayAcknowledge && unacknowledged.length > 0 && <span class="muted">{t.alarms.operatorCan}</span>}
+      {children}
     </div>
   )
 }
@@ -172,7 +320,7 @@ function FilterBar({ filter, setFilter, shown, all }: FilterProps): JSX.Element 
     ...PRIORITIES.map((one) => [one, t.priorities[one]] as const),
   ]
   return (
-    <div class="bar">
+    <>
       <Choice
         label={t.common.priority}
         value={filter.priority}
@@ -187,7 +335,7 @@ function FilterBar({ filter, setFilter, shown, all }: FilterProps): JSX.Element 
       <span class="muted" role="status">
         {isFiltered(filter) && t.alarms.shownOf(shown, all)}
       </span>
-    </div>
+    </>
   )
 }
 
@@ -229,109 +377,4 @@ function Group({ group: { key, place, alarms, first }, isOpen, open, children }:
 function placeName({ kind, name }: Place): string {
   if (kind === 'station') return t.eventKinds.station
   return kind === 'segment' ? t.overview.segment(name) : name
-}
-
-type ActiveProps = Pick<Props, 'run' | 'suppress' | 'edit'> & { alarm: Alarm }
-
-function ActiveAlarm({ alarm, run, suppress, edit }: ActiveProps): JSX.Element {
-  const session = useSession()
-  const { name, occurrence, message } = alarm
-  return (
-    <AlarmItem
-      alarm={alarm}
-      buttons={
-        <>
-          {isUnacknowledged(alarm) && hasRole(session, 'operator') && (
-            <button
-              type="button"
-              class={isActive(alarm) ? 'main acknowledge' : 'acknowledge'}
-              onClick={() => run(() => acknowledge(name, occurrence))}
-            >
-              {t.alarms.acknowledge}
-            </button>
-          )}
-          {hasRole(session, 'operator') && (
-            <button type="button" class="shelve" onClick={() => suppress({ kind: 'shelve', alarms: [alarm] })}>
-              {t.alarms.shelve}
-            </button>
-          )}
-          {hasRole(session, 'engineer') && (
-            <button
-              type="button"
-              class="take-out"
-              onClick={() => suppress({ kind: 'out-of-service', alarms: [alarm] })}
-            >
-              {t.alarms.outOfService}
-            </button>
-          )}
-          <SettingsButton alarm={alarm} open={edit} />
-        </>
-      }
-    >
-      <Values alarm={alarm} />
-      <Times alarm={alarm} />
-      {message && <p class="message">{message}</p>}
-    </AlarmItem>
-  )
-}
-
-/** The condition, the value when the alarm was raised, and the value now. */
-function Values({ alarm }: { alarm: Alarm }): JSX.Element {
-  const shown = useUnit()
-  const { connected } = useLive()
-  const { raised_value, value, limit, unit } = alarm
-  if (raised_value === null || limit === null) return <Cause alarm={alarm} />
-  const raised = t.alarms.whenRaised(conditionText(alarm, shown), quantity(raised_value, unit, shown))
-  const at = connected ? t.alarms.nowAt : t.alarms.lastAt
-  return (
-    <p>
-      <Unbroken text={value === null ? raised : at(raised, quantity(value, unit, shown))} />
-    </p>
-  )
-}
-
-/** The condition in the language of the user, and the words of the station, which are English: an English reader needs only these. */
-function Cause({ alarm }: { alarm: Alarm }): JSX.Element {
-  const shown = useUnit()
-  const isEnglish = useLanguage() === 'en'
-  const { text, state } = alarm
-  const words = text && <Unbroken text={readable(text)} />
-  return (
-    <p>
-      {/* The words say what is: of a cleared alarm, what was. */}
-      {state === 'returned' && `${t.alarms.whenItWasRaised} `}
-      {(!words || !isEnglish) && <Unbroken text={conditionText(alarm, shown)} />}
-      {words && (
-        <span lang="en" class={isEnglish ? undefined : 'muted'}>
-          {!isEnglish && ' · '}
-          {words}
-        </span>
-      )}
-    </p>
-  )
-}
-
-function Times({ alarm }: { alarm: Alarm }): JSX.Element {
-  const { now } = useLive()
-  const { raised_ms, acknowledged_by, acknowledged_ms, gauge, state, since_ms } = alarm
-  const times = [
-    raised_ms !== null && t.alarms.raised(shortTime(raised_ms, now), age(Math.max(0, now - raised_ms))),
-    acknowledged_by &&
-      acknowledged_ms !== null &&
-      t.alarms.acknowledgedBy(acknowledged_by, shortTime(acknowledged_ms, now)),
-    state === 'returned' && since_ms !== null && t.alarms.cleared(shortTime(since_ms, now)),
-  ]
-  return (
-    <p class="muted">
-      <Unbroken text={times.filter(Boolean).join(' · ')} />
-      {gauge && (
-        <>
-          {' · '}
-          <Link to={gaugePath(gauge)} class="gauge">
-            {gauge}
-          </Link>
-        </>
-      )}
-    </p>
-  )
 }

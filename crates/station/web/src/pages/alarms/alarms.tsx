@@ -22,6 +22,8 @@ import { Webhooks } from './webhooks.tsx'
 /** All alarms are fetched this often; every snapshot has the active ones. */
 const REFRESH_MS = 2_000
 
+const NONE: Alarm[] = []
+
 export function Alarms(): JSX.Element {
   const [actions, setActions] = useState(0)
   const query = useQuery(`alarms ${actions}`, REFRESH_MS, (signal) => fetchAlarms(signal))
@@ -36,7 +38,7 @@ export function Alarms(): JSX.Element {
       .catch((error: unknown) => setError(errorText(error)))
       .finally(() => setActions((count) => count + 1))
   }
-  const alarms = query.value ?? []
+  const alarms = query.value ?? NONE
   return (
     <>
       <Actions>
@@ -47,13 +49,7 @@ export function Alarms(): JSX.Element {
         <SuppressedList alarms={alarms} />
         <ShelvedList alarms={alarms} run={run} />
         <OutOfServiceList alarms={alarms} run={run} />
-        <AllAlarms
-          alarms={alarms}
-          isLoaded={query.value !== null}
-          error={query.error}
-          suppress={setChosen}
-          edit={setEdited}
-        />
+        <AllAlarms query={query} suppress={setChosen} edit={setEdited} />
       </Actions>
       <DefaultAlarms done={() => setActions((count) => count + 1)} />
       <AlarmHistory />

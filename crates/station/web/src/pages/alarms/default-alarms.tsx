@@ -7,6 +7,7 @@ import { changeDefaultAlarm, fetchDefaultAlarms } from '../../api/calls.ts'
 import type { DefaultAlarm } from '../../api/types.ts'
 import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { errorText, useModal, useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import {
   about,
@@ -39,7 +40,7 @@ export function DefaultAlarms({ done }: Props): JSX.Element | null {
         <summary>
           <h2>{t.defaultAlarms.title}</h2>
         </summary>
-        {query.error && <p class="error">{query.error}</p>}
+        <QueryState of={[query]} />
         <table class="stacked">
           <caption class="visually-hidden">{t.defaultAlarms.title}</caption>
           <thead>

@@ -1,4 +1,4 @@
-// An alarm in a list.
+// An alarm in a list of those that are shelved, out of service or suppressed.
 
 import './item.css'
 import type { ComponentChildren, JSX } from 'preact'
@@ -20,7 +20,7 @@ interface Props {
 
 export function AlarmItem({ alarm: { name, priority, state }, buttons, children }: Props): JSX.Element {
   return (
-    <li class={`alarm-item ${priority} ${state}`} data-alarm={name} data-priority={priority}>
+    <li class={`alarm-item alarm-card ${priority} ${state}`} data-alarm={name} data-priority={priority}>
       <div class="marks">
         <PriorityMark priority={priority} active={isActive({ state })} />
         <AlarmStateMark state={state} />

@@ -4,8 +4,10 @@ import type { JSX } from 'preact'
 import { useState } from 'preact/hooks'
 import { fetchAlarmPerformance } from '../../api/calls.ts'
 import type { AlarmPerformance } from '../../api/types.ts'
+import { ClosedPart } from '../../components/closed-part.tsx'
 import { Choice } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { moment } from '../../lib/format.ts'
 import { type Share, sharesOf } from '../../lib/performance.ts'
@@ -21,26 +23,28 @@ const periods = (): [string, string][] => [
 ]
 
 export function Performance(): JSX.Element {
+  return (
+    <section class="panel alarm-performance" aria-label={t.performance.label}>
+      <ClosedPart title={t.performance.title} draw={() => <Panel />} />
+    </section>
+  )
+}
+
+function Panel(): JSX.Element {
   const [days, setDays] = useState('1')
   const query = useQuery(`performance ${days}`, REFRESH_MS, (signal) => {
     const to = Math.ceil(live().now)
     return fetchAlarmPerformance(to - Number(days) * DAY_MS, to, signal)
   })
   return (
-    <section class="panel alarm-performance" aria-label={t.performance.label}>
-      <details>
-        <summary>
-          <h2>{t.performance.title}</h2>
-        </summary>
-        <div class="bar">
-          <Choice label={t.performance.period} value={days} options={periods()} onChange={setDays} />
-          <span class="muted">{t.performance.targets}</span>
-        </div>
-        {query.error && <p class="error">{query.error}</p>}
-        {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
-        {query.value && <Figures figures={query.value} />}
-      </details>
-    </section>
+    <>
+      <div class="bar">
+        <Choice label={t.performance.period} value={days} options={periods()} onChange={setDays} />
+        <span class="muted">{t.performance.targets}</span>
+      </div>
+      <QueryState of={[query]} />
+      {query.value && <Figures figures={query.value} />}
+    </>
   )
 }
 

@@ -9,6 +9,7 @@ import { PriorityMark } from '../../components/alarm-marks.tsx'
 import { FirstFew } from '../../components/first-few.tsx'
 import { FormEnd, ReasonField } from '../../components/form-dialog.tsx'
 import { useModal, useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { isActive } from '../../lib/alarms.ts'
 import { alarmCount, durationsUpTo, type NamedAlarm, suppressedBy } from '../../lib/plant-states.ts'
@@ -43,7 +44,7 @@ export function PlantStates({ alarms, actions, run }: Props): JSX.Element | null
   return (
     <section class="panel" aria-label={t.plantStates.title}>
       <h2>{t.plantStates.title}</h2>
-      {query.error && <p class="error">{query.error}</p>}
+      <QueryState of={[query]} />
       <Actions>
         <ul class="plant-states">
           {query.value?.map((state) => (

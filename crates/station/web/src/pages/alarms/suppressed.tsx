@@ -3,8 +3,9 @@
 import type { JSX } from 'preact'
 import { returnToService, unshelve } from '../../api/calls.ts'
 import type { Alarm } from '../../api/types.ts'
+import { ClosedPart } from '../../components/closed-part.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
-import { useLive, useSnapshot } from '../../live.ts'
+import { useSecond, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
 import { AlarmItem, type RunAction, refusals, shortTime } from './item.tsx'
@@ -87,24 +88,24 @@ export function SuppressedList({ alarms }: Pick<Props, 'alarms'>): JSX.Element |
   if (suppressed.length === 0) return null
   return (
     <section class="panel" aria-label={t.plantStates.suppressed}>
-      <details>
-        <summary>
-          <h2>{t.plantStates.suppressedTitle(suppressed.length)}</h2>
-        </summary>
-        <ul class="alarm-list">
-          {suppressed.map((alarm) => (
-            <AlarmItem alarm={alarm} key={alarm.name} buttons={null}>
-              <Reason suppression={alarm.suppressed} />
-            </AlarmItem>
-          ))}
-        </ul>
-      </details>
+      <ClosedPart
+        title={t.plantStates.suppressedTitle(suppressed.length)}
+        draw={() => (
+          <ul class="alarm-list">
+            {suppressed.map((alarm) => (
+              <AlarmItem alarm={alarm} key={alarm.name} buttons={null}>
+                <Reason suppression={alarm.suppressed} />
+              </AlarmItem>
+            ))}
+          </ul>
+        )}
+      />
     </section>
   )
 }
 
 function Reason({ suppression }: { suppression: Alarm['shelved'] }): JSX.Element | null {
-  const { now } = useLive()
+  const now = useSecond()
   if (!suppression) return null
   const { user, at_ms, reason, until_ms } = suppression
   return (

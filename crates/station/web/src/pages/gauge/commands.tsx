@@ -4,36 +4,71 @@ import './commands.css'
 import type { JSX } from 'preact'
 import { changeControl, fetchCommands } from '../../api/calls.ts'
 import type { Command, Gauge, Request } from '../../api/types.ts'
-import { DeviceFileMark, RiskMark } from '../../components/command-dialog.tsx'
+import { DeviceFileMark, RiskMark, RiskText } from '../../components/command-dialog.tsx'
 import { controlActions, controlText } from '../../components/control.tsx'
 import { useQuery } from '../../components/hooks.ts'
-import { readable } from '../../lib/format.ts'
+import { QueryState } from '../../components/query-state.tsx'
+import { commandWords, inUse, operatingStates } from '../../lib/commands.ts'
+import { clock, readable } from '../../lib/format.ts'
 import { useLive, useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
 import { t } from '../../texts/texts.ts'
+import type { Read } from './parameters.tsx'
 import { obstacle } from './permission.ts'
 
-export function Commands({ gauge, open }: { gauge: Gauge; open: (request: Request) => void }): JSX.Element {
+interface Props {
+  gauge: Gauge
+  open: (request: Request) => void
+  /** The parameters, as they were read last. */
+  read: Read
+}
+
+export function Commands({ gauge, open, read }: Props): JSX.Element {
   const query = useQuery(gauge.name, null, (signal) => fetchCommands(gauge.name, signal))
-  // The manuals have commands that do nothing: `inactive` in every block, `ready-to-store` of a controller.
-  const commands = (query.value ?? []).filter(({ command }) => !/[./](inactive|ready-to-store)$/.test(command))
+  const { parts, device } = inUse(query.value ?? [])
+  const all = [...parts, ...device]
+  const list = (commands: Command[]): JSX.Element => (
+    <ul>
+      {commands.map((command) => (
+        <Item command={command} words={commandWords(command.command, all)} open={open} key={command.command} />
+      ))}
+    </ul>
+  )
   return (
     <section class="panel commands" aria-label={t.gauge.commands}>
       <div class="bar">
         <h2>{t.gauge.commands}</h2>
       </div>
+      <States gauge={gauge} read={read} />
       <Permission />
-      {query.error && <p class="error">{query.error}</p>}
-      {query.value === null && !query.error && <p class="muted">{t.log.loading}</p>}
-      {query.value && commands.length === 0 && <p class="muted">{t.gauge.noCommands}</p>}
-      {commands.length > 0 && (
-        <ul>
-          {commands.map((command) => (
-            <Item command={command} open={open} key={command.command} />
-          ))}
-        </ul>
+      <QueryState of={[query]} empty={all.length === 0 && t.gauge.noCommands} />
+      {parts.length > 0 && list(parts)}
+      {device.length > 0 && (
+        <details open={parts.length === 0}>
+          <summary>{t.gauge.deviceCommands}</summary>
+          {list(device)}
+        </details>
       )}
     </section>
+  )
+}
+
+/** Emission and degas, and when they were read. */
+function States({ gauge, read }: Pick<Props, 'gauge' | 'read'>): JSX.Element | null {
+  const states = operatingStates(gauge, read.blocks)
+  if (states.length === 0) return null
+  return (
+    <p class="operating-states" role="status">
+      {states.map(({ target, name, text }) => (
+        <span key={target} data-state={target}>
+          <span lang="en" class="muted">
+            {name}
+          </span>{' '}
+          <strong lang="en">{readable(text)}</strong>
+        </span>
+      ))}
+      {read.at !== null && <span class="muted">{t.gauge.readAt(clock(read.at))}</span>}
+    </p>
   )
 }
 
@@ -64,7 +99,13 @@ function Permission(): JSX.Element | null {
   )
 }
 
-function Item({ command, open }: { command: Command; open: (request: Request) => void }): JSX.Element {
+interface ItemProps {
+  command: Command
+  words: string
+  open: (request: Request) => void
+}
+
+function Item({ command, words, open }: ItemProps): JSX.Element {
   const session = useSession()
   const control = useSnapshot().control_authority
   const reason = obstacle(session, control, command.role, command.blocked_reason)
@@ -78,11 +119,13 @@ function Item({ command, open }: { command: Command; open: (request: Request) =>
         aria-describedby={id}
         onClick={() => open({ command: command.command })}
       >
-        {command.command} …
+        {words} …
       </button>
       <span class="command-facts" id={id}>
-        <RiskMark risk={command.risk} /> {command.from_device_file && <DeviceFileMark />}{' '}
-        {command.risk.class === 'dangerous' && <span lang="en">{command.risk.description}</span>}
+        {words !== command.command && <code class="muted">{command.command}</code>}{' '}
+        {command.risk.class !== 'harmless' && <RiskMark risk={command.risk} />}{' '}
+        {command.from_device_file && <DeviceFileMark />}{' '}
+        {command.risk.class === 'dangerous' && <RiskText risk={command.risk} />}
         {command.conditions.length > 0 && (
           <span class="muted">
             {' '}

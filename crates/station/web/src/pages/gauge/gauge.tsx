@@ -8,8 +8,9 @@ import { Choice, sameText } from '../../components/fields.tsx'
 import { useSnapshot } from '../../live.ts'
 import { gaugeIn, gaugePath, go, Link, useLocation } from '../../router.tsx'
 import { t } from '../../texts/texts.ts'
+import { GaugeAlarms } from './alarms.tsx'
 import { Commands } from './commands.tsx'
-import { Parameters } from './parameters.tsx'
+import { Parameters, useParameters } from './parameters.tsx'
 import { Readings } from './readings.tsx'
 
 export function GaugePage(): JSX.Element {
@@ -30,6 +31,7 @@ export function GaugePage(): JSX.Element {
       {gauge ? (
         <>
           <Readings gauge={gauge} />
+          <GaugeAlarms gauge={gauge} key={gauge.name} />
           {gauge.kind === 'slave' && <Slave gauge={gauge} />}
           {gauge.kind === 'gauge' && gauge.listen_only && <Listening gauge={gauge} />}
           {gauge.kind === 'gauge' && !gauge.listen_only && <Operation gauge={gauge} key={gauge.name} />}
@@ -73,14 +75,15 @@ function Listening({ gauge }: { gauge: Gauge }): JSX.Element {
 function Operation({ gauge }: { gauge: Gauge }): JSX.Element {
   const [request, setRequest] = useState<Request | null>(null)
   const [outcome, setOutcome] = useState<Outcome | null>(null)
+  const reading = useParameters(gauge, outcome)
   const close = (outcome: Outcome | null): void => {
     setRequest(null)
     setOutcome(outcome)
   }
   return (
     <>
-      <Commands gauge={gauge} open={setRequest} />
-      <Parameters gauge={gauge} open={setRequest} outcome={outcome} />
+      <Commands gauge={gauge} open={setRequest} read={reading.read} />
+      <Parameters gauge={gauge} open={setRequest} reading={reading} />
       {request && <CommandDialog gauge={gauge.name} request={request} close={close} />}
     </>
   )

@@ -7,6 +7,7 @@ import { readBlocks } from '../../api/calls.ts'
 import type { Block, Gauge, Outcome, Parameter, Request } from '../../api/types.ts'
 import { SearchField } from '../../components/fields.tsx'
 import { errorText } from '../../components/hooks.ts'
+import { changesState } from '../../lib/commands.ts'
 import { age, clock, readable } from '../../lib/format.ts'
 import { matchingBlocks } from '../../lib/search.ts'
 import { useLive } from '../../live.ts'
@@ -15,7 +16,7 @@ import { t } from '../../texts/texts.ts'
 import { ChangeParameter } from './change-parameter.tsx'
 import { Compare } from './compare.tsx'
 
-interface Read {
+export interface Read {
   blocks: Block[] | null
   at: number | null
   error: string | null
@@ -32,12 +33,10 @@ onSessionChange(() => {
 interface Props {
   gauge: Gauge
   open: (request: Request) => void
-  /** The outcome of the last command or change. */
-  outcome: Outcome | null
+  reading: Reading
 }
 
-export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
-  const { read, startedAt, readAgain } = useParameters(gauge, outcome)
+export function Parameters({ gauge, open, reading: { read, startedAt, readAgain } }: Props): JSX.Element {
   const [text, setText] = useState('')
   const found = matchingBlocks(read.blocks ?? [], text)
   return (
@@ -65,14 +64,15 @@ export function Parameters({ gauge, open, outcome }: Props): JSX.Element {
   )
 }
 
-interface Reading {
+export interface Reading {
   read: Read
   /** When the present reading was started; `null` if none is under way. */
   startedAt: number | null
   readAgain: () => Promise<void>
 }
 
-function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
+/** All parameters of the gauge, read when its page is opened. `outcome`: that of the last command or change. */
+export function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
   const [read, setRead] = useState<Read>(kept.get(gauge.name) ?? NOTHING_READ)
   const [startedAt, setStartedAt] = useState<number | null>(null)
   const keep = (next: Read): void => {
@@ -93,7 +93,11 @@ function useParameters(gauge: Gauge, outcome: Outcome | null): Reading {
   }, [])
   // The station reads a parameter back after it has written it, so the outcome has its new value.
   useEffect(() => {
-    if (outcome === null || outcome.after === null || read.blocks === null) return
+    if (outcome === null || read.blocks === null) return
+    if (outcome.after === null) {
+      if (changesState(outcome.target)) void readAgain()
+      return
+    }
     const changed = ({ name, parameters }: Block): Block => ({
       name,
       parameters: parameters.map((parameter) => withOutcome(parameter, outcome)),

@@ -6,6 +6,7 @@ import { useState } from 'preact/hooks'
 import { fetchPumpDowns, identifyPlant, reportAddress } from '../../api/calls.ts'
 import type { PlantQuery } from '../../api/types.ts'
 import { useQuery } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { allSeries } from '../../components/use-trends.ts'
 import { live, useSnapshot } from '../../live.ts'
 import { Link, setQuery, useLocation } from '../../router.tsx'
@@ -54,9 +55,9 @@ export function Identify(): JSX.Element {
         change={(next) => setQuery(textOf(next))}
         submit={() => ask(wanted.query)}
       />
-      {listed.error && <p class="error">{listed.error}</p>}
+      <QueryState of={[listed]} />
       <div role="status">
-        {isCurrent && fitted.error && <p class="error">{fitted.error}</p>}
+        {isCurrent && fitted.error && <QueryState of={[fitted]} />}
         {isCurrent && !fitted.error && !plant && <p class="waiting">{t.identify.busy}</p>}
         {plant && (
           <>

@@ -9,9 +9,11 @@ import type { Line, TimeMark } from '../../components/chart-overlays.ts'
 import { ChartTable } from '../../components/chart-table.tsx'
 import { useWidth } from '../../components/hooks.ts'
 import { Pressure, SampleText } from '../../components/pressure.tsx'
+import { QueryState } from '../../components/query-state.tsx'
 import {
   type ChartData,
   extent,
+  hasNoValues,
   rangeAfterKey,
   seriesAt,
   useChartData,
@@ -63,27 +65,33 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
           </span>
         )}
       </p>
-      <Chart
-        label={t.rise.chart(measurement.series, unit)}
-        times={data.times}
-        curves={curves}
-        lines={lines}
-        window={window}
-        scale={linearScale(extent(data, shown), marksHeight(marks.length) / HEIGHT)}
-        log={false}
-        unit={unit}
-        marks={marks}
-        width={width}
-        height={HEIGHT}
-        dark={dark}
-        onSelect={select}
-        onZoom={(at, factor) => setZoom(zoomed(window, at, factor))}
-        onKey={(key) => {
-          const next = rangeAfterKey(key, range, live.now, HOME)
-          if (next) setZoom(isLive(next) ? null : next)
-          return next !== null
-        }}
-      />
+      {query.value === null ? (
+        <div class="chart-place" style={{ height: `${HEIGHT}px` }}>
+          <QueryState of={[query]} />
+        </div>
+      ) : (
+        <Chart
+          label={t.rise.chart(measurement.series, unit)}
+          times={data.times}
+          curves={curves}
+          lines={lines}
+          window={window}
+          scale={linearScale(extent(data, shown), marksHeight(marks.length) / HEIGHT)}
+          log={false}
+          unit={unit}
+          marks={marks}
+          width={width}
+          height={HEIGHT}
+          dark={dark}
+          onSelect={select}
+          onZoom={(at, factor) => setZoom(zoomed(window, at, factor))}
+          onKey={(key) => {
+            const next = rangeAfterKey(key, range, live.now, HOME)
+            if (next) setZoom(isLive(next) ? null : next)
+            return next !== null
+          }}
+        />
+      )}
       <ChartTable
         caption={t.rise.pressureOf(measurement.series)}
         window={window}
@@ -95,9 +103,7 @@ export function RiseChart({ measurement, fit, select }: Props): JSX.Element {
           { name: t.rise.fit, cell: (at) => <FitText pa={fitAt(at)} unit={unit} /> },
         ]}
       />
-      <p class="load-error" role="status">
-        {query.error ?? (query.value === null && t.log.loading)}
-      </p>
+      {query.value !== null && <QueryState of={[query]} empty={hasNoValues(data) && t.log.noValues} />}
     </div>
   )
 }

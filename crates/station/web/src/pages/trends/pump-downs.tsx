@@ -8,6 +8,7 @@ import { Choice, sameText } from '../../components/fields.tsx'
 import { useQuery } from '../../components/hooks.ts'
 import { LogChart, PressureGrid, TimeGrid } from '../../components/log-chart.tsx'
 import { Pressure } from '../../components/pressure.tsx'
+import { QueryState } from '../../components/query-state.tsx'
 import { Sprays } from '../../components/sprays.tsx'
 import { allSeries } from '../../components/use-trends.ts'
 import { moment, readable } from '../../lib/format.ts'
@@ -91,11 +92,9 @@ export function PumpDowns(): JSX.Element {
           <Runs runs={runs} shown={shown} show={(run) => change('run', String(run.start_ms))} />
         </>
       ) : (
-        <p class="muted">{fetched.value ? t.pumpDowns.none : '…'}</p>
+        <QueryState of={[fetched]} empty={t.pumpDowns.none} />
       )}
-      <p class="load-error" role="status">
-        {fetched.error ?? (fetched.value === null && t.log.loading)}
-      </p>
+      {shown && <QueryState of={[fetched]} />}
     </div>
   )
 }

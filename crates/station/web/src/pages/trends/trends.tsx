@@ -9,9 +9,11 @@ import { ChartTable } from '../../components/chart-table.tsx'
 import { useDirectory } from '../../components/gauge-filter.tsx'
 import { type Query, useQuery, useWidth } from '../../components/hooks.ts'
 import { SampleText } from '../../components/pressure.tsx'
+import { QueryState } from '../../components/query-state.tsx'
 import { SeriesList } from '../../components/series-list.tsx'
 import {
   allSeries,
+  hasNoValues,
   seriesAt,
   stationPointTrend,
   useChartData,
@@ -158,9 +160,10 @@ export function Trends(): JSX.Element {
         />
       )}
       <AlarmLimits limits={limits} unit={unit} />
-      <p class="load-error" role="status">
-        {query.error ?? pointQuery.error ?? alarms.error ?? (query.value === null && t.log.loading)}
-      </p>
+      <QueryState
+        of={[query, alarms, ...(points.length > 0 ? [pointQuery] : [])]}
+        empty={chosen.length > 0 && hasNoValues(data) && t.log.noValues}
+      />
       <div class="bar">
         <CustomWindow window={window} live={isLive(range)} setRange={setRange} />
         <a class="button" href={csvAddress(chosen, ...whole)} download="pressures.csv">
