@@ -26,11 +26,15 @@ fn pressures_are_shown_in_the_units_of_the_slaves() {
     let devices = ["bcg450@5:unit=torr", "bcg450@6", "--pressure", "5e-6 mbar"];
     let (mut simulation, path) = simulation(&folder, &devices);
     for _ in 0..2 {
-        let mut monitor = Program::start(&["monitor", "--port", &path, "--slot-time=4000", "--own", "--json", "5", "6"]);
+        let mut monitor =
+            Program::start(&["monitor", "--port", &path, "--slot-time=4000", "--own", "--json", "5", "6"]);
         for (address, pressure, unit) in [(5, 3.750_308_4e-6, "Torr"), (6, 5e-6, "mbar")] {
             let row = json(&monitor.line());
             assert_eq!((&row["address"], &row["unit"], &row["state"]), (&address.into(), &unit.into(), &"DATA".into()));
-            assert!((row["pressure"].as_f64().unwrap_or_else(|| panic!("{row}")) / pressure - 1.0).abs() < 1e-6, "{row}");
+            assert!(
+                (row["pressure"].as_f64().unwrap_or_else(|| panic!("{row}")) / pressure - 1.0).abs() < 1e-6,
+                "{row}"
+            );
             assert!((row["mbar"].as_f64().unwrap() / 5e-6 - 1.0).abs() < 1e-6, "{row}");
             assert!(row["exchanges"].as_u64().unwrap() > 0, "{row}");
             assert_eq!((&row["device"], &row["remarks"]), (&"bcg450".into(), &Value::Array(vec![])));
