@@ -1,7 +1,7 @@
 //! The latest snapshot of each segment. Segment threads publish; alarms, control and the API read.
 
 use crate::bus::BusStore;
-use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
+use crate::view::{BusStation, Gauge, ReadProgress, Segment, SegmentState, duration_ms};
 use profivac_client::suggestion::known;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -101,11 +101,17 @@ impl SnapshotStore {
         plan.iter().map(now).chain(others).collect()
     }
 
-    /// Replaces the gauges of a segment, and leaves the rest of its snapshot.
-    pub fn publish_gauges(&self, segment: &str, gauges: Vec<Gauge>) {
+    /// Replaces the gauges of a segment and their stations on the bus, and leaves the rest of its snapshot.
+    pub fn publish_gauges(&self, segment: &str, gauges: Vec<Gauge>, stations: Vec<BusStation>) {
         if let Some(published) = self.write().get_mut(segment) {
             published.at = Instant::now();
             published.snapshot.gauges = gauges;
+            for station in stations {
+                let shown = &mut published.snapshot.segment.stations;
+                if let Some(place) = shown.iter_mut().find(|other| other.address == station.address) {
+                    *place = station;
+                }
+            }
         }
     }
 
@@ -276,6 +282,30 @@ mod tests {
         assert_eq!(names(&store), ["z", "m", "b", "a"].map(|name| row(name, running)), "the last is not in the file");
         store.remove("z");
         assert_eq!(names(&store)[..2], [row("z", waiting), row("m", running)]);
+    }
+
+    /// A request may wait for seconds: the map of the bus must not show an exchange of which the gauge knows that it is over.
+    #[test]
+    fn gauges_are_published_with_their_stations_on_the_bus() {
+        let station = |address, state| BusStation {
+            address,
+            state,
+            name: None,
+            device: None,
+            ident: None,
+            description: String::new(),
+        };
+        let (master, exchange, missing) =
+            (BusStationState::OwnMaster, BusStationState::DataExchange, BusStationState::Missing);
+        let store = SnapshotStore::default();
+        let mut snapshot = segment("hall", SegmentState::Running);
+        snapshot.segment.stations = vec![station(1, master), station(5, exchange), station(6, exchange)];
+        store.publish(snapshot.clone());
+        let gauges = vec![Gauge { state: missing, ..snapshot.gauges[0].clone() }];
+        store.publish_gauges("hall", gauges.clone(), vec![station(6, missing)]);
+        let shown = store.in_order_of_file().remove(0);
+        assert_eq!(shown.segment.stations, [station(1, master), station(5, exchange), station(6, missing)]);
+        assert_eq!(shown.gauges, gauges);
     }
 
     #[test]

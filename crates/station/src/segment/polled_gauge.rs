@@ -2,6 +2,7 @@
 
 use super::find::FindError;
 use super::first_round::FirstRound;
+use super::loss;
 use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
@@ -186,7 +187,7 @@ impl PolledGauge {
 
     fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster, now: Moment) {
         let address = self.shown.config.address;
-        let problem = master.exchange_error(address).map(|error| error.to_string());
+        let problem = loss::reason(master, address).map(|error| error.to_string());
         let is_present = !matches!(master.state(address), None | Some(HandlerState::Offline | HandlerState::Inactive));
         let is_starting = is_present && problem.is_none();
         let state = if is_starting { BusStationState::Starting } else { BusStationState::Missing };

@@ -16,6 +16,7 @@ pub use shown::planned_slave;
 
 use super::allowance::Allowance;
 use super::first_round::FirstRound;
+use super::loss;
 use super::moment::{LineMoment, Moment};
 use crate::config;
 use crate::recording::RecorderHandle;
@@ -209,7 +210,7 @@ impl SegmentSlave {
                 self.take_values(recorder, &diagnosis, inputs, read, now);
             }
             None => {
-                let problem = master.exchange_error(address).map(|error| self.refusal(error));
+                let problem = loss::reason(master, address).map(|error| self.refusal(error));
                 if problem.is_some() {
                     self.first_round.end();
                 }

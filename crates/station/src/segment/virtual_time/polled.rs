@@ -125,6 +125,33 @@ fn a_loss_has_the_time_at_which_the_station_decides_it() {
     assert!(back.read_at > Some(lost_at));
 }
 
+/// With a long slot time the master still has the gauge in data exchange, and asks it again.
+#[test]
+fn a_gauge_that_is_silent_for_a_second_gives_no_answer_in_every_view() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    fixture.change(|plant| plant.cut_and_stall(Duration::from_millis(1_100)));
+    assert!(fixture.step());
+    let lost = fixture.gauge("chamber");
+    assert_eq!((lost.state, lost.problem.as_deref()), (BusStationState::Missing, Some("no answer")));
+    assert!(!lost.is_awaited);
+    let gap = *fixture.samples("chamber").last().unwrap();
+    let events: Vec<_> = fixture.events("chamber: no answer").iter().map(|event| Some(event.at)).collect();
+    assert_eq!((gap.quality, Some(gap.at), events), (Quality::Stale, lost.lost_at, vec![lost.lost_at]));
+    let stations = fixture.segment().stations;
+    let station = stations.iter().find(|station| station.address == 5).unwrap();
+    assert_eq!((station.state, station.description.as_str()), (BusStationState::Missing, "no answer"));
+
+    // Soon after, the master gives the gauge up: the same loss.
+    fixture.run_for(Duration::from_secs(1));
+    assert_eq!(fixture.gauge("chamber").lost_at, lost.lost_at);
+    assert_eq!(fixture.events("chamber: no answer").len(), 1);
+    fixture.change(|plant| plant.is_silent = false);
+    fixture.exchanging("chamber");
+    assert_eq!(fixture.events("chamber: in data exchange").len(), 1);
+}
+
 #[test]
 fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);

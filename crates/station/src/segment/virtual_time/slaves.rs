@@ -286,6 +286,23 @@ fn a_slave_that_is_lost_has_no_values_and_its_return_is_an_event() {
     assert_eq!(fixture.events("turbo: in data exchange").len(), 2);
 }
 
+/// With a long slot time the master still has the slave in data exchange, and asks it again.
+#[test]
+fn a_slave_that_is_silent_for_a_second_gives_no_answer_in_every_view() {
+    let device = TestSlave::new(12, &pump());
+    let mut fixture = Fixture::<PolledLine>::new(segment(true), VirtualEdge::with_slaves(&[]).and(&[&device]));
+    fixture.exchanging("turbo");
+    fixture.change(|plant| plant.cut_and_stall(Duration::from_millis(1_100)));
+    assert!(fixture.step());
+    let turbo = fixture.gauge("turbo");
+    assert_eq!((turbo.state, turbo.problem.as_deref()), (BusStationState::Missing, Some("no answer")));
+    let stations = fixture.segment().stations;
+    let station = stations.iter().find(|station| station.address == 12).unwrap();
+    assert_eq!((station.state, station.description.as_str()), (BusStationState::Missing, "no answer"));
+    let events: Vec<_> = fixture.events("turbo: no answer").iter().map(|event| Some(event.at)).collect();
+    assert_eq!(events, [turbo.lost_at]);
+}
+
 /// The recorded values of a point with their qualities.
 fn recorded<L: Line>(fixture: &Fixture<L>, name: &str) -> Vec<(Option<f64>, Quality)> {
     fixture.point_samples("turbo", name).iter().map(|sample| (sample.number, sample.quality)).collect()
