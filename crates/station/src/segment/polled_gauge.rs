@@ -17,6 +17,7 @@ use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::HandlerState;
 use profivac_host::session::{BusMaster, BusSession};
+use profivac_recorder::Micros;
 use profivac_recorder::validity::MAX_SILENCE;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -56,7 +57,7 @@ impl PolledGauge {
     /// A gauge that has not been found yet.
     pub fn new(config: config::Gauge, now: Moment) -> Self {
         Self {
-            shown: ShownGauge::new(config),
+            shown: ShownGauge::new(config).lost_since(now.wall),
             exchange: (None, now),
             first_round: FirstRound::begin(now),
             search_at: now.at,
@@ -69,7 +70,13 @@ impl PolledGauge {
 
     /// A gauge whose slave the master already has.
     pub fn with_slave(config: config::Gauge, slave: CyclicSlave, now: Moment) -> Self {
-        Self { shown: ShownGauge::starting(config.clone(), slave), ..Self::new(config, now) }
+        let shown = ShownGauge::starting(config.clone(), slave).lost_since(now.wall);
+        Self { shown, ..Self::new(config, now) }
+    }
+
+    /// The same gauge, without readings since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { shown: self.shown.lost_since(at), ..self }
     }
 
     /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
@@ -304,7 +311,6 @@ mod tests {
     use super::*;
     use profivac_client::cyclic::ReportedChannels;
     use profivac_devices::catalog::model_named;
-    use profivac_recorder::Micros;
 
     fn moment() -> Moment {
         Moment { at: Instant::now(), wall: Micros(0) }

@@ -53,8 +53,10 @@ impl Line for PolledLine {
 
     fn new(context: &Context) -> Self {
         let (now, config) = (context.now(), &context.config);
-        let gauges = config.gauges.iter().map(|gauge| PolledGauge::new(gauge.clone(), now)).collect();
-        let slaves = config.slaves.iter().map(|slave| SegmentSlave::new(slave.clone(), now)).collect();
+        let lost_at = |name: &str| context.lost_at(name, now);
+        let gauge = |it: &config::Gauge| PolledGauge::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let slave = |it: &config::Slave| SegmentSlave::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let (gauges, slaves) = (config.gauges.iter().map(gauge).collect(), config.slaves.iter().map(slave).collect());
         Self {
             gauges: Arc::new(Mutex::new(gauges)),
             slaves: Arc::new(Mutex::new(slaves)),

@@ -127,7 +127,7 @@ impl SegmentSlave {
             exchange: (None, now),
             first_round: FirstRound::begin(now),
             read: None,
-            lost_at: None,
+            lost_at: Some(now.wall),
             sample_at: now.at,
             search_at: now.at,
             verify_at: now.at,
@@ -135,6 +135,11 @@ impl SegmentSlave {
             is_heard: false,
             is_idle: false,
         }
+    }
+
+    /// The same slave, without values since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { lost_at: Some(at), ..self }
     }
 
     /// The port was opened: the slave is not missed until it was asked.

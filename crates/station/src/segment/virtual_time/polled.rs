@@ -4,6 +4,7 @@ use super::fixture::{Fixture, POLL, PORT, gauge, polled};
 use super::plant::VirtualEdge;
 use crate::config;
 use crate::segment::edge::{Edge, SegmentCommand};
+use crate::segment::planned_segments;
 use crate::segment::polled_line::PolledLine;
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{BusStationState, Gauge};
@@ -163,6 +164,40 @@ fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
     let gap = *fixture.samples("chamber").last().unwrap();
     assert_eq!(gap.quality, Quality::Stale);
     assert_eq!((Some(gap.at), vec![gap.at]), (lost.lost_at, events.iter().map(|event| event.at).collect()));
+}
+
+/// Another slave in the station's file restarts the segment: the gauges of the new segment have lost nothing a second time.
+#[test]
+fn a_segment_that_begins_anew_has_the_losses_of_the_database() {
+    let config = || polled(&["chamber bcg450 5", "absent bcg450 6"]);
+    let mut fixture = Fixture::<PolledLine>::new(config(), VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.services.snapshots().set_plan(planned_segments(&[config()]));
+    let made = fixture.gauge("absent").lost_at;
+    assert_eq!(
+        made,
+        Some(fixture.edge.now().wall),
+        "a gauge of which nothing was heard yet has the time of the station"
+    );
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    fixture.stop();
+    let gap = *fixture.samples("chamber").last().unwrap();
+    assert_eq!(gap.quality, Quality::Stale);
+    let planned = fixture.services.snapshots().in_order_of_file().remove(0).gauges;
+    assert_eq!(planned.iter().map(|gauge| gauge.lost_at).collect::<Vec<_>>(), [Some(gap.at), made]);
+    fixture.change(|plant| plant.stall(Duration::from_millis(500)));
+    fixture.start(config());
+    assert_eq!(fixture.gauge("chamber").lost_at, Some(gap.at));
+    assert_eq!(fixture.gauge("absent").lost_at, made);
+
+    // A loss that ended is forgotten.
+    assert_eq!(fixture.exchanging("chamber").lost_at, None);
+    fixture.run_for(Duration::from_secs(1));
+    fixture.stop();
+    fixture.start(config());
+    let lost_at = fixture.gauge("chamber").lost_at;
+    assert!(lost_at > Some(gap.at));
+    assert_eq!(lost_at, Some(fixture.samples("chamber").last().unwrap().at));
 }
 
 /// A gauge shows the time that the database has.
