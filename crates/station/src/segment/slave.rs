@@ -320,7 +320,7 @@ impl SegmentSlave {
     /// whose points are all in records gives values. chosen: the points of other slaves are stale together, as an alarm reports them.
     fn take_idle(&mut self, recorder: &RecorderHandle, now: Moment) -> Result<(), String> {
         if self.records.is_empty() || self.config.points.iter().any(|point| point.record.is_none()) {
-            let problem = "it is in data exchange with no master: with own = true the station exchanges data with it";
+            let problem = "no master exchanges data with it: with own = true the station does";
             return Err(problem.to_owned());
         }
         self.forget_diagnosis();
@@ -330,7 +330,7 @@ impl SegmentSlave {
             (self.read, self.lost_at) = (Some(now), None);
         }
         self.search_at = now.at + self.config.poll.max(IDLE_INTERVAL);
-        let problem = "it is in data exchange with no master: its records are read";
+        let problem = "no master exchanges data with it: its records are read";
         self.note_problem(recorder, Some(problem.to_owned()), now);
         Ok(())
     }

@@ -377,7 +377,7 @@ fn a_slave_that_the_station_does_not_own_gets_no_parameters() {
     let device = TestSlave::new(12, &pump());
     let edge = VirtualEdge::with_slaves(&[]).and(&[&device]);
     let mut fixture = Fixture::<PolledLine>::new(segment(false), edge);
-    let turbo = fixture.until_problem("turbo", "in data exchange with no master");
+    let turbo = fixture.until_problem("turbo", "no master exchanges data with it: with own = true the station does");
     assert_eq!((turbo.listen_only, turbo.state), (true, BusStationState::Missing));
     fixture.run_for(Duration::from_secs(10));
     assert_eq!(device.state().user_prm, None);
@@ -456,7 +456,7 @@ fn a_slave_whose_points_are_all_in_records_is_read_while_no_master_exchanges_dat
     let turbo = fixture.until("turbo", Duration::from_secs(10), is_read);
     assert_eq!(shown(&turbo, "hours").1, "42 h");
     assert_eq!(turbo.state, BusStationState::Missing, "it is not in data exchange");
-    let problem = "it is in data exchange with no master: its records are read";
+    let problem = "no master exchanges data with it: its records are read";
     assert_eq!(turbo.problem.as_deref(), Some(problem));
     for _ in 0..20 {
         fixture.run_for(Duration::from_secs(1));
