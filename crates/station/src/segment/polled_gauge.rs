@@ -2,7 +2,7 @@
 
 use super::find::FindError;
 use super::first_round::FirstRound;
-use super::loss;
+use super::loss::{self, Looked};
 use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
@@ -44,6 +44,7 @@ pub struct PolledGauge {
     /// The last data exchange on the line and on the clocks of the station; at first the time of adding the slave.
     exchange: (Option<BitTime>, Moment),
     first_round: FirstRound,
+    looked: Looked,
     search_at: Instant,
     sample_at: Instant,
     /// The alarms whose defects are read, and when; `None` without an alarm.
@@ -60,6 +61,7 @@ impl PolledGauge {
             shown: ShownGauge::new(config).lost_since(now.wall),
             exchange: (None, now),
             first_round: FirstRound::begin(now),
+            looked: Looked::begin(now),
             search_at: now.at,
             sample_at: now.at,
             alarms: ExceptionStatus::empty(),
@@ -159,6 +161,7 @@ impl PolledGauge {
     pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
         self.parameters.expire(now.at);
+        let has_looked = self.looked.looks(now);
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
         let address = self.shown.config.address;
@@ -178,7 +181,8 @@ impl PolledGauge {
                 }
             }
             None => {
-                self.take_no_reading(recorder, master, now);
+                let is_silent = has_looked && self.exchange.0.is_some() && silence >= MAX_SILENCE;
+                self.take_no_reading(recorder, master, is_silent, now);
                 // It may have a reading soon, however seldom it is sampled.
                 self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
             }
@@ -192,9 +196,9 @@ impl PolledGauge {
         }
     }
 
-    fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster, now: Moment) {
+    fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster, is_silent: bool, now: Moment) {
         let address = self.shown.config.address;
-        let problem = loss::reason(master, address).map(|error| error.to_string());
+        let problem = loss::reason(master, address, is_silent).map(|error| error.to_string());
         let is_present = !matches!(master.state(address), None | Some(HandlerState::Offline | HandlerState::Inactive));
         let is_starting = is_present && problem.is_none();
         let state = if is_starting { BusStationState::Starting } else { BusStationState::Missing };

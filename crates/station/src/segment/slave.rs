@@ -16,7 +16,7 @@ pub use shown::planned_slave;
 
 use super::allowance::Allowance;
 use super::first_round::FirstRound;
-use super::loss;
+use super::loss::{self, Looked};
 use super::moment::{LineMoment, Moment};
 use crate::config;
 use crate::recording::RecorderHandle;
@@ -90,6 +90,7 @@ pub struct SegmentSlave {
     /// The last data exchange on the line and on the clocks of the station.
     exchange: (Option<BitTime>, Moment),
     first_round: FirstRound,
+    looked: Looked,
     /// When it gave the present values.
     read: Option<Moment>,
     lost_at: Option<Micros>,
@@ -126,6 +127,7 @@ impl SegmentSlave {
             plugged: Plugged::Unasked,
             exchange: (None, now),
             first_round: FirstRound::begin(now),
+            looked: Looked::begin(now),
             read: None,
             lost_at: Some(now.wall),
             sample_at: now.at,
@@ -199,6 +201,7 @@ impl SegmentSlave {
     /// Takes the present inputs of a slave that the station owns, if its time has come.
     pub fn sample_owned(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
+        let has_looked = self.looked.looks(now);
         if !self.is_added || self.sample_at > now.at {
             return;
         }
@@ -215,7 +218,8 @@ impl SegmentSlave {
                 self.take_values(recorder, &diagnosis, inputs, read, now);
             }
             None => {
-                let problem = loss::reason(master, address).map(|error| self.refusal(error));
+                let is_silent = has_looked && is_exchanging.is_some() && now.since(read) >= MAX_SILENCE;
+                let problem = loss::reason(master, address, is_silent).map(|error| self.refusal(error));
                 if problem.is_some() {
                     self.first_round.end();
                 }

@@ -142,13 +142,6 @@ impl Plant {
         self.now += time;
     }
 
-    /// The cable is cut, and time passes while the segment does nothing.
-    pub fn cut_and_stall(&mut self, time: Duration) {
-        self.is_silent = true;
-        self.arriving.clear();
-        self.stall(time);
-    }
-
     /// A foreign master and its slave at another rate. They exchange data already: nobody heard how they began.
     pub fn set_foreign(&mut self, baud: Baud) {
         let (mut segment, began) = (foreign(baud), Duration::from_secs(3));
