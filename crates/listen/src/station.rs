@@ -21,6 +21,10 @@ pub const MAX_DIAGNOSES: usize = 16;
 /// the time in which an operator expects a change.
 const SILENCE_MS: u64 = 3000;
 
+/// The same for the last unanswered request to a gauge of the station's file, which its station searches every few seconds. chosen: three
+/// searches of a station.
+const SEARCHED_MS: u64 = 10_000;
+
 /// The number of unanswered requests in a row after which a station is missing. chosen: a master sends a request twice by default.
 pub const MISSING_AFTER: u32 = 2;
 
@@ -196,11 +200,13 @@ impl Station {
     pub fn state(&self, now: BitTime, baud: Baud) -> Option<StationState> {
         let silence_tbit = baud.tbit_of_ms(SILENCE_MS);
         let is_recent = |at: Option<BitTime>| at.is_some_and(|at| now - at < silence_tbit);
+        let asked_tbit = if self.knowledge.is_declared() { baud.tbit_of_ms(SEARCHED_MS) } else { silence_tbit };
+        let is_asked = self.asked_at.is_some_and(|at| now - at < asked_tbit);
         let is_missing = self.unanswered_in_a_row >= MISSING_AFTER;
         Some(match (self.master_at, self.heard_at) {
             (Some(_), heard) if is_recent(heard) && !is_missing => StationState::Master,
             (Some(_), _) => StationState::Missing,
-            (None, _) if is_missing && is_recent(self.asked_at) => StationState::Missing,
+            (None, _) if is_missing && is_asked => StationState::Missing,
             (None, None) => return None,
             (None, heard) if !is_recent(heard) => StationState::NotAddressed,
             (None, Some(_)) if self.is_exchanging && is_recent(self.knowledge.exchanged_at()) => {

@@ -1,8 +1,9 @@
 //! The latest snapshot of each segment. Segment threads publish; alarms, control and the API read.
 
 use crate::bus::BusStore;
-use crate::view::{Gauge, ReadProgress, Segment, SegmentState, duration_ms};
+use crate::view::{BusStation, Gauge, ReadProgress, Segment, SegmentState, duration_ms};
 use profivac_client::suggestion::known;
+use profivac_recorder::Micros;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
@@ -64,6 +65,8 @@ pub struct SnapshotStore {
     /// The segments of the file, before they start.
     plan: RwLock<Arc<[SegmentSnapshot]>>,
     read_progress: Mutex<Vec<ReadProgress>>,
+    /// Since when the gauges of a segment that was stopped have no readings, until they have some again.
+    losses: Mutex<BTreeMap<String, Micros>>,
     buses: BusStore,
     /// A gateway shows parameters: the segments read them.
     parameter_readers: AtomicUsize,
@@ -72,6 +75,8 @@ pub struct SnapshotStore {
 impl SnapshotStore {
     /// Replaces the snapshot of a segment.
     pub fn publish(&self, snapshot: SegmentSnapshot) {
+        let has_readings = |name: &String| snapshot.gauges.iter().any(|it| it.name == *name && it.lost_at.is_none());
+        self.losses().retain(|name, _| !has_readings(name));
         let published = Published { at: Instant::now(), snapshot };
         self.write().insert(published.snapshot.segment.name.clone(), published);
     }
@@ -94,18 +99,47 @@ impl SnapshotStore {
         let plan = self.plan();
         let published = self.read();
         let now = |planned: &SegmentSnapshot| {
-            published.get(&planned.segment.name).map_or_else(|| planned.clone(), Published::aged)
+            published.get(&planned.segment.name).map_or_else(|| self.with_losses(planned), Published::aged)
         };
         let is_other = |name: &String| plan.iter().all(|planned| planned.segment.name != *name);
         let others = published.iter().filter(|(name, _)| is_other(name)).map(|(_, published)| published.aged());
         plan.iter().map(now).chain(others).collect()
     }
 
-    /// Replaces the gauges of a segment, and leaves the rest of its snapshot.
-    pub fn publish_gauges(&self, segment: &str, gauges: Vec<Gauge>) {
+    /// Keeps since when the gauges of a segment that stops have no readings: the segment that begins anew has the same times, which are
+    /// those of the database.
+    pub fn keep_losses(&self, gauges: impl IntoIterator<Item = Gauge>) {
+        let losses = gauges.into_iter().filter_map(|gauge| Some((gauge.name, gauge.lost_at?)));
+        self.losses().extend(losses);
+    }
+
+    /// Since when a gauge of a segment that was stopped has no readings.
+    #[must_use]
+    pub fn loss(&self, gauge: &str) -> Option<Micros> {
+        self.losses().get(gauge).copied()
+    }
+
+    fn with_losses(&self, planned: &SegmentSnapshot) -> SegmentSnapshot {
+        let SegmentSnapshot { segment, gauges } = planned.clone();
+        let with_loss = |gauge: Gauge| Gauge { lost_at: self.loss(&gauge.name), ..gauge };
+        SegmentSnapshot { segment, gauges: gauges.into_iter().map(with_loss).collect() }
+    }
+
+    fn losses(&self) -> MutexGuard<'_, BTreeMap<String, Micros>> {
+        self.losses.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Replaces the gauges of a segment and their stations on the bus, and leaves the rest of its snapshot.
+    pub fn publish_gauges(&self, segment: &str, gauges: Vec<Gauge>, stations: Vec<BusStation>) {
         if let Some(published) = self.write().get_mut(segment) {
             published.at = Instant::now();
             published.snapshot.gauges = gauges;
+            for station in stations {
+                let shown = &mut published.snapshot.segment.stations;
+                if let Some(place) = shown.iter_mut().find(|other| other.address == station.address) {
+                    *place = station;
+                }
+            }
         }
     }
 
@@ -276,6 +310,30 @@ mod tests {
         assert_eq!(names(&store), ["z", "m", "b", "a"].map(|name| row(name, running)), "the last is not in the file");
         store.remove("z");
         assert_eq!(names(&store)[..2], [row("z", waiting), row("m", running)]);
+    }
+
+    /// A request may wait for seconds: the map of the bus must not show an exchange of which the gauge knows that it is over.
+    #[test]
+    fn gauges_are_published_with_their_stations_on_the_bus() {
+        let station = |address, state| BusStation {
+            address,
+            state,
+            name: None,
+            device: None,
+            ident: None,
+            description: String::new(),
+        };
+        let (master, exchange, missing) =
+            (BusStationState::OwnMaster, BusStationState::DataExchange, BusStationState::Missing);
+        let store = SnapshotStore::default();
+        let mut snapshot = segment("hall", SegmentState::Running);
+        snapshot.segment.stations = vec![station(1, master), station(5, exchange), station(6, exchange)];
+        store.publish(snapshot.clone());
+        let gauges = vec![Gauge { state: missing, ..snapshot.gauges[0].clone() }];
+        store.publish_gauges("hall", gauges.clone(), vec![station(6, missing)]);
+        let shown = store.in_order_of_file().remove(0);
+        assert_eq!(shown.segment.stations, [station(1, master), station(5, exchange), station(6, missing)]);
+        assert_eq!(shown.gauges, gauges);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use jiff::civil::Time;
 use profivac_recorder::alarms::AlarmBatch;
 use profivac_recorder::{AuditAction, AuditEntry, DatabaseError, EventKind, Recorder, Settings, Unwritten};
 use profivac_web_server::auth::{Actor, Role, User};
+use std::collections::BTreeSet;
 use std::slice;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -127,9 +128,15 @@ impl Station {
                     self.segments.push(kept);
                 }
                 None => {
-                    // A port cannot be opened twice: the segment that has it stops first.
-                    if let Some(index) = old.iter().position(|segment| segment.config().port == new.port) {
-                        old.remove(index).stop(Instant::now() + STOP_TIMEOUT);
+                    // A port cannot be opened twice, and a name has one thread: the segment that has it stops first.
+                    let is_in_the_way = |segment: &SegmentHandle| {
+                        let config = segment.config();
+                        config.port == new.port || config.name == new.name
+                    };
+                    while let Some(index) = old.iter().position(is_in_the_way) {
+                        let stopping = old.remove(index);
+                        self.record_event(&stop_sentence(stopping.config(), &new));
+                        stopping.stop(Instant::now() + STOP_TIMEOUT);
                     }
                     self.start_segment(new);
                 }
@@ -280,6 +287,38 @@ const CHECK_THREAD: &str = "the thread that checks the database";
 /// The thread of a segment, for an event.
 fn thread_of(segment: &config::Segment) -> String {
     format!("the thread of segment {}", segment.name)
+}
+
+/// Why a segment stops before `new` starts, for an event.
+fn stop_sentence(old: &config::Segment, new: &config::Segment) -> String {
+    let name = &old.name;
+    if *name != new.name {
+        return format!(
+            "segment {name} stops and releases its gauges and slaves: the station's file gives its port to segment {}",
+            new.name
+        );
+    }
+    format!(
+        "segment {name} begins anew and releases its gauges and slaves: changed in the station's file: {}",
+        restart_reasons(old, new)
+    )
+}
+
+/// The parts of a segment that differ, other than its gauges.
+fn restart_reasons(old: &config::Segment, new: &config::Segment) -> String {
+    let keys = [
+        ("port", old.port != new.port),
+        ("baud", (old.baud, old.detects_baud) != (new.baud, new.detects_baud)),
+        ("master", old.master != new.master),
+        ("listen-only", old.listen_only != new.listen_only),
+        ("device files", old.devices != new.devices),
+    ];
+    let keys = keys.into_iter().filter(|(_, differs)| *differs).map(|(key, _)| key.to_owned());
+    let removed = old.slaves.iter().filter(|slave| !new.slaves.contains(slave));
+    let added = new.slaves.iter().filter(|slave| !old.slaves.contains(slave));
+    let slaves: BTreeSet<String> = removed.chain(added).map(|slave| format!("slave {}", slave.name)).collect();
+    let all: Vec<String> = keys.chain(slaves).collect();
+    if all.is_empty() { "the order of the slaves".to_owned() } else { all.join(", ") }
 }
 
 /// When the file was changed.

@@ -263,6 +263,29 @@ fn a_changed_file_does_not_disturb_unchanged_gauges() {
 }
 
 #[test]
+fn an_event_says_that_a_segment_begins_anew_and_why() {
+    let fixture = Fixture::new();
+    fixture.memory_segment("hall", &["bcg450@5"]);
+    let config = || fixture.config(&[("hall", &["chamber bcg450 5"])]);
+    let mut station = Station::start(config()).unwrap();
+    let services = station.services();
+    exchanging(&services, "chamber");
+    let mut changed = config();
+    changed.segments[0].master = 2;
+    station.reconfigure(changed);
+    let running = |segment: Segment| Some(segment).filter(|it| it.master == Some(2));
+    until("the other master", || running(segment(&services, "hall")));
+    exchanging(&services, "chamber");
+    assert!(services.recorder().flush());
+    let events = services.recorder().open_reader().unwrap().events(Micros(0), Micros(i64::MAX), 100).unwrap();
+    let told: Vec<_> = events.iter().filter(|event| event.text.contains("begins anew")).collect();
+    let [event] = told[..] else { panic!("{events:#?}") };
+    let expected = "segment hall begins anew and releases its gauges and slaves: changed in the station's file: master";
+    assert_eq!(event.text, expected);
+    station.stop().unwrap();
+}
+
+#[test]
 fn many_threads_read_the_snapshots() {
     let fixture = Fixture::new();
     fixture.memory_segment("hall", &["bcg450@5"]);

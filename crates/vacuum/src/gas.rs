@@ -106,6 +106,12 @@ impl Gas {
         GASES.into_iter().map(|(gas, ..)| gas)
     }
 
+    /// The English name.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        WORDS.into_iter().find(|(_, gas)| *gas == self).map_or("air", |(word, _)| word)
+    }
+
     /// True pressure divided by the indication of a Pirani, between 1 and 100 Pa.
     #[must_use]
     pub fn pirani_factor(self) -> f64 {
@@ -235,6 +241,7 @@ mod tests {
             assert_eq!(word.parse(), Ok(gas));
         }
         assert!("argonne".parse::<Gas>().is_err());
+        assert!(Gas::all().all(|gas| gas.word().parse() == Ok(gas)));
     }
 
     #[test]

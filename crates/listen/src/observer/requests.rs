@@ -113,7 +113,7 @@ impl Observer {
             self.slot_tbit = Some(self.slot_tbit.map_or(waited_tbit, |slot_tbit| slot_tbit.min(waited_tbit)));
         }
         if let Some((_, address)) = self.pending_status.take() {
-            // An unanswered FDL status shows something only about a station that has answered before.
+            // An unanswered FDL status shows something only about a station that has answered before, and about a gauge of the file.
             self.no_answer(address, false);
         }
         let Some(slave) = self.pending.take() else { return };
@@ -124,7 +124,8 @@ impl Observer {
     pub(super) fn no_answer(&mut self, address: u8, is_request: bool) {
         let now = self.now;
         let is_known = self.station(address).is_some_and(|station| station.heard_at.is_some());
-        if !is_request && !is_known {
+        let is_declared = self.station(address).is_some_and(|station| station.knowledge.is_declared());
+        if !is_request && !is_known && !is_declared {
             return;
         }
         let Some(station) = self.station_mut(address) else { return };

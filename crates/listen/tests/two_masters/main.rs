@@ -745,6 +745,29 @@ fn the_live_list_has_the_state_that_the_traffic_shows() {
     assert_eq!(states(&listener), expected);
 }
 
+/// A station searches a gauge of its file with FDL status every few seconds; a master polls the addresses of its GAP with the same request.
+#[test]
+fn a_gauge_of_the_file_that_answers_no_fdl_status_is_missing_between_two_searches() {
+    let baud = Baud::B19200;
+    let mut listener = Listener::new(baud);
+    let declared = Declared { model: model_named("bcg450").unwrap(), configuration: None, unit: None };
+    listener.observer.declare(7, declared);
+    let fdl_status = |da: u8| vec![0x10, da, 1, 0x49, da.wrapping_add(0x4A), 0x16];
+    let mut now = 0;
+    for _ in 0..3 {
+        for address in [7, 8] {
+            listener.hear(&Chunk { start: Some(BitTime(now)), octets: fdl_status(address), ..Chunk::default() });
+            now += 11 * 6 + 400;
+        }
+        now += baud.tbit_of_ms(4000);
+    }
+    listener.observer.advance(BitTime(now));
+    let states = |listener: &Listener| [7, 8].map(|address| listener.observer.state(address));
+    assert_eq!(states(&listener), [Some(StationState::Missing), None]);
+    listener.observer.advance(BitTime(now + baud.tbit_of_ms(10_000)));
+    assert_eq!(states(&listener), [None, None], "the station has ended its search");
+}
+
 /// A receiver that has found an error waits for T_SYN of idle: damaged octets before that are the same damage.
 #[test]
 fn damaged_octets_without_t_syn_between_them_count_once() {

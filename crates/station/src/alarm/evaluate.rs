@@ -191,15 +191,16 @@ impl Evaluator {
         enough.then(|| slope(&self.past))?
     }
 
-    /// Whether the rate has been unknown for longer than the window only because readings are beyond the range of the gauge, or change
-    /// between both sides of its end. Such a pressure does not rise any more, as far as the gauge can tell.
+    /// Whether the reading is beyond the range of the gauge, and the rate has been unknown for longer than the window only because readings
+    /// are, or change between both sides of its end. Such a pressure does not rise any more, as far as the gauge can tell. Readings within
+    /// the range for half of the window have a rate, and the wait begins anew; with fewer of them nothing is known.
     fn stays_beyond_range(&mut self, rate: Option<f64>, reading: &Reading, window: Duration, now: Micros) -> bool {
         if rate.is_some() || Bounds::of(reading).is_none() {
             self.beyond_since = None;
         } else if reading.quality != Quality::Valid {
             self.beyond_since.get_or_insert(now);
         }
-        self.beyond_since.is_some_and(|since| since.after(window) < now)
+        reading.quality != Quality::Valid && self.beyond_since.is_some_and(|since| since.after(window) < now)
     }
 
     /// The number of telegrams damaged within the last minute.
@@ -539,7 +540,7 @@ mod tests {
         let mut flickers = Rising::new();
         flickers.rise();
         let first = (0..1).map(|_| (Quality::Overrange, 1e5));
-        assert_eq!(flickers.first_known(first.chain((0..240).map(at_end))), Some((steps_of_window + 1, false)));
+        assert_eq!(flickers.first_known(first.chain((0..240).map(at_end))), Some((steps_of_window + 3, false)));
         let text = flickers.see(Quality::Overrange, 1e5).text;
         assert_eq!(text, "process shows over range (> 1000 mbar), no rise at the end of its range");
 
@@ -550,6 +551,16 @@ mod tests {
 
         // A new rise is one: the rate is known again after half of the window.
         stays.rise();
+    }
+
+    /// A chamber that was vented and is pumped down: the gauge measures again, and the alarm says nothing about an end of its range.
+    #[test]
+    fn a_reading_within_the_range_is_at_no_end_of_it() {
+        let mut rising = Rising::new();
+        rising.rise();
+        let below = (0..4 * 25).map(|_| (Quality::Underrange, 5e-8));
+        let measures = (0..4 * 10).map(|_| (Quality::Valid, 2e-4));
+        assert_eq!(rising.first_known(below.chain(measures)), None);
     }
 
     #[test]

@@ -40,10 +40,25 @@ pub enum Crossing {
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
-    Above(f64),
+    Above(Above),
     /// The pressure is above the range of the gauge, whose end is below the requested pressure.
     Unmeasurable,
 }
+
+/// A pressure above the requested one.
+#[derive(Clone, Copy)]
+struct Above {
+    /// Its last sample, in seconds.
+    sample_s: f64,
+    /// Until when it held: a reading above the range lasts until the next section begins.
+    held_s: f64,
+    /// The pressure in Pa; above the range its end.
+    pa: f64,
+}
+
+/// Readings on both sides of a change of quality that are farther apart do not show when a pressure between them was crossed. chosen: a decade,
+/// which no pump-down takes within the interval of a gauge.
+const FARTHEST: f64 = 10.0;
 
 /// The first time at which `trace` reached the pressure `pa`, in Pa.
 #[must_use]
@@ -52,11 +67,11 @@ pub fn crossing(trace: &Trace, pa: f64) -> Crossing {
     for section in &trace.sections {
         let reached = match section.quality {
             Quality::Valid => within(section, pa, known),
-            Quality::Underrange if end_of_range(section).is_some_and(|end| end <= pa) => {
-                Some(entered(section.from_s, known))
+            Quality::Underrange => {
+                let end = end_of_range(section).filter(|end| *end <= pa);
+                end.map(|end| entered((section.from_s, end), known))
             }
             Quality::Overrange
-            | Quality::Underrange
             | Quality::Fault
             | Quality::Stale
             | Quality::Off
@@ -83,27 +98,34 @@ fn within(section: &Section, pa: f64, known: Known) -> Option<Crossing> {
     let (t, p) = *section.smooth.get(index)?;
     let before = index.checked_sub(1).and_then(|before| section.smooth.get(before));
     Some(before.map_or_else(
-        || entered(t, known),
+        || entered((t, p), known),
         |(t0, p0)| Crossing::Reached { s: t0 + (t - t0) * (p0 / pa).ln() / (p0 / p).ln() },
     ))
 }
 
-/// The crossing at the beginning of a section that begins below the pressure.
-fn entered(t: f64, known: Known) -> Crossing {
+/// The crossing at the beginning of a section that begins at `t` with `pa`, which is below the pressure.
+fn entered((t, pa): (f64, f64), known: Known) -> Crossing {
     match known {
         Known::Nothing if t <= 0.0 => Crossing::Already,
         Known::Nothing | Known::Unmeasurable => Crossing::Before { s: t },
         // The recorder keeps the samples on both sides of a change of quality, so this gap is no longer than one interval.
-        Known::Above(from_s) if t - from_s < 1.0 => Crossing::Reached { s: t },
-        Known::Above(from_s) => Crossing::Between { from_s, to_s: t },
+        Known::Above(above) if t - above.held_s < 1.0 && above.pa < FARTHEST * pa => Crossing::Reached { s: t },
+        Known::Above(Above { sample_s, held_s, .. }) => {
+            Crossing::Between { from_s: if held_s < t { held_s } else { sample_s }, to_s: t }
+        }
     }
 }
 
 fn after(section: &Section, pa: f64, known: Known) -> Known {
     match section.quality {
-        Quality::Valid => section.smooth.last().map_or(known, |(t, _)| Known::Above(*t)),
-        Quality::Overrange if end_of_range(section).is_some_and(|end| end >= pa) => Known::Above(section.to_s),
-        Quality::Overrange => Known::Unmeasurable,
+        Quality::Valid => {
+            let above = |(s, pa): &(f64, f64)| Known::Above(Above { sample_s: *s, held_s: *s, pa: *pa });
+            section.smooth.last().map_or(known, above)
+        }
+        Quality::Overrange => match section.points.last() {
+            Some((s, end)) if *end >= pa => Known::Above(Above { sample_s: *s, held_s: section.to_s, pa: *end }),
+            _ => Known::Unmeasurable,
+        },
         Quality::Underrange | Quality::Fault | Quality::Stale | Quality::Off | Quality::Missing | Quality::Assumed => {
             known
         }

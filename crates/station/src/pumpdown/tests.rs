@@ -193,6 +193,22 @@ fn a_pressure_above_the_range_has_no_exact_time() {
     assert_eq!(crossing(&trace, 1e-4), Crossing::Not);
 }
 
+/// A gauge that is switched over, or a chamber behind a valve: the first and the last decade were crossed at some time between two samples.
+#[test]
+fn a_jump_over_decades_has_the_times_of_both_samples() {
+    let over = |s| Sample::new(at(s), Some(AIR), Quality::Overrange);
+    let under = |s| Sample::new(at(s), Some(1e-6), Quality::Underrange);
+    let between = Crossing::Between { from_s: 0.5, to_s: 1.125 };
+    for samples in
+        [[over(0.0), over(0.5), under(1.125), under(2.0)], [valid(0.0, AIR), valid(0.5, AIR), under(1.125), under(2.0)]]
+    {
+        let trace = whole(&samples);
+        assert_eq!([1e4, 1.0, 1e-6].map(|pa| crossing(&trace, pa)), [between; 3], "{samples:?}");
+    }
+    let trace = whole(&[over(0.0), over(0.5), valid(1.125, 1e-3), valid(2.0, 1e-4)]);
+    assert_eq!([1e4, 1e-3].map(|pa| crossing(&trace, pa)), [between; 2]);
+}
+
 #[test]
 fn underrange_counts_as_reached_only_down_to_the_end_of_the_range() {
     let under = |s| Sample::new(at(s), Some(1e-3), Quality::Underrange);

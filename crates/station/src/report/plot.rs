@@ -143,7 +143,15 @@ impl Plot {
             put(svg, &text("end", LEFT - 8.0, y + 4.0, "", words));
         }
         put(svg, &format!("<path class=\"frame\" d=\"M{LEFT} {TOP}V{bottom}H{right}\"/>\n"));
-        put(svg, &text("start", 8.0, TOP - 14.0, "axis", &self.y.label));
+        // Along its axis: the numbers of events are above the chart.
+        let (x, middle) = (14.0, TOP + HEIGHT / 2.0);
+        put(
+            svg,
+            &format!(
+                "<text class=\"axis\" transform=\"translate({x:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                escape(&self.y.label)
+            ),
+        );
         put(svg, &text("middle", f64::midpoint(LEFT, right), bottom + 50.0, "axis", &self.x.label));
     }
 
@@ -159,19 +167,15 @@ impl Plot {
     /// Events that are close together share a label.
     fn marks(&self, svg: &mut String) {
         let bottom = TOP + HEIGHT;
-        let mut groups: Vec<(f64, usize, usize)> = Vec::new();
+        let mut labels: Vec<MarkLabel> = Vec::new();
         for (number, at) in self.marks.iter().filter(|(_, at)| self.x.has(*at)) {
             let x = self.px(*at);
             put(svg, &format!("<path class=\"mark\" d=\"M{x:.1} {TOP}V{bottom}\"/>\n"));
-            match groups.last_mut() {
-                Some((first, _, last)) if x - *first < 26.0 => *last = *number,
-                _ => groups.push((x, *number, *number)),
-            }
+            add_mark(&mut labels, x, *number);
         }
-        for (x, first, last) in groups {
-            let words = if first == last { first.to_string() } else { format!("{first}–{last}") };
-            let width = 9.0 + 7.0 * words.chars().count() as f64;
-            let (left, top) = (x - 8.0, TOP - 20.0);
+        for label in labels {
+            let (left, width, words) = (label.left(), label.width(), label.words());
+            let top = TOP - 20.0;
             put(
                 svg,
                 &format!(
@@ -246,6 +250,37 @@ impl Plot {
             put(svg, &span(from, y, (to - from).max(1.5), *quality));
         }
         put(svg, "</g>\n");
+    }
+}
+
+/// The label of one event, or of several that are close together.
+struct MarkLabel {
+    /// The position of the first one.
+    x: f64,
+    first: usize,
+    last: usize,
+}
+
+impl MarkLabel {
+    fn words(&self) -> String {
+        if self.first == self.last { self.first.to_string() } else { format!("{}–{}", self.first, self.last) }
+    }
+
+    fn left(&self) -> f64 {
+        self.x - 8.0
+    }
+
+    fn width(&self) -> f64 {
+        9.0 + 7.0 * self.words().chars().count() as f64
+    }
+}
+
+/// Adds an event at `x` to the last label if its own would cover it.
+fn add_mark(labels: &mut Vec<MarkLabel>, x: f64, number: usize) {
+    let label = MarkLabel { x, first: number, last: number };
+    match labels.last_mut() {
+        Some(last) if label.left() < last.left() + last.width() + 2.0 => last.last = number,
+        _ => labels.push(label),
     }
 }
 
@@ -340,6 +375,18 @@ mod tests {
         assert!(placed.windows(2).all(|pair| pair[1] - pair[0] >= APART), "{placed:?}");
         assert!(placed.iter().all(|height| (TOP..=TOP + HEIGHT).contains(height)), "{placed:?}");
         assert_eq!(placed[0], 100.0);
+    }
+
+    #[test]
+    fn no_number_of_an_event_covers_another_one() {
+        for step in 1..60 {
+            let mut labels = Vec::new();
+            (1..200_u16).for_each(|number| add_mark(&mut labels, f64::from(step * number), usize::from(number)));
+            let ends: Vec<_> = labels.iter().map(|label| (label.left(), label.left() + label.width())).collect();
+            assert!(ends.windows(2).all(|pair| pair[0].1 < pair[1].0), "{step}: {ends:?}");
+            assert_eq!((labels[0].first, labels.last().unwrap().last), (1, 199), "{step}");
+            assert!(labels.windows(2).all(|pair| pair[0].last + 1 == pair[1].first), "{step}");
+        }
     }
 
     #[test]

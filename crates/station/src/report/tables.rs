@@ -8,6 +8,7 @@ use crate::pumpdown::compare::Direction;
 use crate::pumpdown::time_range::seconds;
 use crate::view::{IntervalView, RiseCause};
 use profivac_recorder::{Micros, Quality};
+use profivac_vacuum::Gas;
 
 /// A table that scrolls sideways on a narrow screen.
 fn table(caption: &str, head: &str, rows: &[String]) -> String {
@@ -55,7 +56,7 @@ pub fn gauges(report: &Report) -> String {
     };
     let rows: Vec<String> = report.gauges.iter().enumerate().map(row).collect();
     let unit = report.unit.name();
-    let ends = ["First valid", "Lowest valid", "Last valid"].map(|word| format!("{word}, {unit}"));
+    let ends = ["First valid", "Lowest", "Last valid"].map(|word| format!("{word}, {unit}"));
     let ends = heads(&ends.each_ref().map(String::as_str));
     let known = if is_known { heads(&["Device", "Address", "Segment", "Gas"]) } else { String::new() };
     table("", &(heads(&["Gauge"]) + &known + &ends), &rows)
@@ -90,10 +91,18 @@ fn identity(gauge: &Gauge) -> String {
         known(identity.device.as_ref()),
         identity.address.map_or("–".to_owned(), |address| address.to_string()),
         known(identity.segment.as_ref()),
-        identity.gas.as_ref().map_or("nitrogen, air".to_owned(), |gas| escape(gas)),
+        identity.gas.as_ref().map_or("nitrogen, air".to_owned(), |gas| escape(gas_word(gas))),
     ]
     .map(|text| cell(&text))
     .concat()
+}
+
+/// The English name of a gas of the configuration file.
+fn gas_word(name: &str) -> &str {
+    match name.parse::<Gas>() {
+        Ok(gas) => gas.word(),
+        Err(_) => name,
+    }
 }
 
 /// The time at which each gauge reached each pressure.
@@ -167,7 +176,7 @@ pub fn slopes(report: &Report) -> String {
         let slope = gauge.slope?;
         let rose = gauge.rises.iter().any(|rise| rise.to.s > slope.from_s);
         let cells = [
-            cell(&format!("{:.2} ± {:.2}", slope.exponent, slope.error.max(0.005))),
+            cell(&format!("{} ± {:.2}", hundredths(slope.exponent), slope.error.max(0.005))),
             cell(&format!("{} to {}", duration(slope.from_s), duration(slope.to_s))),
             cell(if rose { "no straight line: the pressure rose in this time" } else { meaning(&slope) }),
         ];
@@ -181,6 +190,12 @@ pub fn slopes(report: &Report) -> String {
     table
         + "<p class=\"note\">A slope is a hint and no proof: it depends on the chosen beginning, and a bake-out, a leak, the ultimate pressure of \
              the pump or the lower end of a gauge change it as well.</p>\n"
+}
+
+/// A number with two decimals. Zero has no sign.
+fn hundredths(value: f64) -> String {
+    let text = format!("{value:.2}");
+    if text == "-0.00" { "0.00".to_owned() } else { text }
 }
 
 fn meaning(slope: &Slope) -> &'static str {
@@ -468,6 +483,12 @@ fn columns(report: &Report) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn zero_has_no_sign_and_a_gas_has_its_name() {
+        assert_eq!([-0.004, 0.004, -0.006, 1.0].map(hundredths), ["0.00", "0.00", "-0.01", "1.00"]);
+        assert_eq!(["ar", "air", "freon12"].map(gas_word), ["argon", "air", "freon 12"]);
+    }
 
     #[test]
     fn an_interval_whose_ends_have_the_digits_of_the_value_has_its_width() {

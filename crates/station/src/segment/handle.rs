@@ -6,6 +6,7 @@ use super::polled_line::PolledLine;
 use super::runner::{Runner, RunnerSetup};
 use super::services::SegmentServices;
 use crate::config;
+use crate::view::Gauge;
 use profivac_recorder::{EventKind, PointSample, Quality, Sample};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -113,8 +114,12 @@ fn record_abandoned(services: &SegmentServices, segment: &config::Segment) {
     let text = format!("segment {} did not stop in time and was abandoned", segment.name);
     let now = System.now().wall;
     services.recorder.event_at(now, None, EventKind::Station, text);
-    let gauges = services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment.name);
-    let readings = gauges.flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Stale);
+    let gauges: Vec<_> =
+        services.snapshots.gauges().into_iter().filter(|gauge| gauge.segment == segment.name).collect();
+    let lost = |gauge: &Gauge| Gauge { lost_at: gauge.lost_at.or(Some(now)), ..gauge.clone() };
+    services.snapshots.keep_losses(gauges.iter().map(lost));
+    let readings =
+        gauges.into_iter().flat_map(|gauge| gauge.readings).filter(|reading| reading.quality != Quality::Stale);
     for reading in readings {
         services.recorder.push(&Arc::from(reading.series), Sample::gap(now));
     }

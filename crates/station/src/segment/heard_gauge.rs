@@ -9,6 +9,7 @@ use crate::recording::RecorderHandle;
 use crate::view::{self, BusStationState};
 use profivac_client::cyclic::{CyclicSlave, CyclicValues};
 use profivac_dp::link::BitTime;
+use profivac_recorder::Micros;
 use profivac_recorder::validity::MAX_SILENCE;
 use std::time::{Duration, Instant};
 
@@ -44,7 +45,13 @@ impl HeardGauge {
     /// A gauge of which nothing was heard yet.
     pub fn new(config: config::Gauge, now: Moment) -> Self {
         let first_round = FirstRound::begin(now);
-        Self { shown: ShownGauge::new(config), exchange: None, first_round, sample_at: now.at, assumptions: Vec::new() }
+        let shown = ShownGauge::new(config).lost_since(now.wall);
+        Self { shown, exchange: None, first_round, sample_at: now.at, assumptions: Vec::new() }
+    }
+
+    /// The same gauge, without readings since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { shown: self.shown.lost_since(at), ..self }
     }
 
     /// The port was opened: the gauge is not missed until its master has had time to ask it.
@@ -106,7 +113,7 @@ mod tests {
     use profivac_client::cyclic::ReportedChannels;
     use profivac_devices::catalog::model_named;
     use profivac_devices::profile::StatusExtension;
-    use profivac_recorder::{Micros, Quality, Recorder, Sample, Settings};
+    use profivac_recorder::{Quality, Recorder, Sample, Settings};
     use tempfile::TempDir;
 
     fn moment() -> Moment {

@@ -86,8 +86,10 @@ impl Line for HeardLine {
 
     fn new(context: &Context) -> Self {
         let now = context.now();
-        let gauges = context.config.gauges.iter().map(|gauge| HeardGauge::new(gauge.clone(), now)).collect();
-        let slaves = context.config.slaves.iter().map(|slave| SegmentSlave::new(slave.clone(), now)).collect();
+        let (config, lost_at) = (&context.config, |name: &str| context.lost_at(name, now));
+        let gauge = |it: &config::Gauge| HeardGauge::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let slave = |it: &config::Slave| SegmentSlave::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let (gauges, slaves) = (config.gauges.iter().map(gauge).collect(), config.slaves.iter().map(slave).collect());
         Self { gauges, slaves, kept: None, telegrams: 0, telegram_at: None }
     }
 

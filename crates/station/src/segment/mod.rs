@@ -18,6 +18,7 @@
 //! | `polled_gauge` | a gauge that is polled: search, data exchange, samples |
 //! | `heard_gauge` | a gauge of another master: samples |
 //! | `shown_gauge` | what both show and record |
+//! | `loss` | why a slave of the station's master gives no data |
 //! | `slave` | a slave by its GSD file: its points and its diagnosis |
 //! | `allowance` | a limit for the events of such a slave |
 //! | `edge`, `moment` | the time, ports and commands from outside |
@@ -45,6 +46,7 @@ mod heard_gauge;
 mod heard_line;
 mod inbox;
 mod line_observer;
+mod loss;
 mod moment;
 mod planned;
 mod polled_gauge;

@@ -2,6 +2,7 @@
 
 use super::find::FindError;
 use super::first_round::FirstRound;
+use super::loss::{self, Looked};
 use super::moment::{LineMoment, Moment};
 use super::readings::readings_of;
 use super::shown_gauge::{Exchange, ShownGauge};
@@ -16,6 +17,7 @@ use profivac_devices::profile::ExceptionStatus;
 use profivac_dp::link::{Baud, BitTime};
 use profivac_dp::master::HandlerState;
 use profivac_host::session::{BusMaster, BusSession};
+use profivac_recorder::Micros;
 use profivac_recorder::validity::MAX_SILENCE;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -42,6 +44,7 @@ pub struct PolledGauge {
     /// The last data exchange on the line and on the clocks of the station; at first the time of adding the slave.
     exchange: (Option<BitTime>, Moment),
     first_round: FirstRound,
+    looked: Looked,
     search_at: Instant,
     sample_at: Instant,
     /// The alarms whose defects are read, and when; `None` without an alarm.
@@ -55,9 +58,10 @@ impl PolledGauge {
     /// A gauge that has not been found yet.
     pub fn new(config: config::Gauge, now: Moment) -> Self {
         Self {
-            shown: ShownGauge::new(config),
+            shown: ShownGauge::new(config).lost_since(now.wall),
             exchange: (None, now),
             first_round: FirstRound::begin(now),
+            looked: Looked::begin(now),
             search_at: now.at,
             sample_at: now.at,
             alarms: ExceptionStatus::empty(),
@@ -68,7 +72,13 @@ impl PolledGauge {
 
     /// A gauge whose slave the master already has.
     pub fn with_slave(config: config::Gauge, slave: CyclicSlave, now: Moment) -> Self {
-        Self { shown: ShownGauge::starting(config.clone(), slave), ..Self::new(config, now) }
+        let shown = ShownGauge::starting(config.clone(), slave).lost_since(now.wall);
+        Self { shown, ..Self::new(config, now) }
+    }
+
+    /// The same gauge, without readings since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { shown: self.shown.lost_since(at), ..self }
     }
 
     /// The same slave with another configuration. Under another name it is sampled at once, otherwise after the new interval at the latest.
@@ -151,6 +161,7 @@ impl PolledGauge {
     pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
         self.parameters.expire(now.at);
+        let has_looked = self.looked.looks(now);
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
         let address = self.shown.config.address;
@@ -170,7 +181,8 @@ impl PolledGauge {
                 }
             }
             None => {
-                self.take_no_reading(recorder, master, now);
+                let is_silent = has_looked && self.exchange.0.is_some() && silence >= MAX_SILENCE;
+                self.take_no_reading(recorder, master, is_silent, now);
                 // It may have a reading soon, however seldom it is sampled.
                 self.sample_at = self.sample_at.min(now.at + MAX_SILENCE);
             }
@@ -184,9 +196,9 @@ impl PolledGauge {
         }
     }
 
-    fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster, now: Moment) {
+    fn take_no_reading(&mut self, recorder: &RecorderHandle, master: &BusMaster, is_silent: bool, now: Moment) {
         let address = self.shown.config.address;
-        let problem = master.exchange_error(address).map(|error| error.to_string());
+        let problem = loss::reason(master, address, is_silent).map(|error| error.to_string());
         let is_present = !matches!(master.state(address), None | Some(HandlerState::Offline | HandlerState::Inactive));
         let is_starting = is_present && problem.is_none();
         let state = if is_starting { BusStationState::Starting } else { BusStationState::Missing };
@@ -303,7 +315,6 @@ mod tests {
     use super::*;
     use profivac_client::cyclic::ReportedChannels;
     use profivac_devices::catalog::model_named;
-    use profivac_recorder::Micros;
 
     fn moment() -> Moment {
         Moment { at: Instant::now(), wall: Micros(0) }

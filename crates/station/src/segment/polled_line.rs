@@ -53,8 +53,10 @@ impl Line for PolledLine {
 
     fn new(context: &Context) -> Self {
         let (now, config) = (context.now(), &context.config);
-        let gauges = config.gauges.iter().map(|gauge| PolledGauge::new(gauge.clone(), now)).collect();
-        let slaves = config.slaves.iter().map(|slave| SegmentSlave::new(slave.clone(), now)).collect();
+        let lost_at = |name: &str| context.lost_at(name, now);
+        let gauge = |it: &config::Gauge| PolledGauge::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let slave = |it: &config::Slave| SegmentSlave::new(it.clone(), now).lost_since(lost_at(&it.name));
+        let (gauges, slaves) = (config.gauges.iter().map(gauge).collect(), config.slaves.iter().map(slave).collect());
         Self {
             gauges: Arc::new(Mutex::new(gauges)),
             slaves: Arc::new(Mutex::new(slaves)),
@@ -180,8 +182,7 @@ impl Line for PolledLine {
         let BusState { state, problem, cycle_ms, damaged_telegrams, others } =
             session.map_or(BusState::WAITING, |session| BusState::of(session, config));
         let (gauges, slaves) = (self.gauges(), self.slaves());
-        let configured = gauges.iter().map(|gauge| gauge.shown.bus_station());
-        let configured: Vec<_> = configured.chain(slaves.iter().map(SegmentSlave::bus_station)).collect();
+        let configured = configured_stations(&gauges, &slaves);
         let is_configured = |address| configured.iter().any(|station| station.address == address);
         let others = others.into_iter().filter(|other: &BusStation| !is_configured(other.address));
         let others: Vec<_> = others.collect();
@@ -251,7 +252,8 @@ impl PolledLine {
             slaves.iter_mut().for_each(|slave| slave.sample_owned(&services.recorder, master, line));
             if now.at >= publish_at && !is_abandoned.load(Ordering::Relaxed) {
                 publish_at = now.at + PUBLISH_INTERVAL;
-                services.snapshots.publish_gauges(&name, views(&gauges, &slaves, &name, now));
+                let views = views(&gauges, &slaves, &name, now);
+                services.snapshots.publish_gauges(&name, views, configured_stations(&gauges, &slaves));
             }
         }
     }
@@ -319,6 +321,12 @@ impl PolledLine {
 fn views(gauges: &[PolledGauge], slaves: &[SegmentSlave], segment: &str, now: Moment) -> Vec<Gauge> {
     let slaves = slaves.iter().map(|slave| slave.view_at(segment, now));
     gauges.iter().map(|gauge| gauge.view_at(segment, now)).chain(slaves).collect()
+}
+
+/// The gauges and the other slaves as stations on the bus.
+fn configured_stations(gauges: &[PolledGauge], slaves: &[SegmentSlave]) -> Vec<BusStation> {
+    let slaves = slaves.iter().map(SegmentSlave::bus_station);
+    gauges.iter().map(|gauge| gauge.shown.bus_station()).chain(slaves).collect()
 }
 
 /// The slave of a gauge in data exchange.

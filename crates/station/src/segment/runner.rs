@@ -11,7 +11,7 @@ use crate::config;
 use crate::snapshot::SegmentSnapshot;
 use profivac_host::port::PortError;
 use profivac_host::session::SessionError;
-use profivac_recorder::EventKind;
+use profivac_recorder::{EventKind, Micros};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
@@ -71,6 +71,11 @@ impl Context {
     /// The present moment.
     pub fn now(&self) -> Moment {
         self.edge.now()
+    }
+
+    /// Since when a gauge that is made `now` has no readings: the segment may have been stopped before.
+    pub fn lost_at(&self, gauge: &str, now: Moment) -> Micros {
+        self.services.snapshots.loss(gauge).unwrap_or(now.wall)
     }
 
     /// Records an event of the segment.
@@ -214,8 +219,7 @@ impl<L: Line> Parts<L> {
         match self.context.edge.command(&self.commands, left.min(SERVE_INTERVAL)) {
             Ok(SegmentCommand::Gauges(gauges)) => self.line.reconfigure(&self.context, None, gauges),
             Ok(SegmentCommand::Stop) | Err(RecvTimeoutError::Disconnected) => {
-                self.line.disconnect(&self.context, self.context.now(), STOPPED);
-                return Next::Stopped;
+                return self.stop();
             }
             Err(RecvTimeoutError::Timeout) => {}
         }
@@ -238,8 +242,7 @@ impl<L: Line> Parts<L> {
         match self.commands.try_recv() {
             Ok(SegmentCommand::Stop) | Err(TryRecvError::Disconnected) => {
                 self.line.release(&self.context, open);
-                self.line.disconnect(&self.context, self.context.now(), STOPPED);
-                return Next::Stopped;
+                return self.stop();
             }
             Ok(SegmentCommand::Gauges(gauges)) => self.line.reconfigure(&self.context, Some(&mut *open), gauges),
             Err(TryRecvError::Empty) => {}
@@ -249,6 +252,17 @@ impl<L: Line> Parts<L> {
             self.line.answer(&mut self.context, open)
         });
         served.map_or_else(Next::Lost, |()| Next::Same)
+    }
+
+    /// Ends all readings, and keeps the times at which they ended.
+    fn stop(&mut self) -> Next<L::Open> {
+        let now = self.context.now();
+        self.line.disconnect(&self.context, now, STOPPED);
+        if !self.context.is_abandoned.load(Ordering::Relaxed) {
+            let SegmentSnapshot { gauges, .. } = self.line.snapshot(&self.context, None, now);
+            self.context.services.snapshots.keep_losses(gauges);
+        }
+        Next::Stopped
     }
 
     /// Notes why the line is not served any more. Returns when the port is opened again.

@@ -71,6 +71,11 @@ impl ShownGauge {
         Self { slave: Some(slave), state: BusStationState::Starting, ..Self::new(config) }
     }
 
+    /// The same gauge, without readings since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { lost_at: Some(at), ..self }
+    }
+
     /// The alarms that it reports.
     pub const fn alarms(&self) -> ExceptionStatus {
         self.alarms

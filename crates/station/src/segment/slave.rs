@@ -16,6 +16,7 @@ pub use shown::planned_slave;
 
 use super::allowance::Allowance;
 use super::first_round::FirstRound;
+use super::loss::{self, Looked};
 use super::moment::{LineMoment, Moment};
 use crate::config;
 use crate::recording::RecorderHandle;
@@ -89,6 +90,7 @@ pub struct SegmentSlave {
     /// The last data exchange on the line and on the clocks of the station.
     exchange: (Option<BitTime>, Moment),
     first_round: FirstRound,
+    looked: Looked,
     /// When it gave the present values.
     read: Option<Moment>,
     lost_at: Option<Micros>,
@@ -125,8 +127,9 @@ impl SegmentSlave {
             plugged: Plugged::Unasked,
             exchange: (None, now),
             first_round: FirstRound::begin(now),
+            looked: Looked::begin(now),
             read: None,
-            lost_at: None,
+            lost_at: Some(now.wall),
             sample_at: now.at,
             search_at: now.at,
             verify_at: now.at,
@@ -134,6 +137,11 @@ impl SegmentSlave {
             is_heard: false,
             is_idle: false,
         }
+    }
+
+    /// The same slave, without values since this time.
+    pub fn lost_since(self, at: Micros) -> Self {
+        Self { lost_at: Some(at), ..self }
     }
 
     /// The port was opened: the slave is not missed until it was asked.
@@ -193,6 +201,7 @@ impl SegmentSlave {
     /// Takes the present inputs of a slave that the station owns, if its time has come.
     pub fn sample_owned(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
+        let has_looked = self.looked.looks(now);
         if !self.is_added || self.sample_at > now.at {
             return;
         }
@@ -209,7 +218,8 @@ impl SegmentSlave {
                 self.take_values(recorder, &diagnosis, inputs, read, now);
             }
             None => {
-                let problem = master.exchange_error(address).map(|error| self.refusal(error));
+                let is_silent = has_looked && is_exchanging.is_some() && now.since(read) >= MAX_SILENCE;
+                let problem = loss::reason(master, address, is_silent).map(|error| self.refusal(error));
                 if problem.is_some() {
                     self.first_round.end();
                 }
@@ -314,7 +324,7 @@ impl SegmentSlave {
     /// whose points are all in records gives values. chosen: the points of other slaves are stale together, as an alarm reports them.
     fn take_idle(&mut self, recorder: &RecorderHandle, now: Moment) -> Result<(), String> {
         if self.records.is_empty() || self.config.points.iter().any(|point| point.record.is_none()) {
-            let problem = "it is in data exchange with no master: with own = true the station exchanges data with it";
+            let problem = "no master exchanges data with it: with own = true the station does";
             return Err(problem.to_owned());
         }
         self.forget_diagnosis();
@@ -324,7 +334,7 @@ impl SegmentSlave {
             (self.read, self.lost_at) = (Some(now), None);
         }
         self.search_at = now.at + self.config.poll.max(IDLE_INTERVAL);
-        let problem = "it is in data exchange with no master: its records are read";
+        let problem = "no master exchanges data with it: its records are read";
         self.note_problem(recorder, Some(problem.to_owned()), now);
         Ok(())
     }

@@ -5,6 +5,8 @@
 //! memory (BCG450 manual 3.2.1.2, store class N), so it is read when the gauge was found, after an operation of the station, and every
 //! [`SELECTED_INTERVAL`].
 //!
+//! While a degas runs, its status and that of the emission are read every [`DEGAS_INTERVAL`], so that both stay valid.
+//!
 //! A state, such as emission or degas, changes without the station: its value is valid for [`VALID_FOR`] after it was read, then stale. A
 //! setting changes only by a write, and stays valid.
 
@@ -29,6 +31,14 @@ const INTERVAL: Duration = Duration::from_secs(10);
 /// day, so that a memory of 100,000 writes lasts for 17 years.
 const SELECTED_INTERVAL: Duration = Duration::from_secs(6 * 3600);
 
+/// The time between two readings of degas and emission while a degas runs, which the gauge ends by itself. chosen: a third of [`VALID_FOR`],
+/// because a reading may wait on a busy line.
+const DEGAS_INTERVAL: Duration = Duration::from_secs(20);
+
+/// A degas that has not ended after this time is read as seldom as before: each reading moves the selector. chosen: a BCG450 ends it after
+/// three minutes.
+const LONGEST_DEGAS: Duration = Duration::from_mins(30);
+
 /// How long the value of a parameter that changes by itself is valid after it was read. chosen: six intervals, so that a busy line makes no
 /// value stale, and a degas of three minutes does not seem to last.
 const VALID_FOR: Duration = Duration::from_secs(60);
@@ -48,6 +58,8 @@ struct Watched {
     is_urgent: bool,
     /// When its value becomes stale; `None` without a value, and for a setting.
     valid_until: Option<Instant>,
+    /// Since when a degas runs; only for its status.
+    degas_since: Option<Instant>,
 }
 
 impl Watched {
@@ -79,7 +91,8 @@ impl WatchedParameters {
             return;
         }
         self.model = Some(model.name);
-        let watched = |parameter| Watched { parameter, read_at: now, is_urgent: false, valid_until: None };
+        let watched =
+            |parameter| Watched { parameter, read_at: now, is_urgent: false, valid_until: None, degas_since: None };
         self.list = watched_of(model).map(watched).collect();
         self.values = planned(model).into();
     }
@@ -104,8 +117,34 @@ impl WatchedParameters {
         if let Some(watched) = self.list.get_mut(index) {
             watched.valid_until = (value.is_some() && changes_by_itself(parameter)).then(|| now + VALID_FOR);
         }
+        let is_on = value.as_ref().map(|value| value.number.is_some_and(|code| code != 0.0));
         if let Some(place) = Arc::make_mut(&mut self.values).get_mut(index) {
             *place = value.unwrap_or_else(|| absent(parameter));
+        }
+        if parameter.parameter.row.role == Some(Role::DegasStatus) {
+            self.follow_degas(index, is_on, now);
+        }
+    }
+
+    /// While a degas runs, its status and the emission of the same part are read again soon. `is_on` is `None` if its status was not read.
+    fn follow_degas(&mut self, index: usize, is_on: Option<bool>, now: Instant) {
+        let Some(degas) = self.list.get_mut(index) else { return };
+        match is_on {
+            Some(true) => degas.degas_since = degas.degas_since.or(Some(now)),
+            Some(false) => degas.degas_since = None,
+            None => {}
+        }
+        let is_followed = |since: Instant| now.saturating_duration_since(since) < LONGEST_DEGAS;
+        let location = degas.parameter.parameter.location;
+        if !degas.degas_since.is_some_and(is_followed) {
+            return;
+        }
+        for watched in &mut self.list {
+            let parameter = &watched.parameter.parameter;
+            let is_status = matches!(parameter.row.role, Some(Role::EmissionStatus | Role::DegasStatus));
+            if is_status && parameter.location == location {
+                watched.read_at = watched.read_at.min(now + DEGAS_INTERVAL);
+            }
         }
     }
 
@@ -327,6 +366,52 @@ mod tests {
         assert_eq!(value(&watched.values(), "ba.emission-status").quality, Quality::Valid);
     }
 
+    /// The parameters of the hot cathode whose turn is at `now`.
+    fn turns(watched: &mut WatchedParameters, now: Instant) -> Vec<&'static str> {
+        let all = std::iter::from_fn(|| watched.takes_turn(now)).map(|named| named.name.as_str());
+        all.filter(|name| name.starts_with("ba.")).collect()
+    }
+
+    #[test]
+    fn while_a_degas_runs_its_status_and_the_emission_are_read_again_before_they_are_stale() {
+        let begin = Instant::now();
+        let mut watched = read_at("bcg450", begin);
+        let named = |watched: &WatchedParameters, name: &str| {
+            watched.list.iter().find(|it| it.parameter.name == name).unwrap().parameter
+        };
+        let (emission, degas) = (named(&watched, "ba.emission-status"), named(&watched, "ba.degas-status"));
+        let reads = |watched: &mut WatchedParameters, number, now| {
+            for parameter in [emission, degas] {
+                watched.take(parameter, Some(WatchedParameter { number, ..read_value(parameter) }), now);
+            }
+        };
+        reads(&mut watched, Some(3.0), begin);
+        let mut now = begin;
+        for _ in 0..9 {
+            assert_eq!(turns(&mut watched, now + DEGAS_INTERVAL / 2), Vec::<&str>::new());
+            now += DEGAS_INTERVAL;
+            watched.expire(now);
+            let values = watched.values();
+            assert!([emission, degas].iter().all(|it| value(&values, &it.name).quality == Quality::Valid));
+            assert_eq!(turns(&mut watched, now), ["ba.emission-status", "ba.degas-status"]);
+            reads(&mut watched, Some(3.0), now);
+        }
+        // An answer that is missing does not end it, a degas that is off does.
+        now += DEGAS_INTERVAL;
+        assert_eq!(turns(&mut watched, now).len(), 2);
+        watched.take(degas, None, now);
+        now += DEGAS_INTERVAL;
+        assert_eq!(turns(&mut watched, now).len(), 2);
+        reads(&mut watched, Some(0.0), now);
+        assert_eq!(turns(&mut watched, now + VALID_FOR), Vec::<&str>::new(), "the selector is moved seldom");
+        // A degas that does not end.
+        reads(&mut watched, Some(3.0), now);
+        reads(&mut watched, Some(3.0), now + LONGEST_DEGAS - DEGAS_INTERVAL);
+        assert_eq!(turns(&mut watched, now + LONGEST_DEGAS).len(), 2);
+        reads(&mut watched, Some(3.0), now + LONGEST_DEGAS);
+        assert_eq!(turns(&mut watched, now + LONGEST_DEGAS + VALID_FOR), Vec::<&str>::new());
+    }
+
     #[test]
     fn an_emission_that_was_off_is_stale_when_the_hot_cathode_measures() {
         let now = Instant::now();
@@ -371,10 +456,6 @@ mod tests {
         let first: Vec<_> = std::iter::from_fn(|| watched.takes_turn(later)).map(|named| named.name.as_str()).collect();
         assert_eq!(first[..2], ["ba.emission-status", "ba.degas-status"], "a command has no value of its own");
         assert!(!is_valid(&watched, "ba.emission-status") && !is_valid(&watched, "ba.degas-status"));
-        let turns = |watched: &mut WatchedParameters, now| {
-            let all = std::iter::from_fn(|| watched.takes_turn(now)).map(|named| named.name.as_str());
-            all.filter(|name| name.starts_with("ba.")).collect::<Vec<_>>()
-        };
         assert_eq!(turns(&mut watched, later + INTERVAL), first[..2], "once more, when the gauge has executed it");
         assert_eq!(turns(&mut watched, later + VALID_FOR), Vec::<&str>::new(), "the selector is moved seldom");
     }

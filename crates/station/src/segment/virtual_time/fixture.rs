@@ -49,21 +49,44 @@ pub fn polled(gauges: &[&str]) -> config::Segment {
     }
 }
 
+fn started<L: Line>(
+    config: config::Segment,
+    services: &Services,
+    edge: &VirtualEdge,
+) -> (Sender<SegmentCommand>, Runner<L>) {
+    let (commands, inbox) = channel();
+    let setup = RunnerSetup {
+        config,
+        services: services.for_segments(),
+        commands: inbox,
+        is_abandoned: Arc::default(),
+        edge: Arc::new(edge.clone()),
+    };
+    (commands, Runner::new(setup))
+}
+
 impl<L: Line> Fixture<L> {
     pub fn new(config: config::Segment, edge: VirtualEdge) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plant.db");
         let recorder = Recorder::start(&path, Settings::default()).unwrap();
         let services = Arc::new(Services::new("Hall".to_owned(), path, recorder));
-        let (commands, inbox) = channel();
-        let setup = RunnerSetup {
-            config,
-            services: services.for_segments(),
-            commands: inbox,
-            is_abandoned: Arc::default(),
-            edge: Arc::new(edge.clone()),
-        };
-        Self { _folder: folder, services, edge, commands, runner: Runner::new(setup) }
+        let (commands, runner) = started(config, &services, &edge);
+        Self { _folder: folder, services, edge, commands, runner }
+    }
+
+    /// Stops the segment, as the station does.
+    pub fn stop(&mut self) {
+        self.commands.send(SegmentCommand::Stop).unwrap();
+        while self.step() {}
+        let (services, segment) = (self.services.for_segments(), self.segment());
+        services.snapshots.remove(&segment.name);
+        services.control.requests().close(&segment.name);
+    }
+
+    /// Starts a segment that was stopped.
+    pub fn start(&mut self, config: config::Segment) {
+        (self.commands, self.runner) = started(config, &self.services, &self.edge);
     }
 
     /// Makes a step. Returns whether the segment goes on.

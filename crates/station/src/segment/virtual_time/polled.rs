@@ -4,6 +4,7 @@ use super::fixture::{Fixture, POLL, PORT, gauge, polled};
 use super::plant::VirtualEdge;
 use crate::config;
 use crate::segment::edge::{Edge, SegmentCommand};
+use crate::segment::planned_segments;
 use crate::segment::polled_line::PolledLine;
 use crate::segment::runner::PUBLISH_INTERVAL;
 use crate::view::{BusStationState, Gauge};
@@ -125,6 +126,55 @@ fn a_loss_has_the_time_at_which_the_station_decides_it() {
     assert!(back.read_at > Some(lost_at));
 }
 
+/// The master has tried each gauge of a dead line only once or twice after a second.
+#[test]
+fn a_gauge_that_is_silent_for_a_second_gives_no_answer_in_every_view() {
+    let devices: Vec<_> = (5..17).map(|address| format!("bcg450@{address}")).collect();
+    let gauges: Vec<_> = (5..17).map(|address| format!("gauge{address} bcg450 {address}")).collect();
+    let names: Vec<_> = (5..17).map(|address| format!("gauge{address}")).collect();
+    let [devices, gauges] = [&devices, &gauges].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut fixture = fixture(&devices, &gauges);
+    names.iter().for_each(|name| {
+        fixture.exchanging(name);
+    });
+    fixture.run_for(Duration::from_secs(1));
+    fixture.change(|plant| plant.is_silent = true);
+    fixture.run_for(MAX_SILENCE + PUBLISH_INTERVAL * 3);
+    let stations = fixture.segment().stations;
+    for name in &names {
+        let lost = fixture.gauge(name);
+        assert_eq!((lost.state, lost.problem.as_deref()), (BusStationState::Missing, Some("no answer")), "{name}");
+        assert!(!lost.is_awaited);
+        let station = stations.iter().find(|station| station.address == lost.address).unwrap();
+        assert_eq!((station.state, station.description.as_str()), (BusStationState::Missing, "no answer"), "{name}");
+        let gap = *fixture.samples(name).last().unwrap();
+        let events: Vec<_> = fixture.events(&format!("{name}: no answer")).iter().map(|event| Some(event.at)).collect();
+        assert_eq!((gap.quality, Some(gap.at), events), (Quality::Stale, lost.lost_at, vec![lost.lost_at]), "{name}");
+    }
+
+    // Then the master gives the gauge up: the same loss.
+    let lost_at = fixture.gauge(&names[0]).lost_at;
+    fixture.run_for(Duration::from_secs(2));
+    assert_eq!(fixture.gauge(&names[0]).lost_at, lost_at);
+    assert_eq!(fixture.events(&format!("{}: no answer", names[0])).len(), 1);
+    fixture.change(|plant| plant.is_silent = false);
+    fixture.exchanging(&names[0]);
+    assert_eq!(fixture.events(&format!("{}: in data exchange", names[0])).len(), 1);
+}
+
+/// The computer was suspended, or so busy that the station did nothing for two seconds.
+#[test]
+fn a_silence_while_the_station_stood_still_is_no_missing_answer() {
+    let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    fixture.change(|plant| plant.stall(Duration::from_secs(2)));
+    assert!(fixture.step());
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    assert!(fixture.events("no answer").is_empty(), "{:?}", fixture.events("chamber"));
+}
+
 #[test]
 fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
     let mut fixture = fixture(&["bcg450@5"], &["chamber bcg450 5"]);
@@ -136,6 +186,40 @@ fn the_loss_of_a_port_is_one_event_with_the_time_of_the_gap() {
     let gap = *fixture.samples("chamber").last().unwrap();
     assert_eq!(gap.quality, Quality::Stale);
     assert_eq!((Some(gap.at), vec![gap.at]), (lost.lost_at, events.iter().map(|event| event.at).collect()));
+}
+
+/// Another slave in the station's file restarts the segment: the gauges of the new segment have lost nothing a second time.
+#[test]
+fn a_segment_that_begins_anew_has_the_losses_of_the_database() {
+    let config = || polled(&["chamber bcg450 5", "absent bcg450 6"]);
+    let mut fixture = Fixture::<PolledLine>::new(config(), VirtualEdge::with_slaves(&["bcg450@5"]));
+    fixture.services.snapshots().set_plan(planned_segments(&[config()]));
+    let made = fixture.gauge("absent").lost_at;
+    assert_eq!(
+        made,
+        Some(fixture.edge.now().wall),
+        "a gauge of which nothing was heard yet has the time of the station"
+    );
+    fixture.exchanging("chamber");
+    fixture.run_for(Duration::from_secs(1));
+    fixture.stop();
+    let gap = *fixture.samples("chamber").last().unwrap();
+    assert_eq!(gap.quality, Quality::Stale);
+    let planned = fixture.services.snapshots().in_order_of_file().remove(0).gauges;
+    assert_eq!(planned.iter().map(|gauge| gauge.lost_at).collect::<Vec<_>>(), [Some(gap.at), made]);
+    fixture.change(|plant| plant.stall(Duration::from_millis(500)));
+    fixture.start(config());
+    assert_eq!(fixture.gauge("chamber").lost_at, Some(gap.at));
+    assert_eq!(fixture.gauge("absent").lost_at, made);
+
+    // A loss that ended is forgotten.
+    assert_eq!(fixture.exchanging("chamber").lost_at, None);
+    fixture.run_for(Duration::from_secs(1));
+    fixture.stop();
+    fixture.start(config());
+    let lost_at = fixture.gauge("chamber").lost_at;
+    assert!(lost_at > Some(gap.at));
+    assert_eq!(lost_at, Some(fixture.samples("chamber").last().unwrap().at));
 }
 
 /// A gauge shows the time that the database has.

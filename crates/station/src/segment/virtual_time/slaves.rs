@@ -286,6 +286,32 @@ fn a_slave_that_is_lost_has_no_values_and_its_return_is_an_event() {
     assert_eq!(fixture.events("turbo: in data exchange").len(), 2);
 }
 
+/// The master has tried each slave of a dead line only once or twice after a second.
+#[test]
+fn a_slave_that_is_silent_for_a_second_gives_no_answer_in_every_view() {
+    let devices: Vec<_> = (12..24).map(|address| TestSlave::new(address, &pump())).collect();
+    let named = |address: u8| config::Slave { name: format!("turbo{address}"), address, ..slave(true) };
+    let slaves: Vec<_> = (12..24).map(named).collect();
+    let names: Vec<_> = slaves.iter().map(|slave| slave.name.clone()).collect();
+    let config = config::Segment { slaves, ..polled(&[]) };
+    let edge = VirtualEdge::with_slaves(&[]).and(&devices.iter().collect::<Vec<_>>());
+    let mut fixture = Fixture::<PolledLine>::new(config, edge);
+    names.iter().for_each(|name| {
+        fixture.exchanging(name);
+    });
+    fixture.change(|plant| plant.is_silent = true);
+    fixture.run_for(Duration::from_millis(1_300));
+    let stations = fixture.segment().stations;
+    for name in &names {
+        let turbo = fixture.gauge(name);
+        assert_eq!((turbo.state, turbo.problem.as_deref()), (BusStationState::Missing, Some("no answer")), "{name}");
+        let station = stations.iter().find(|station| station.address == turbo.address).unwrap();
+        assert_eq!((station.state, station.description.as_str()), (BusStationState::Missing, "no answer"), "{name}");
+        let events: Vec<_> = fixture.events(&format!("{name}: no answer")).iter().map(|event| Some(event.at)).collect();
+        assert_eq!(events, [turbo.lost_at], "{name}");
+    }
+}
+
 /// The recorded values of a point with their qualities.
 fn recorded<L: Line>(fixture: &Fixture<L>, name: &str) -> Vec<(Option<f64>, Quality)> {
     fixture.point_samples("turbo", name).iter().map(|sample| (sample.number, sample.quality)).collect()
@@ -360,7 +386,7 @@ fn a_slave_that_the_station_does_not_own_gets_no_parameters() {
     let device = TestSlave::new(12, &pump());
     let edge = VirtualEdge::with_slaves(&[]).and(&[&device]);
     let mut fixture = Fixture::<PolledLine>::new(segment(false), edge);
-    let turbo = fixture.until_problem("turbo", "in data exchange with no master");
+    let turbo = fixture.until_problem("turbo", "no master exchanges data with it: with own = true the station does");
     assert_eq!((turbo.listen_only, turbo.state), (true, BusStationState::Missing));
     fixture.run_for(Duration::from_secs(10));
     assert_eq!(device.state().user_prm, None);
@@ -439,7 +465,7 @@ fn a_slave_whose_points_are_all_in_records_is_read_while_no_master_exchanges_dat
     let turbo = fixture.until("turbo", Duration::from_secs(10), is_read);
     assert_eq!(shown(&turbo, "hours").1, "42 h");
     assert_eq!(turbo.state, BusStationState::Missing, "it is not in data exchange");
-    let problem = "it is in data exchange with no master: its records are read";
+    let problem = "no master exchanges data with it: its records are read";
     assert_eq!(turbo.problem.as_deref(), Some(problem));
     for _ in 0..20 {
         fixture.run_for(Duration::from_secs(1));
