@@ -157,6 +157,7 @@ pub(crate) fn without_value(reading: &Reading) -> Reading {
         corrected_pa: None,
         quality: Quality::Stale,
         cause: None,
+        is_defect: false,
     }
 }
 

@@ -261,6 +261,22 @@ fn a_number_has_the_decimals_that_the_lower_end_of_its_range_needs() {
     assert_eq!(point("chamber", Signal::State).decimals(), 0);
 }
 
+/// A TPG300 or TPG500 has no alarms of its own: the status of a channel reports its defect.
+#[test]
+fn a_defect_of_a_channel_is_a_fault_and_a_number_that_is_no_pressure_is_invalid() {
+    for (is_defect, expected) in [(true, State::Fault), (false, State::Invalid)] {
+        let mut inputs = planned();
+        let gauge = inputs.gauges.iter_mut().find(|gauge| gauge.name == "fore line").unwrap();
+        gauge.state = BusStationState::Fault;
+        (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(1)));
+        let reading = &mut gauge.readings[0];
+        (reading.quality, reading.is_defect) = (Quality::Fault, is_defect);
+        assert!(gauge.exceptions.is_empty());
+        let snapshot = Modeller::default().next(inputs, Micros(1));
+        assert_eq!(snapshot.values[position(&snapshot, "fore line.1", Signal::Pressure)].state, expected);
+    }
+}
+
 #[test]
 fn the_state_in_words_has_the_whole_cause() {
     let mut inputs = measuring(1.0, 1_000);
