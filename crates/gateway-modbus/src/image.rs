@@ -80,6 +80,7 @@ impl Encoder {
     fn content(&mut self, source: Source, snapshot: &Snapshot, now: Micros) -> Content {
         let value = |index: usize| snapshot.values.get(index);
         let number = |index: usize| value(index).map_or(0, |value| whole(&value.value));
+        let state = |index: usize| value(index).map_or(State::default(), |value| value.state);
         match source {
             Source::Word(word) => Content::One(word),
             Source::Long(long) => Content::Two(long),
@@ -90,23 +91,17 @@ impl Encoder {
                 Content::float(pa.map(|pa| self.settings.unit.of_pa(pa)))
             }
             Source::Thousandfold(index) => Content::One(thousandfold(value(index))),
-            Source::State(index) => {
-                Content::One(value(index).map_or(State::default(), |value| value.state).codes().modbus)
-            }
+            Source::State(index) => Content::One(state(index).codes().modbus),
             Source::Bits(index) => {
-                let state = value(index).map_or(State::default(), |value| value.state);
-                Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, state, gauge, snapshot)))
+                Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, state(index), gauge, snapshot)))
             }
             // A slave has no reading.
             Source::SlaveBits(index) => {
                 Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, State::Stale, gauge, snapshot)))
             }
-            Source::Known(index) => {
-                let state = value(index).map_or(State::default(), |value| value.state);
-                Content::One(self.of_gauge(index, snapshot, |point, gauge| {
-                    word(emission_and_degas(point, state, gauge, snapshot).map(|it| it.is_some()))
-                }))
-            }
+            Source::Known(index) => Content::One(self.of_gauge(index, snapshot, |point, gauge| {
+                word(emission_and_degas(point, state(index), gauge, snapshot).map(|it| it.is_some()))
+            })),
             Source::Age(index) => Content::One(age(time(value(index)), now)),
             Source::Readings(index) => Content::One(self.count(index, time(value(index)))),
             Source::Number(index) => Content::One(low_word(number(index))),
