@@ -391,8 +391,8 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     fn put(&mut self, register: u16, subject: &str, name: &str, source: Source, unit: &'static str, text: &str) {
-        let (subject, name, text) = (Arc::from(subject), name.to_owned(), text.to_owned());
-        self.rows.push(Row { register, source, subject, name, unit, text });
+        let (name, text) = (name.to_owned(), text.to_owned());
+        self.rows.push(Row { register, source, subject: Arc::from(subject), name, unit, text });
     }
 
     /// The position of another point of the subject at `index`.
