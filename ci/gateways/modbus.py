@@ -79,6 +79,7 @@ def check_values(plant, port, rows):
     assert master.value("hall", "segment-state") == 2
     assert master.value("chamber", "address") == 5
     wait_for("the emission", lambda: master.value("chamber", "ba.emission-status") == master.value("chamber", "ba.emission-status"))
+    wait_for("its bit, and that it is known", lambda: master.value("chamber", "bits") & 1 << 2 and master.value("chamber", "known") & 1)
 
 
 def check_alarm_and_fault(plant, port, rows):

@@ -7,6 +7,7 @@ use profivac_gateway::command::controlled_gauges;
 use profivac_gateway::signal::{gauge_state, priority};
 use profivac_gateway::{EpicsSeverity, EpicsStatus, Kind, Point, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::Micros;
+use profivac_recorder::export::seven_digits;
 use profivac_station::config::gateways::epics::{OnInvalid, ReadingState, Settings, Severity};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -134,13 +135,15 @@ fn meta(entry: Entry, point: &Point, settings: &Settings) -> Meta {
     let is_pressure = point.unit == Some("Pa");
     let scaled = |number: f64| in_unit(point.signal, is_pressure, number, settings.unit_pa());
     let limit = |pa: Option<f64>| pa.map_or(f64::NAN, scaled);
+    // 5e-8 Pa is 4.999999999999999e-10 mbar before it is rounded.
+    let end = |number: f64| if is_pressure { seven_digits(scaled(number)) } else { scaled(number) };
     let unit = if is_pressure { settings.unit.clone() } else { short(point.unit.unwrap_or_default()).to_owned() };
     let limits = point.limits;
     Meta {
         description: description(entry, point, &settings.unit),
         precision: point.decimals_in(settings.unit_pa()).into(),
         is_exponential: is_pressure || (point.unit == Some("s") && matches!(point.signal.kind(), Kind::Float)),
-        display: point.range.map_or((0.0, 0.0), |(low, high)| (scaled(low), scaled(high))),
+        display: point.display_range().map_or((0.0, 0.0), |(low, high)| (end(low), end(high))),
         limits: AlarmLimits {
             high_high: limit(limits.high_high),
             high: limit(limits.high),

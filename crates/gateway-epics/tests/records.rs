@@ -178,6 +178,9 @@ fn a_number_has_decimals_and_ends_so_that_a_client_without_exponents_shows_it() 
     assert_eq!((pressure.precision, pressure.is_exponential), (11, true), "5e-10 mbar has two digits");
     assert_eq!(meta(&with_parameters("unit = 'Pa'"), "CHAMBER:P").precision, 9);
     assert_eq!(meta(&mbar, "FORE_LINE:CH1:P").precision, 12, "a controller has gauges of unknown ranges");
+    let channel = meta(&mbar, "FORE_LINE:CH1:P").display;
+    assert!(close(channel.0, 1e-11) && close(channel.1, 1e3), "HOPR and LOPR are not both 0: {channel:?}");
+    assert_eq!(meta(&mbar, "CHAMBER:SP_A_STAT").precision, 0, "a code");
     let logarithm = meta(&mbar, "CHAMBER:PLOG");
     assert!(close(logarithm.display.0, 5e-10_f64.log10()) && close(logarithm.display.1, 1500_f64.log10()));
     assert_eq!((logarithm.precision, logarithm.is_exponential), (2, false));

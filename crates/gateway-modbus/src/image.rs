@@ -80,6 +80,7 @@ impl Encoder {
     fn content(&mut self, source: Source, snapshot: &Snapshot, now: Micros) -> Content {
         let value = |index: usize| snapshot.values.get(index);
         let number = |index: usize| value(index).map_or(0, |value| whole(&value.value));
+        let state = |index: usize| value(index).map_or(State::default(), |value| value.state);
         match source {
             Source::Word(word) => Content::One(word),
             Source::Long(long) => Content::Two(long),
@@ -90,10 +91,17 @@ impl Encoder {
                 Content::float(pa.map(|pa| self.settings.unit.of_pa(pa)))
             }
             Source::Thousandfold(index) => Content::One(thousandfold(value(index))),
-            Source::State(index) => {
-                Content::One(value(index).map_or(State::default(), |value| value.state).codes().modbus)
+            Source::State(index) => Content::One(state(index).codes().modbus),
+            Source::Bits(index) => {
+                Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, state(index), gauge, snapshot)))
             }
-            Source::Bits(index) => Content::One(self.bits(index, snapshot)),
+            // A slave has no reading.
+            Source::SlaveBits(index) => {
+                Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, State::Stale, gauge, snapshot)))
+            }
+            Source::Known(index) => Content::One(self.of_gauge(index, snapshot, |point, gauge| {
+                word(emission_and_degas(point, state(index), gauge, snapshot).map(|it| it.is_some()))
+            })),
             Source::Age(index) => Content::One(age(time(value(index)), now)),
             Source::Readings(index) => Content::One(self.count(index, time(value(index)))),
             Source::Number(index) => Content::One(low_word(number(index))),
@@ -113,11 +121,11 @@ impl Encoder {
         *count
     }
 
-    /// The bits of the reading whose pressure is at `index`.
-    fn bits(&self, index: usize, snapshot: &Snapshot) -> u16 {
-        let (Some(point), Some(value)) = (snapshot.points.get(index), snapshot.values.get(index)) else { return 0 };
+    /// What `make` gives for the point at `index` and its gauge; 0 if there is no such point.
+    fn of_gauge(&self, index: usize, snapshot: &Snapshot, make: impl FnOnce(&Point, &Gauge) -> u16) -> u16 {
+        let Some(point) = snapshot.points.get(index) else { return 0 };
         let gauge = point.subject.gauge().and_then(|name| self.map.gauges.get(name));
-        bits(point, value, gauge.unwrap_or(&Gauge::default()), snapshot)
+        make(point, gauge.unwrap_or(&Gauge::default()))
     }
 }
 
@@ -195,8 +203,14 @@ fn age(at: Option<Micros>, now: Micros) -> u16 {
     u16::try_from(tenths).unwrap_or(u16::MAX)
 }
 
-fn bits(point: &Point, value: &PointValue, gauge: &Gauge, snapshot: &Snapshot) -> u16 {
-    let number = |index: Option<usize>| index.and_then(|index| snapshot.values.get(index)).map(|it| whole(&it.value));
+/// A word with these bits, from bit 0.
+fn word<const COUNT: usize>(flags: [bool; COUNT]) -> u16 {
+    let set = flags.into_iter().enumerate().filter(|(_, is_set)| *is_set);
+    set.fold(0, |bits, (bit, _)| bits | (1 << bit))
+}
+
+/// Whether emission and degas of a reading are on; `None` where the station does not know it.
+fn emission_and_degas(point: &Point, state: State, gauge: &Gauge, snapshot: &Snapshot) -> [Option<bool>; 2] {
     let channel = match point.subject {
         Subject::Reading { channel, .. } => channel,
         _ => None,
@@ -204,23 +218,31 @@ fn bits(point: &Point, value: &PointValue, gauge: &Gauge, snapshot: &Snapshot) -
     // The codes of all devices have 0 for off; the others say with which current it is on, or that a degas runs.
     let is_on = |parameter: &OfChannels| {
         let value = parameter.of(channel).and_then(|index| snapshot.values.get(index));
-        value.and_then(|it| it.value.float()).is_some_and(|code| code != 0.0)
+        value.and_then(|it| it.value.float()).map(|code| code != 0.0)
     };
+    // The status may have been read too long ago, but the pressure shows the emission.
+    let measures = point.is_hot_cathode && state == State::Ok;
+    let emission = if measures { Some(true) } else { is_on(&gauge.emission) };
+    [emission, is_on(&gauge.degas)]
+}
+
+fn bits(point: &Point, state: State, gauge: &Gauge, snapshot: &Snapshot) -> u16 {
+    let number = |index: Option<usize>| index.and_then(|index| snapshot.values.get(index)).map(|it| whole(&it.value));
     let has_priority = |priority: u16| number(gauge.alarm_priority) == Some(priority.into());
+    let [emission, degas] = emission_and_degas(point, state, gauge, snapshot).map(|it| it == Some(true));
     let flags = [
-        matches!(value.state, State::Stale | State::Starting),
-        value.state == State::Fault,
-        is_on(&gauge.emission),
-        is_on(&gauge.degas),
+        matches!(state, State::Stale | State::Starting),
+        state == State::Fault,
+        emission,
+        degas,
         has_priority(priority::HIGH),
         has_priority(priority::MEDIUM),
         has_priority(priority::LOW),
         number(gauge.unacknowledged) == Some(1),
         point.is_simulated,
         number(gauge.listen_only) == Some(1),
-        value.state.codes().is_measured,
+        state.codes().is_measured,
         number(gauge.bus_state) == Some(gauge_state::DATA_EXCHANGE.into()),
     ];
-    let flags = flags.into_iter().enumerate().filter(|(_, is_set)| *is_set).fold(0, |bits, (bit, _)| bits | (1 << bit));
-    flags | (value.state.number() << 12)
+    word(flags) | (state.number() << 12)
 }

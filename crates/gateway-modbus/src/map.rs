@@ -21,6 +21,9 @@ const GAUGE: u16 = 100;
 /// The most parameters of a gauge; a test compares it with the catalog. A slave by its GSD file has a slot for each 46 points.
 pub const PARAMETERS: usize = 46;
 
+/// The first register of the further bits of the slots, one register each.
+const MORE_AT: u16 = 59_500;
+
 /// The first register of the segments, and the registers of each.
 const SEGMENTS_AT: u16 = 60_000;
 const SEGMENT: u16 = 20;
@@ -81,6 +84,10 @@ pub enum Source {
     State(usize),
     /// The bits of a reading: the position of its pressure.
     Bits(usize),
+    /// The bits of a slave without readings: the position of its state on the bus.
+    SlaveBits(usize),
+    /// Which of the bits of emission and degas are known: the position of the pressure.
+    Known(usize),
     /// The age of a reading in 0.1 s, from the point with its time; 65535 if it is older than that or there is none.
     Age(usize),
     /// The number of readings, modulo 65536, from the point with the time of the last one.
@@ -121,8 +128,8 @@ pub struct Row {
     pub name: String,
     /// The unit.
     pub unit: &'static str,
-    /// A description.
-    pub text: &'static str,
+    /// A description, with the words of its numbers.
+    pub text: String,
 }
 
 /// The positions of the points that a slot needs besides those of its reading.
@@ -191,6 +198,7 @@ impl Map {
             };
             first_slots.entry(gauge).and_modify(|first| *first = (*first).min(*slot)).or_insert(*slot);
             rows.slot(slot_register(*slot), index, point);
+            rows.known(MORE_AT.saturating_add(*slot), index, point);
         }
         for (gauge, slot) in first_slots {
             rows.gauge(&[slot], gauge);
@@ -209,6 +217,7 @@ impl Map {
         let areas = [
             (0, SLOTS_AT.saturating_add(used.saturating_mul(SLOT))),
             (GAUGES_AT, used.saturating_mul(GAUGE)),
+            (MORE_AT, used),
             (SEGMENTS_AT, segments.saturating_mul(SEGMENT)),
             (ALARMS_AT, alarms.saturating_mul(ALARM)),
         ];
@@ -224,14 +233,7 @@ pub fn names(points: &[Point], settings: &Settings) -> Result<NameTable, MapErro
     let map = Map::of(points, settings)?;
     let mut table = NameTable::new(&["register", "type", "subject", "name", "unit", "description"]);
     for Row { register, source, subject, name, unit, text } in map.rows {
-        table.push([
-            register.to_string(),
-            source.kind().to_owned(),
-            subject.to_string(),
-            name,
-            unit.to_owned(),
-            text.to_owned(),
-        ]);
+        table.push([register.to_string(), source.kind().to_owned(), subject.to_string(), name, unit.to_owned(), text]);
     }
     Ok(table)
 }
@@ -367,6 +369,13 @@ fn gauges(points: &[Point]) -> BTreeMap<String, Gauge> {
     gauges
 }
 
+/// The description of a signal, with the number of each of its words: Modbus has no texts.
+fn text_of(signal: Signal) -> String {
+    let Kind::Choice(words) = signal.kind() else { return signal.description().to_owned() };
+    let words: Vec<_> = words.iter().enumerate().map(|(number, word)| format!("{number} {word}")).collect();
+    format!("{}: {}", signal.description(), words.join(", "))
+}
+
 /// A row of a signal: the offset of its register, what it shows, and the signal.
 type SignalRow = (u16, fn(usize) -> Source, Signal);
 
@@ -381,16 +390,9 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn put(
-        &mut self,
-        register: u16,
-        subject: &str,
-        name: &str,
-        source: Source,
-        unit: &'static str,
-        text: &'static str,
-    ) {
-        self.rows.push(Row { register, source, subject: Arc::from(subject), name: name.to_owned(), unit, text });
+    fn put(&mut self, register: u16, subject: &str, name: &str, source: Source, unit: &'static str, text: &str) {
+        let (name, text) = (name.to_owned(), text.to_owned());
+        self.rows.push(Row { register, source, subject: Arc::from(subject), name, unit, text });
     }
 
     /// The position of another point of the subject at `index`.
@@ -407,7 +409,7 @@ impl Rows<'_> {
             if let Some(position) = self.beside(index, *signal) {
                 let unit = signal.unit().unwrap_or_default();
                 let register = register.saturating_add(*offset);
-                self.put(register, &subject, signal.key(), source(position), unit, signal.description());
+                self.put(register, &subject, signal.key(), source(position), unit, &text_of(*signal));
             }
         }
     }
@@ -481,8 +483,8 @@ impl Rows<'_> {
                 "bits",
                 Source::Bits(index),
                 "",
-                "0 stale, 1 fault, 2 emission, 3 degas, 4 5 6 highest active alarm high medium low, 7 unacknowledged, 8 simulated, \
-                 9 listen only, 10 measured, 11 data exchange, 12 to 15 number of the state",
+                "0 stale, 1 fault, 2 emission, 3 degas (register 59500 + slot: whether they are known), 4 5 6 highest active alarm high \
+                 medium low, 7 unacknowledged, 8 simulated, 9 listen only, 10 measured, 11 data exchange, 12 to 15 number of the state",
             ),
             (5, "age", Source::Age(read), "0.1 s", "Age of the reading; 65535 for older ones and without one"),
             (6, "pressure-in-unit", Source::InUnit(index), unit.symbol(), "The same pressure in the unit of the file"),
@@ -505,7 +507,14 @@ impl Rows<'_> {
         self.signals(register, index, &[(14, Source::Float, Signal::CorrectedPressure)]);
     }
 
-    /// A slot of a slave: its registers say that there is no reading, because 0 would be a pressure.
+    /// Whether the bits of emission and degas are known. The slots have no free register.
+    fn known(&mut self, register: u16, index: usize, point: &Point) {
+        let text = "0 the bit of the emission is known, 1 the bit of the degas is known; 0 where the gauge has none";
+        self.put(register, point.subject.name(), "known", Source::Known(index), "", text);
+    }
+
+    /// A slot of a slave: its registers say that there is no reading, because 0 would be a pressure. Its bits show alarms and whether it is
+    /// in data exchange.
     fn slot_without_reading(&mut self, register: u16, slave: &str) {
         let text = "A slave by its GSD file has no pressure";
         let floats = [(0, "pressure"), (6, "pressure-in-unit"), (10, "limit-high"), (12, "limit-low")];
@@ -515,6 +524,12 @@ impl Rows<'_> {
         let words = words.map(|(offset, name, word)| (offset, name, Source::Word(word)));
         for (offset, name, source) in floats.chain(words) {
             self.put(register.saturating_add(offset), slave, name, source, "", text);
+        }
+        let mut states = with_signal(self.points, Signal::GaugeState);
+        if let Some((index, _)) = states.find(|(_, point)| point.subject.gauge() == Some(slave)) {
+            let text = "4 5 6 highest active alarm high medium low, 7 unacknowledged, 8 simulated, 9 listen only, 11 data exchange; \
+                        0 and 12 to 15 as for a gauge without a reading";
+            self.put(register.saturating_add(4), slave, "bits", Source::SlaveBits(index), "", text);
         }
     }
 

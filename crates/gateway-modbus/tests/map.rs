@@ -5,6 +5,7 @@
 #[path = "../../../tests/support/until.rs"]
 mod until;
 
+use profivac_devices::Principle;
 use profivac_devices::model::Role;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, ReadModel, Snapshot, points};
@@ -13,6 +14,7 @@ use profivac_gateway_modbus::map::{Map, MapError, PARAMETERS, Row};
 use profivac_gateway_modbus::names;
 use profivac_gateway_modbus::pdu::{Exception, Identity, answer};
 use profivac_recorder::{Micros, Quality};
+use profivac_station::alarm::{AlarmState, Priority};
 use profivac_station::config::Config;
 use profivac_station::config::gateways::GatewaySettings;
 use profivac_station::config::gateways::modbus::Settings;
@@ -455,6 +457,64 @@ fn each_channel_has_its_own_emission_and_degas() {
         flags(&[on("channel.1/emission-status"), on("channel.2/emission-status"), on("channel.2/degas-status")]),
         [emission, emission | degas, 0, 0]
     );
+}
+
+/// The status of the degas of a BCG450 is read each 6 h; 60 s later the station does not know it, and 0 would be a false "off".
+#[test]
+fn a_measuring_hot_cathode_has_emission_and_a_degas_that_was_not_read_lately_is_not_known() {
+    let mut plant = Plant::new("");
+    let mut words = |principle: Principle, degas: Option<f64>| {
+        let mut inputs = Inputs::planned(&plant.config);
+        let gauge = &mut inputs.gauges[0];
+        gauge.state = BusStationState::DataExchange;
+        (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(1)));
+        let reading = &mut gauge.readings[0];
+        (reading.quality, reading.pa, reading.principle) = (Quality::Valid, Some(1e-4), Some(principle));
+        let parameters = Arc::make_mut(&mut gauge.parameters);
+        let status = parameters.iter_mut().find(|it| it.target.ends_with("degas-status")).unwrap();
+        status.quality = if degas.is_some() { Quality::Valid } else { Quality::Stale };
+        (status.number, status.read_at) = (degas, Some(Micros(1)));
+        let snapshot = plant.modeller.next(inputs, Micros(1));
+        let image = plant.encoder.image(&snapshot, Micros(1));
+        (word(&image, 104) >> 2 & 0b11, word(&image, 59_500))
+    };
+    assert_eq!(words(Principle::HotCathode, None), (0b01, 0b01), "emission is on; nothing is known of a degas");
+    assert_eq!(words(Principle::HotCathode, Some(1.0)), (0b11, 0b11));
+    assert_eq!(words(Principle::HotCathode, Some(0.0)), (0b01, 0b11), "known to be off");
+    assert_eq!(words(Principle::Pirani, None), (0b00, 0b00), "the Pirani measures without emission");
+}
+
+/// Modbus has no texts: the map says what each number means.
+#[test]
+fn the_map_has_the_words_of_each_number_that_is_a_choice() {
+    let rows = rows(&plant());
+    let text = |register: u16| rows.iter().find(|row| row.register == register).unwrap().text.as_str();
+    assert_eq!(text(60_000), "State of the segment: 0 waiting, 1 listening, 2 running");
+    assert_eq!(text(10_092), "State of the gauge on the bus: 0 data exchange, 1 fault, 2 starting, 3 missing");
+    assert!(text(62_000).starts_with("State of the alarm: 0 normal, 1 unacknowledged, "), "{}", text(62_000));
+    assert_eq!(text(62_001), "Priority of the alarm: 0 none, 1 low, 2 medium, 3 high");
+    assert_eq!(text(10_093), "Bus address");
+}
+
+#[test]
+fn the_bits_of_a_slave_show_its_alarms_and_its_data_exchange() {
+    let (config, _folder) = with_slave("", "");
+    let map = Map::of(&points(&Inputs::planned(&config)), &settings(&config)).unwrap();
+    let mut inputs = Inputs::planned(&config);
+    let position = inputs.gauges.iter().position(|gauge| gauge.name == "gate").unwrap();
+    inputs.gauges[position].listen_only = false;
+    let without = Modeller::default().next(inputs.clone(), Micros(1));
+    inputs.gauges[position].state = BusStationState::DataExchange;
+    let alarm = inputs.alarms.first_mut().unwrap();
+    (alarm.gauge, alarm.state, alarm.priority) = (Some("gate".to_owned()), AlarmState::Unacknowledged, Priority::High);
+    let with = Modeller::default().next(inputs, Micros(1));
+    let mut encoder = Encoder::new(map, &settings(&config));
+    // Stale and simulated, with the number of the state that has no reading; the slave has three slots.
+    let none = 1 | 1 << 8 | State::STALE << 12;
+    for (snapshot, expected) in [(without, none), (with, none | 1 << 4 | 1 << 7 | 1 << 11)] {
+        let image = encoder.image(&snapshot, Micros(1));
+        assert_eq!([144, 164, 184].map(|register| word(&image, register)), [expected; 3]);
+    }
 }
 
 /// A station with these segments in memory, each with one gauge that measures this pressure: `segment`, `gauge`, `pressure`.

@@ -28,7 +28,7 @@ pub fn names(settings: &Settings, station: &str, points: &[Point]) -> NameTable 
             }
         }
         let prefixes = plain.discovery.iter();
-        for message in prefixes.flat_map(|it| discovery::sensors(it, &prefix, station, &layout, points)) {
+        for message in prefixes.flat_map(|it| discovery::sensors(it, &prefix, station, &layout, points, &[])) {
             let about = "description of a sensor for Home Assistant";
             table.push([message.topic, String::new(), String::new(), about.to_owned()]);
         }

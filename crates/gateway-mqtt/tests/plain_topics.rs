@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Signal, Snapshot, Subject};
+use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject};
 use profivac_gateway_mqtt::message::{Delivery, Message};
 use profivac_gateway_mqtt::names::names;
 use profivac_gateway_mqtt::plain::layout::{Layout, Topic, status};
@@ -229,7 +229,8 @@ fn the_status_of_an_ended_gateway_is_offline() {
 fn described(snapshot: &Snapshot, has_object_id: bool) -> Vec<Message> {
     let prefix = "profivac/target-hall";
     let settings = Discovery { prefix: "homeassistant".to_owned(), has_object_id };
-    discovery::sensors(&settings, prefix, "Target hall", &Layout::new(prefix, &snapshot.points), &snapshot.points)
+    let layout = Layout::new(prefix, &snapshot.points);
+    discovery::sensors(&settings, prefix, "Target hall", &layout, &snapshot.points, &snapshot.values)
 }
 
 /// Home Assistant warns about `object_id` since 2025.10; before, it does not know `default_entity_id`.
@@ -258,6 +259,7 @@ fn a_number_of_home_assistant_needs_a_measured_pressure_and_the_quality_is_an_at
         let attributes = description["json_attributes_template"].as_str().unwrap();
         assert!(attributes.contains("'quality': value_json.quality"), "{attributes}");
         assert!(attributes.contains("'limit_pa': none if value_json.usable else value_json.pressure"), "{attributes}");
+        assert!(attributes.contains("'text': none if value_json.usable else value_json.state_text"), "{attributes}");
         assert_eq!(description["availability"].as_array().unwrap().len(), if is_number { 2 } else { 1 });
     }
 }
@@ -289,9 +291,37 @@ fn home_assistant_gets_pressure_logarithm_and_state_of_each_reading() {
     let state = find("homeassistant/sensor/target_hall_chamber/state/config");
     assert_eq!((&state["state_class"], &state["suggested_display_precision"]), (&Value::Null, &Value::Null));
     assert_eq!(pressure["device"]["identifiers"], logarithm["device"]["identifiers"]);
-    assert!(pressure["device"]["model"].as_str().unwrap().contains("virtual"));
     let ids: BTreeSet<_> = sensors.iter().map(object_id).collect();
     assert_eq!(ids.len(), sensors.len());
+}
+
+/// Home Assistant records each new state: the words of a measured pressure would be a new one with each reading.
+#[test]
+fn the_state_in_home_assistant_is_one_of_the_words_of_the_states() {
+    let snapshot = snapshot(Some(1.0));
+    for message in described(&snapshot, false).iter().filter(|message| message.topic.ends_with("/state/config")) {
+        let description: Value = serde_json::from_slice(&message.payload).unwrap();
+        assert_eq!(description["value_template"], "{{ value_json.state }}");
+        assert_eq!((&description["device_class"], &description["options"]), (&json!("enum"), &json!(State::LABELS)));
+    }
+    let state = object(&all(&snapshot), "profivac/target-hall/chamber/state")["state"].clone();
+    assert_eq!(state, "OK");
+}
+
+/// The name of the gauge is that of the device in Home Assistant already.
+#[test]
+fn the_model_in_home_assistant_is_the_device_and_says_whether_it_is_virtual() {
+    let models = |port: &str| -> BTreeSet<String> {
+        let config = profivac_config::parse(&FILE.replace("sim:hall.toml", port), Path::new("plant.toml")).unwrap();
+        let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(0));
+        let described = described(&snapshot, false);
+        let model = |message: &Message| {
+            serde_json::from_slice::<Value>(&message.payload).unwrap()["device"]["model"].as_str().unwrap().to_owned()
+        };
+        described.iter().map(model).collect()
+    };
+    assert_eq!(models("/dev/ttyUSB0"), BTreeSet::from(["bcg450".to_owned(), "tpg300".to_owned()]));
+    assert_eq!(models("sim:hall.toml"), BTreeSet::from(["virtual bcg450".to_owned(), "virtual tpg300".to_owned()]));
 }
 
 /// A gauge that is sampled every ten minutes is published every ten minutes, and its station shows it as stale after five of them.

@@ -15,6 +15,9 @@ const BOUNDS_US: [u64; 14] = [
     10_000_000,
 ];
 
+/// The description of an info series. The labels of a gauge and the priority of an alarm change when the station reads its file again.
+const INFO: &str = "Facts in the labels, the value is always 1; a fact that changes begins a new series";
+
 /// What the metrics show besides the points.
 #[derive(Clone, Debug, Default)]
 pub struct Others {
@@ -129,7 +132,7 @@ impl Block {
 
     fn put(&self, text: &mut Exposition, points: &[Point], values: &[PointValue]) {
         let Family { name, unit, help, .. } = &self.family;
-        let help = if self.infos.is_empty() { help } else { "What does not change while the station runs" };
+        let help = if self.infos.is_empty() { help } else { INFO };
         text.family(name, self.family.kind(), *unit, help);
         for Entry { index, labels, further } in &self.entries {
             let (Some(point), Some(value)) = (points.get(*index), values.get(*index)) else { continue };

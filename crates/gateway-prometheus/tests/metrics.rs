@@ -309,6 +309,17 @@ fn a_number_without_a_unit_in_its_name_has_its_unit_as_a_label() {
     assert!(samples(&text, "profivac_segment_cycle_time_seconds").iter().all(|line| !line.contains("unit=")));
 }
 
+/// SIGHUP changes the place of a gauge and the priority of an alarm.
+#[test]
+fn the_description_of_an_info_series_says_that_its_labels_may_change() {
+    let text = text(inputs(Quality::Valid, Some(1.0), None), &Others::default(), Format::OpenMetrics);
+    for family in ["profivac_device", "profivac_alarm", "profivac_station"] {
+        let start = format!("# HELP {family} ");
+        let help = text.lines().find_map(|line| line.strip_prefix(&start)).unwrap_or_else(|| panic!("no {family}"));
+        assert_eq!(help, "Facts in the labels, the value is always 1; a fact that changes begins a new series.");
+    }
+}
+
 #[test]
 fn the_labels_of_a_gauge_are_labels_of_its_info_series() {
     let labels = "device = \"bcg450\"\ngroup = \"target\"\ntags = [\"bake-out\"]\nlocation = \"hall, \\\"A\\\"\"\n\

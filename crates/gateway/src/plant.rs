@@ -5,11 +5,12 @@ use crate::signal::{Kind, Signal, alarm_state, gauge_state, line_state, priority
 use crate::state::State;
 use profivac_client::names::{ParameterNames, Target};
 use profivac_devices::Principle;
-use profivac_devices::model::{AccessPath, Direction, Model};
+use profivac_devices::model::{AccessPath, Codes, DataType, Direction, Model, Row};
 use profivac_devices::reading::Quality;
 use profivac_listen::gauge::Origin;
 use profivac_listen::report::{BusReport, Distribution, StationReport};
-use profivac_recorder::Micros;
+use profivac_recorder::export::seven_digits;
+use profivac_recorder::{Micros, PointKind};
 use profivac_station::alarm::view::{AlarmView, LimitKind};
 use profivac_station::alarm::{AlarmState, ConditionKind, Priority};
 use profivac_station::config::{self, Config, is_virtual};
@@ -157,6 +158,7 @@ pub(crate) fn without_value(reading: &Reading) -> Reading {
         corrected_pa: None,
         quality: Quality::Stale,
         cause: None,
+        is_defect: false,
     }
 }
 
@@ -220,6 +222,10 @@ pub struct PointOf {
     pub is_simulated: bool,
     /// It is a parameter that the station writes, if it controls the gauge.
     pub is_writable: bool,
+    /// Its number is a code, bits or another integer without a unit.
+    pub is_whole: bool,
+    /// A hot cathode gives its readings at present.
+    pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
     pub vendor: Option<&'static str>,
     /// The point of a slave as the recorder knows it.
@@ -237,6 +243,8 @@ impl PointOf {
             stale_after_ms: None,
             is_simulated,
             is_writable: false,
+            is_whole: false,
+            is_hot_cathode: false,
             vendor: None,
             recorded: None,
         }
@@ -258,7 +266,7 @@ impl Sink for Collector {
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
         let Some(of) = self.present.clone() else { return };
         let PointOf { subject, segment, range_pa, limits, own_unit, stale_after_ms, .. } = of;
-        let PointOf { is_simulated, is_writable, vendor, recorded, .. } = of;
+        let PointOf { is_simulated, is_writable, is_whole, is_hot_cathode, vendor, recorded, .. } = of;
         let has_own_unit =
             matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue | Signal::ParameterNumber);
         self.points.push(Point {
@@ -271,6 +279,8 @@ impl Sink for Collector {
             stale_after_ms,
             is_simulated,
             is_writable,
+            is_whole,
+            is_hot_cathode,
             vendor,
             recorded: recorded.filter(|_| signal.kind() == Kind::Float),
         });
@@ -494,6 +504,8 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
         stale_after_ms: Some(gauge.stale_after_ms),
         is_simulated: inputs.is_simulated(&gauge.segment),
         is_writable: false,
+        is_whole: false,
+        is_hot_cathode: reading.principle == Some(Principle::HotCathode),
         vendor: None,
         recorded: None,
     });
@@ -530,15 +542,35 @@ fn quality(reading: &Reading, state: State) -> u16 {
     quality::of(if matches!(state, State::Stale | State::Starting) { Quality::Stale } else { reading.quality })
 }
 
-/// Whether the station writes this parameter of a device.
-fn is_writable(model: &'static Model, target: &str) -> bool {
-    let path = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
+/// The row of this parameter in the tables of a device.
+fn row_of(model: &'static Model, target: &str) -> Option<&'static Row> {
     match ParameterNames::shared(model).find(model.name, target) {
-        Ok(Target::Parameter(named)) => {
-            let row = named.parameter.row;
-            row.access.allows(path, Direction::Write) && permissions::blocked_reason(row).is_none()
-        }
-        _ => false,
+        Ok(Target::Parameter(named)) => Some(named.parameter.row),
+        _ => None,
+    }
+}
+
+/// Whether the station writes the parameter of this row of a device.
+fn is_writable(model: &Model, row: &Row) -> bool {
+    let path = if model.features.dpv1 { AccessPath::Class2 } else { AccessPath::ParameterChannel };
+    row.access.allows(path, Direction::Write) && permissions::blocked_reason(row).is_none()
+}
+
+/// Whether the numbers of a parameter are whole: codes, bits, or integers without a unit.
+const fn is_whole(row: &Row) -> bool {
+    match &row.codes {
+        Codes::Names(_) | Codes::Commands(_) | Codes::Bits(_) | Codes::Units | Codes::BitCommands(_) => true,
+        Codes::Plain | Codes::Range(..) => matches!(
+            row.data_type,
+            DataType::Boolean
+                | DataType::Int8
+                | DataType::Uint8
+                | DataType::Int16
+                | DataType::Uint16
+                | DataType::Int32
+                | DataType::Uint32
+        ),
+        Codes::PerMille(..) | Codes::Quantity(_) | Codes::Version => false,
     }
 }
 
@@ -553,8 +585,11 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
         let recorded = inputs.directory.point(&gauge.name, &parameter.target).map(|it| Arc::new(it.point.clone()));
         let plain = PointOf::plain(subject, segment, inputs.is_simulated(&gauge.segment));
         let limits = limits(&inputs.alarms, |alarm| side_of_point(alarm, &gauge.name, &parameter.target));
-        let is_writable = gauge.model.is_some_and(|model| is_writable(model, &parameter.target));
-        PointOf { own_unit: parameter.unit, limits, is_writable, recorded, ..plain }
+        let row = gauge.model.and_then(|model| Some((model, row_of(model, &parameter.target)?)));
+        let is_writable = row.is_some_and(|(model, row)| is_writable(model, row));
+        let is_whole = row.is_some_and(|(_, row)| is_whole(row))
+            || recorded.as_ref().is_some_and(|point| point.kind == PointKind::Code);
+        PointOf { own_unit: parameter.unit, limits, is_writable, is_whole, recorded, ..plain }
     });
     let counts = match gauge.kind {
         // A gauge that is not in data exchange may have lost what was read.
@@ -598,9 +633,9 @@ fn state_text(reading: &Reading, state: State) -> String {
 /// over or under range, and its limit is their end.
 fn range_pa(gauge: &Gauge, reading: &Reading) -> Option<(f64, f64)> {
     let (low, high) = measuring_range_pa(gauge, reading)?;
-    let Some(integers) = gauge.integers else { return Some((low, high)) };
-    let (low, high) = (low.max(integers.lowest_pa), high.min(integers.highest_pa));
-    (low < high).then_some((low, high))
+    let (low, high) = gauge.integers.map_or((low, high), |it| (low.max(it.lowest_pa), high.min(it.highest_pa)));
+    // The manuals give mbar: 5e-10 mbar in Pa is 5.0000000000000004e-8 before it is rounded.
+    (low < high).then(|| (seven_digits(low), seven_digits(high)))
 }
 
 /// The range of the part that gives a reading: that of its principle, or of the whole gauge where one reading stands for all parts.

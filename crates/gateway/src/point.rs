@@ -3,6 +3,7 @@
 use crate::signal::{Kind, Signal, SubjectKind};
 use crate::state::State;
 use profivac_recorder::Micros;
+use profivac_recorder::export::seven_digits;
 use std::fmt;
 use std::sync::Arc;
 
@@ -107,6 +108,10 @@ pub struct Point {
     pub is_simulated: bool,
     /// It is a parameter that the station writes, if it controls the gauge.
     pub is_writable: bool,
+    /// Its number is a code, bits or another integer without a unit.
+    pub is_whole: bool,
+    /// A hot cathode gives its readings at present: it measures with emission only.
+    pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
     pub vendor: Option<&'static str>,
     /// The point of a slave as the recorder knows it, of its number; `None` for all others.
@@ -116,7 +121,22 @@ pub struct Point {
 /// The lowest pressure in Pa that a gauge without a known range may show. chosen: the low end of a cold cathode gauge at a controller.
 const LOWEST_PA: f64 = 1e-9;
 
+/// The highest one. chosen: the high end of a Pirani gauge at a controller.
+const HIGHEST_PA: f64 = 1e5;
+
 impl Point {
+    /// The range over which a client shows its value: the measuring range, and for a reading of a gauge without a known range all the
+    /// pressures that it may show.
+    #[must_use]
+    pub fn display_range(&self) -> Option<(f64, f64)> {
+        let of_any_gauge = match self.signal {
+            Signal::Pressure | Signal::CorrectedPressure => Some((LOWEST_PA, HIGHEST_PA)),
+            Signal::PressureLog10 => Some((LOWEST_PA.log10(), HIGHEST_PA.log10())),
+            _ => None,
+        };
+        self.range.or(of_any_gauge)
+    }
+
     /// The decimals with which a client shows its number without an exponent, in the unit of the point.
     #[must_use]
     pub fn decimals(&self) -> u8 {
@@ -124,15 +144,16 @@ impl Point {
     }
 
     /// The same where a pressure is shown in a unit of this many pascals. The lower end of the range has two digits, because many clients
-    /// show no exponent, and a pressure must not be 0.00 there. chosen: microseconds, tenths of a percent.
+    /// show no exponent, and a pressure must not be 0.00 there. A whole number has none. chosen: microseconds, tenths of a percent.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     pub fn decimals_in(&self, unit_pa: f64) -> u8 {
         match (self.signal.kind(), self.unit) {
             (Kind::Float, Some("Pa")) => {
-                let lowest = self.range.map_or(LOWEST_PA, |range| range.0) / unit_pa;
+                let lowest = seven_digits(self.range.map_or(LOWEST_PA, |range| range.0) / unit_pa);
                 (1.0 - lowest.log10().floor()).clamp(2.0, 15.0) as u8
             }
+            (Kind::Float, _) if self.is_whole => 0,
             (Kind::Float, Some("s")) => 6,
             (Kind::Float, Some("%")) => 1,
             (Kind::Float, Some(_)) => 3,

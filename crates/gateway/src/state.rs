@@ -158,7 +158,8 @@ impl State {
         match reading.quality {
             _ if gauge.state == BusStationState::Starting => Self::Starting,
             _ if !is_fresh => Self::Stale,
-            Quality::Fault if gauge.exceptions.is_empty() => Self::Invalid,
+            // A number that is no pressure is no defect. A controller has no alarms of its own: the status of the channel reports its defect.
+            Quality::Fault if gauge.exceptions.is_empty() && !reading.is_defect => Self::Invalid,
             quality => Self::recorded(quality),
         }
     }

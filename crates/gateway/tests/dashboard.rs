@@ -303,7 +303,8 @@ fn every_value_of_a_gauge_is_a_point() {
         ];
         expect(&snapshot, &name, expected);
         // Series, instance and principle name the subject and its range; the limit of a range is the pressure while it is beyond.
-        let Reading { series, instance: _, principle: _, pa, limit_pa: _, corrected_pa, quality, cause } =
+        // A defect is in the state.
+        let Reading { series, instance: _, principle: _, pa, limit_pa: _, corrected_pa, quality, cause, is_defect: _ } =
             readings[0].clone();
         let float = |number: Option<f64>| number.map_or(Value::None, Value::Float);
         let expected = vec![

@@ -78,14 +78,17 @@ fn a_station_that_has_not_started_has_all_its_points_without_values() {
 fn the_pressure_has_the_range_of_the_manual_and_the_limits_of_its_alarms() {
     let snapshot = Modeller::default().next(planned(), Micros(1));
     let point = &snapshot.points[position(&snapshot, "chamber", Signal::Pressure)];
-    let (low, high) = point.range.unwrap();
-    // BCG450: 5e-10 to 1500 mbar.
-    assert!((low / 5e-8 - 1.0).abs() < 1e-9 && (high / 1.5e5 - 1.0).abs() < 1e-9, "{low} {high}");
+    // BCG450: 5e-10 to 1500 mbar. Clients show each digit of the number.
+    assert_eq!(point.range, Some((5e-8, 1.5e5)));
     let close = |limit: Option<f64>, pa: f64| (limit.unwrap() / pa - 1.0).abs() < 1e-9;
     assert!(close(point.limits.high_high, 0.1) && close(point.limits.high, 0.01), "{:?}", point.limits);
     assert_eq!((point.limits.low, point.limits.low_low), (None, None));
     let controller = &snapshot.points[position(&snapshot, "fore line.1", Signal::Pressure)];
     assert_eq!(controller.range, None, "the controller accepts several gauges");
+    assert_eq!(controller.display_range(), Some((1e-9, 1e5)), "a client that draws a scale needs its ends");
+    assert_eq!(point.display_range(), point.range);
+    let state = &snapshot.points[position(&snapshot, "fore line.1", Signal::State)];
+    assert_eq!(state.display_range(), None);
 }
 
 /// A telegram with integers in Pa holds 0.01 to 327.67 mbar, whatever the gauge measures.
@@ -257,8 +260,27 @@ fn a_number_has_the_decimals_that_the_lower_end_of_its_range_needs() {
     assert_eq!(point("fore line.1", Signal::Pressure).decimals(), 10, "a controller has gauges of unknown ranges");
     assert_eq!(point("chamber", Signal::PressureLog10).decimals(), 2);
     assert_eq!(point("setpoint-a.percentage-of-atmosphere", Signal::ParameterPercentage).decimals(), 1);
+    for code in ["ba.emission-status", "ba.degas-status", "setpoint-a.status"] {
+        assert_eq!(point(code, Signal::ParameterNumber).decimals(), 0, "{code}: a code is no 3.00");
+    }
     assert_eq!(point("hall", Signal::CycleTime).decimals(), 6);
     assert_eq!(point("chamber", Signal::State).decimals(), 0);
+}
+
+/// A TPG300 or TPG500 has no alarms of its own: the status of a channel reports its defect.
+#[test]
+fn a_defect_of_a_channel_is_a_fault_and_a_number_that_is_no_pressure_is_invalid() {
+    for (is_defect, expected) in [(true, State::Fault), (false, State::Invalid)] {
+        let mut inputs = planned();
+        let gauge = inputs.gauges.iter_mut().find(|gauge| gauge.name == "fore line").unwrap();
+        gauge.state = BusStationState::Fault;
+        (gauge.age_ms, gauge.read_at) = (Some(10), Some(Micros(1)));
+        let reading = &mut gauge.readings[0];
+        (reading.quality, reading.is_defect) = (Quality::Fault, is_defect);
+        assert!(gauge.exceptions.is_empty());
+        let snapshot = Modeller::default().next(inputs, Micros(1));
+        assert_eq!(snapshot.values[position(&snapshot, "fore line.1", Signal::Pressure)].state, expected);
+    }
 }
 
 #[test]

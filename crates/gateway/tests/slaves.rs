@@ -145,6 +145,17 @@ fn the_limits_of_a_point_are_in_its_own_unit_and_no_other_point_has_them() {
     assert_eq!(limits("opening", Signal::ParameterPercentage), Limits::default());
 }
 
+#[test]
+fn a_bit_has_no_decimals_and_a_number_with_a_unit_has_some() {
+    let snapshot = Modeller::default().next(measuring(GOOD, 10), Micros(8));
+    let decimals = |subject: &str, signal: Signal| {
+        let is_it = |point: &&profivac_gateway::Point| point.subject.name() == subject && point.signal == signal;
+        snapshot.points.iter().find(is_it).unwrap_or_else(|| panic!("{subject} {signal:?}")).decimals()
+    };
+    assert_eq!(decimals("limit switch", Signal::ParameterNumber), 0);
+    assert_eq!(decimals("position", Signal::ParameterNumber), 3);
+}
+
 /// A slave that exchanges data with no master is asked each second, and its record was read before.
 #[test]
 fn a_point_in_a_record_has_the_time_of_the_record_and_needs_no_data_exchange() {

@@ -263,6 +263,10 @@ pub struct Reading {
     pub quality: Quality,
     /// The cause of the quality, in a few words, where the gauge reports one; for `assumed` the pressure that the assumption gives.
     pub cause: Option<String>,
+    /// The device reports a defect of this part beside the reading, in a status octet or as an alarm. Gateways tell it from a number that
+    /// is no pressure: a TPG300 or TPG500 has no alarms of its own.
+    #[serde(skip)]
+    pub is_defect: bool,
 }
 
 /// The remark behind the text of a point that its status octet calls uncertain.

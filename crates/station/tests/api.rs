@@ -102,6 +102,7 @@ fn snapshot() -> SegmentSnapshot {
         quality: Quality::Valid,
         limit_pa: None,
         cause: None,
+        is_defect: false,
     };
     let gauge = Gauge {
         name: "chamber".to_owned(),

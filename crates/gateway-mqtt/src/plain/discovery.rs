@@ -3,10 +3,10 @@
 use super::layout::{Layout, Topic, retained, status_topic};
 use crate::message::{Delivery, Message};
 use crate::topic::{identifier, slug};
-use profivac_gateway::{Kind, Point, Signal, Subject};
+use profivac_gateway::{Kind, Point, PointValue, Signal, State, Subject, Value};
 use profivac_station::config::gateways::mqtt::Discovery;
 use serde_json::{Value as Json, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The shortest time after which a reading that is not published again is unavailable, in seconds: six times the period in which the time
 /// of the reading is published.
@@ -56,27 +56,52 @@ const SENSORS: [Sensor; 3] = [
     Sensor {
         key: "state",
         name: "State",
-        signal: Signal::StateText,
+        signal: Signal::State,
         unit: None,
-        class: None,
-        template: "{{ value_json.state_text }}",
+        class: Some("enum"),
+        template: "{{ value_json.state }}",
     },
 ];
 
-/// The attributes of a sensor: why its number is unknown. They change seldom, because Home Assistant records each change.
+/// The attributes of a sensor: why its number is unknown. They change seldom, because Home Assistant records each change; the text of a
+/// measured pressure would change with each reading.
 const ATTRIBUTES: &str = "{{ {'quality': value_json.quality, 'cause': value_json.cause, \
+                          'text': none if value_json.usable else value_json.state_text, \
                           'limit_pa': none if value_json.usable else value_json.pressure} | tojson }}";
 
 /// Numbers are unavailable while the gauge is not there; otherwise they have a value, or their quality says why not.
 const AVAILABLE: &str = "{{ 'offline' if value_json.quality in ['missing', 'stale'] else 'online' }}";
 
-/// The descriptions of all readings.
+/// The descriptions of all readings. The values name the devices; without them a description does not.
 #[must_use]
-pub fn sensors(discovery: &Discovery, prefix: &str, station: &str, layout: &Layout, points: &[Point]) -> Vec<Message> {
+pub fn sensors(
+    discovery: &Discovery,
+    prefix: &str,
+    station: &str,
+    layout: &Layout,
+    points: &[Point],
+    values: &[PointValue],
+) -> Vec<Message> {
+    let devices = devices(points, values);
     let readings = layout.topics().iter().filter(|topic| matches!(topic.subject, Subject::Reading { .. }));
-    let of_reading =
-        |topic| SENSORS.iter().map(move |sensor| describe(sensor, topic, discovery, prefix, station, points));
-    readings.flat_map(of_reading).collect()
+    let mut messages = Vec::new();
+    for topic in readings {
+        let device = topic.subject.gauge().and_then(|gauge| devices.get(gauge)).copied();
+        let of_reading =
+            SENSORS.iter().map(|sensor| describe(sensor, topic, discovery, prefix, station, points, device));
+        messages.extend(of_reading);
+    }
+    messages
+}
+
+/// The device of each gauge, by its name.
+fn devices<'a>(points: &'a [Point], values: &'a [PointValue]) -> BTreeMap<&'a str, &'a str> {
+    let all = points.iter().zip(values).filter(|(point, _)| point.signal == Signal::Device);
+    let named = all.filter_map(|(point, value)| match &value.value {
+        Value::Text(device) if !device.is_empty() => Some((point.subject.gauge()?, &**device)),
+        _ => None,
+    });
+    named.collect()
 }
 
 /// Empty messages for the descriptions in `old` that are not in `new`.
@@ -94,14 +119,14 @@ fn describe(
     prefix: &str,
     station: &str,
     points: &[Point],
+    device: Option<&str>,
 ) -> Message {
     let node = format!(
         "{}_{}",
         slug(station).replace(|it: char| !it.is_ascii_alphanumeric(), "_"),
         identifier(topic.subject.name())
     );
-    let gauge = topic.subject.gauge().unwrap_or_default();
-    let model = if topic.is_simulated { "virtual vacuum gauge" } else { "vacuum gauge" };
+    let kind = if topic.is_simulated { "virtual " } else { "" };
     let mut description = json!({
         "name": sensor.name,
         "unique_id": format!("profivac_{node}_{}", sensor.key),
@@ -115,7 +140,7 @@ fn describe(
         "device": {
             "identifiers": [format!("profivac_{node}")],
             "name": format!("{station} {}", topic.subject.name()),
-            "model": format!("{model} ({gauge})"),
+            "model": format!("{kind}{}", device.unwrap_or("vacuum gauge")),
             "sw_version": env!("CARGO_PKG_VERSION"),
         },
         "origin": { "name": "profivac", "sw_version": env!("CARGO_PKG_VERSION") },
@@ -134,6 +159,9 @@ fn describe(
     if sensor.signal.kind() == Kind::Float {
         put("state_class", json!("measurement"));
         put("suggested_display_precision", json!(decimals(sensor, topic, points)));
+    }
+    if sensor.class == Some("enum") {
+        put("options", json!(State::LABELS));
     }
     for (key, value) in [("unit_of_measurement", sensor.unit), ("device_class", sensor.class)] {
         if let Some(value) = value {

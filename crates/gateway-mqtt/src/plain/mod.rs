@@ -155,6 +155,6 @@ impl Publisher {
 
     fn sensors(&self, layout: &Layout, snapshot: &Snapshot) -> Vec<Message> {
         let Some(discovery) = &self.discovery else { return Vec::new() };
-        discovery::sensors(discovery, &self.prefix, &self.station, layout, &snapshot.points)
+        discovery::sensors(discovery, &self.prefix, &self.station, layout, &snapshot.points, &snapshot.values)
     }
 }

@@ -327,6 +327,7 @@ impl Fake {
             corrected_pa: pa.zip(part).and_then(|(pa, part)| corrected(pa, part.principle, self.gas)),
             quality: shown.quality,
             cause: (shown.quality == Quality::Fault).then(|| "device alarm".to_owned()),
+            is_defect: shown.quality == Quality::Fault,
         }
     }
 }

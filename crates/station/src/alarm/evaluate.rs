@@ -505,6 +505,7 @@ mod tests {
                 corrected_pa: None,
                 quality,
                 cause: None,
+                is_defect: false,
             };
             match quality {
                 Quality::Valid => reading.pa = Some(pa),

@@ -204,6 +204,7 @@ mod tests {
             corrected_pa: Some(pa),
             quality: Quality::Valid,
             cause: None,
+            is_defect: false,
         }
     }
 

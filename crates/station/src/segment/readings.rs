@@ -89,7 +89,13 @@ fn reading(
         corrected_pa: value.pa.filter(|_| is_fresh).and_then(|pa| corrected(pa, principle?, gauge.gas)),
         quality,
         cause: value.cause.filter(|_| is_fresh).map(|cause| cause.to_string()),
+        is_defect: is_fresh && value.cause.is_some_and(is_defect),
     }
+}
+
+/// Whether the device itself reports a defect, not only a number that is no pressure.
+const fn is_defect(cause: Cause) -> bool {
+    matches!(cause, Cause::Alarms(_) | Cause::ChannelError | Cause::GaugeError)
 }
 
 /// The pressure of a gas at which a sensor that was calibrated for nitrogen indicates `pa`, where the factors hold.
@@ -106,6 +112,26 @@ pub fn corrected(pa: f64, principle: Principle, gas: Gas) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use profivac_client::cyclic::ReportedChannels;
+    use profivac_devices::catalog::model_named;
+
+    /// A TPG300 has neither alarms nor exceptions: Measurement Status 3 is a defect, and a number that is no pressure is none.
+    #[test]
+    fn the_status_of_a_channel_reports_a_defect_and_a_number_that_is_no_pressure_does_not() {
+        let model = model_named("tpg300").unwrap();
+        let (configuration, unit) = (model.default_configuration, model.unit_named("Pascal").unwrap());
+        let slave = CyclicSlave { address: 7, model, configuration, unit, channels: ReportedChannels::default() };
+        let channel = |pressure: f32, status: u8| [&pressure.to_be_bytes()[..], &[status]].concat();
+        let channels = [channel(2.5, 0), channel(5.0, 3), channel(0.0, 5), channel(f32::NAN, 0)].concat();
+        let values = slave.decode_inputs(&[vec![0; 8], channels].concat());
+        let gauge = config::Gauge::plain("rack".to_owned(), 7, model);
+        let shown = |silence| readings_of(&gauge, &slave, &values, silence);
+        let of_each: Vec<_> = shown(Duration::ZERO).iter().map(|it| (it.quality, it.is_defect)).collect();
+        let expected =
+            [(Quality::Valid, false), (Quality::Fault, true), (Quality::Missing, false), (Quality::Fault, false)];
+        assert_eq!(of_each, expected);
+        assert!(shown(validity::MAX_SILENCE).iter().all(|it| !it.is_defect), "nothing is known of old readings");
+    }
 
     #[test]
     fn gas_factors_are_used_only_where_they_hold() {

@@ -40,6 +40,7 @@ pub fn snapshot(pa: f64, quality: Quality) -> SegmentSnapshot {
         corrected_pa: None,
         quality,
         cause: None,
+        is_defect: false,
     };
     SegmentSnapshot { segment: segment(), gauges: vec![gauge(vec![reading])] }
 }
