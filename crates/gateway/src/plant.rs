@@ -315,8 +315,9 @@ pub fn walk(inputs: &Inputs, sink: &mut impl Sink) {
         it.readings.iter().for_each(|reading| self::reading(inputs, it, reading, sink));
         it.parameters.iter().for_each(|parameter| self::parameter(inputs, it, parameter, sink));
     }
+    let gauges: HashMap<&str, &Gauge> = inputs.gauges.iter().map(|gauge| (gauge.name.as_str(), gauge)).collect();
     for it in &inputs.alarms {
-        alarm(it, sink);
+        alarm(it, it.gauge.as_deref().and_then(|gauge| gauges.get(gauge).copied()), sink);
     }
 }
 
@@ -556,19 +557,7 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
         let is_writable = gauge.model.is_some_and(|model| is_writable(model, &parameter.target));
         PointOf { own_unit: parameter.unit, limits, is_writable, recorded, ..plain }
     });
-    let counts = match gauge.kind {
-        // A gauge that is not in data exchange may have lost what was read.
-        GaugeKind::Gauge => matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault),
-        // The records of a slave are read without data exchange, and the points of a slave that is lost have no time.
-        GaugeKind::Slave => gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms),
-    };
-    let read_at = parameter.read_at.filter(|_| counts);
-    let is_read = read_at.is_some();
-    let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
-    let at = match gauge.kind {
-        GaugeKind::Slave if state == State::Stale => decided_at(gauge, state),
-        GaugeKind::Gauge | GaugeKind::Slave => read_at.or(gauge.lost_at),
-    };
+    let ParameterState { is_read, state, at } = ParameterState::of(gauge, parameter);
     let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
         Some("Pa") => Signal::ParameterPressure,
@@ -580,6 +569,35 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     let has_text = is_read && !(state == State::Stale && parameter.text.is_empty());
     let text = if has_text { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
+}
+
+/// What is known of the value of a parameter.
+struct ParameterState {
+    /// It was read, and its gauge has not been lost since.
+    is_read: bool,
+    state: State,
+    /// When it was read, or when the station decided that it has no value.
+    at: Option<Micros>,
+}
+
+impl ParameterState {
+    fn of(gauge: &Gauge, parameter: &WatchedParameter) -> Self {
+        let counts = match gauge.kind {
+            // A gauge that is not in data exchange may have lost what was read.
+            GaugeKind::Gauge => matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault),
+            // The records of a slave are read without data exchange, and the points of a slave that is lost have no time.
+            GaugeKind::Slave => gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms),
+        };
+        let read_at = parameter.read_at.filter(|_| counts);
+        let is_read = read_at.is_some();
+        let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
+        let at = match gauge.kind {
+            GaugeKind::Slave if state == State::Stale => decided_at(gauge, state),
+            GaugeKind::Gauge if state == State::Stale => gauge.lost_at.max(parameter.lost_at).or(read_at),
+            GaugeKind::Gauge | GaugeKind::Slave => read_at,
+        };
+        Self { is_read, state, at }
+    }
 }
 
 /// A pressure, or a state with its cause. A gateway whose protocol has short texts cuts it.
@@ -651,14 +669,35 @@ fn limits(alarms: &[AlarmView], side: impl Fn(&AlarmView) -> Option<LimitKind>) 
     limits
 }
 
-fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
+/// When the present value of an alarm was measured, or when it was lost: that of the reading, or of the point of a slave. `None` for an
+/// alarm about something else, whose value no gauge measures.
+fn measured_at(alarm: &AlarmView, gauge: &Gauge) -> Option<Micros> {
+    if let Some(limited) = &alarm.point {
+        let parameter = gauge.parameters.iter().find(|parameter| parameter.target == limited.name)?;
+        return ParameterState::of(gauge, parameter).at;
+    }
+    let series = alarm.series.as_deref()?;
+    let reading = gauge.readings.iter().find(|reading| reading.series == series)?;
+    decided_at(gauge, State::of(gauge, reading))
+}
+
+fn alarm(alarm: &AlarmView, gauge: Option<&Gauge>, sink: &mut impl Sink) {
     sink.subject(|| {
         let segment = alarm.segment.as_deref().map(Arc::from);
         let subject = Subject::Alarm(Arc::from(alarm.name.as_str()));
         PointOf { own_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
     });
-    let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
-    let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
+    // The value changes with the readings. What the file says has the time at which it changed, and the rest that of the change of the alarm.
+    let measured_at = gauge.and_then(|gauge| measured_at(alarm, gauge));
+    let changed_at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
+    let mut put = |signal, value| {
+        let at = match signal {
+            Signal::AlarmValue => measured_at,
+            Signal::Priority | Signal::AlarmLimit | Signal::AlarmUnit | Signal::Instruction => None,
+            _ => changed_at,
+        };
+        sink.point(signal, value, State::Ok, at);
+    };
     put(Signal::AlarmState, Raw::Choice(alarm_state::of(alarm.state)));
     put(Signal::AlarmActive, Raw::Boolean(alarm.state.is_active()));
     put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));

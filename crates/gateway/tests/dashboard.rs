@@ -316,7 +316,7 @@ fn every_value_of_a_gauge_is_a_point() {
             (Signal::LastReading, Value::Time(read_at.unwrap())),
         ];
         expect(&snapshot, &series, expected);
-        for WatchedParameter { target, name: _, unit, number, text: words, quality, read_at } in
+        for WatchedParameter { target, name: _, unit, number, text: words, quality, read_at, lost_at: _ } in
             parameters.iter().take(1).cloned()
         {
             let signal = match unit {

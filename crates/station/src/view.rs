@@ -229,6 +229,10 @@ pub struct WatchedParameter {
     #[schema(value_type = Option<i64>)]
     #[serde(rename = "read_ms")]
     pub read_at: Option<Micros>,
+    /// When the station decided that it has no value; `None` with a value, of one that was never read, and of a point. Gateways date the
+    /// loss with it.
+    #[serde(skip)]
+    pub lost_at: Option<Micros>,
 }
 
 /// A pressure that a trend marks with a line.
