@@ -97,7 +97,7 @@ impl Inputs {
             (&segment.name, is_virtual(&segment.port)).hash(&mut hasher);
         }
         for gauge in &self.gauges {
-            (&gauge.name, &gauge.segment, &gauge.device, gauge.stale_after_ms).hash(&mut hasher);
+            (&gauge.name, &gauge.segment, &gauge.device, &gauge.vendor, gauge.stale_after_ms).hash(&mut hasher);
             gauge.integers.map(|it| [it.lowest_pa, it.highest_pa].map(f64::to_bits)).hash(&mut hasher);
             gauge.model.map(std::ptr::from_ref).hash(&mut hasher);
             (gauge.readings.len(), gauge.parameters.len()).hash(&mut hasher);
@@ -221,7 +221,7 @@ pub struct PointOf {
     /// It is a parameter that the station writes, if it controls the gauge.
     pub is_writable: bool,
     /// The manufacturer of its gauge.
-    pub vendor: Option<&'static str>,
+    pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it.
     pub recorded: Option<Arc<profivac_recorder::Point>>,
 }
@@ -425,7 +425,7 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
     sink.subject(|| {
         let subject = Subject::Gauge(Arc::from(gauge.name.as_str()));
         let plain = PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated);
-        PointOf { vendor: gauge.model.map(|model| model.vendor), ..plain }
+        PointOf { vendor: gauge.vendor.clone().or_else(|| gauge.model.map(|model| Arc::from(model.vendor))), ..plain }
     });
     let counts = bus.map(|bus| bus.total);
     plain(sink, Signal::GaugeState, Raw::Choice(gauge_state::of(gauge.state)));

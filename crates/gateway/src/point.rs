@@ -108,7 +108,7 @@ pub struct Point {
     /// It is a parameter that the station writes, if it controls the gauge.
     pub is_writable: bool,
     /// The manufacturer of its gauge.
-    pub vendor: Option<&'static str>,
+    pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it, of its number; `None` for all others.
     pub recorded: Option<Arc<profivac_recorder::Point>>,
 }

@@ -269,6 +269,8 @@ fn every_value_of_a_gauge_is_a_point() {
             address,
             device,
             model: _,
+            // The manufacturer of a slave in OPC UA.
+            vendor: _,
             // The range of the pressure.
             integers: _,
             has_dpv1: _,

@@ -161,6 +161,9 @@ pub struct Gauge {
     /// Its tables; a slave by its GSD file has none.
     #[serde(skip)]
     pub model: Option<&'static Model>,
+    /// The vendor, of a slave by its GSD file; that of a gauge is in its tables. Gateways show it.
+    #[serde(skip)]
+    pub vendor: Option<Arc<str>>,
     /// The pressures that the integers of its telegram hold, if that is less than every pressure: its range ends there at the latest.
     #[serde(skip)]
     pub integers: Option<IntegerRange>,
