@@ -493,7 +493,8 @@ def written(plant, pva_context):
     percentage = "VAC:CHAMBER:SP_A_PCT_OF_ATM"
     wait("the percentage", lambda: base("caget", "-t", percentage)[1].strip() == "5")
     has("caget", "-d", "DBR_CTRL_DOUBLE", percentage, texts=["%"])
-    has("caput", "-c", percentage, "12.5", texts=[percentage])
+    # The result comes when the station has read the parameter again, so that the new value is the written one.
+    has("caput", "-c", percentage, "12.5", texts=[percentage, "12.5"])
     wait("the percentage as it was written", lambda: base("caget", "-t", percentage)[1].strip() == "12.5")
     # A text has a unit of its own.
     has("caput", "-c", f"{point}_STR", "7e-3 mbar", texts=[point])
