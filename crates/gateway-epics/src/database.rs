@@ -230,9 +230,13 @@ impl World {
         let data = self.data(record, value);
         let mut alarm = alarm_of_state(value.state, settings);
         // The words stay if the site gives the state no severity: the end of the range is no pressure then either.
-        let message = message(record.signal, value.state);
+        let mut message = message(record.signal, value.state);
         if value.value == Value::None && value.state == State::Ok {
-            alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
+            if exists_always(record) {
+                alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
+            } else {
+                message = "there is none";
+            }
         }
         let own = match &data {
             Data::Double(number) => record.meta.limits.alarm(*number),
@@ -326,6 +330,22 @@ const fn message(signal: Signal, state: State) -> &'static str {
     }
 }
 
+/// Whether a record has a value unless something is wrong. An alarm without a limit, or one that was never raised, lacks nothing, and no
+/// controller corrects for the gas: there the number is not a number and the text is empty, without an alarm.
+fn exists_always(record: &Record) -> bool {
+    match record.signal {
+        Signal::AlarmLimit
+        | Signal::RaisedValue
+        | Signal::Raised
+        | Signal::AcknowledgedAt
+        | Signal::SuppressedUntil
+        | Signal::CorrectedPressure => false,
+        // The value of an alarm with a limit is missing while its gauge is lost.
+        Signal::AlarmValue => !record.meta.unit.is_empty(),
+        _ => true,
+    }
+}
+
 fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
     let key = match state {
         State::Ok => return None,
@@ -335,7 +355,7 @@ fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
         State::Starting => ReadingState::Starting,
         State::Invalid => ReadingState::Invalid,
         State::NotPresent => ReadingState::NotPresent,
-        State::Stale => ReadingState::Gap,
+        State::Stale | State::NotRead => ReadingState::Gap,
         State::Fault => ReadingState::Fault,
     };
     Some(match settings.severities.get(&key)? {

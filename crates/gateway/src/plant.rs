@@ -566,7 +566,7 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     };
     sink.point(signal, number, state, at);
     // A stale point of a slave says why; a stale parameter has no text.
-    let has_text = is_read && !(state == State::Stale && parameter.text.is_empty());
+    let has_text = is_read && !(matches!(state, State::Stale | State::NotRead) && parameter.text.is_empty());
     let text = if has_text { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
 }
@@ -596,6 +596,9 @@ impl ParameterState {
             GaugeKind::Gauge if state == State::Stale => gauge.lost_at.max(parameter.lost_at).or(read_at),
             GaugeKind::Gauge | GaugeKind::Slave => read_at,
         };
+        // The gauge is there: to say that there is no communication would be false.
+        let is_only_old = state == State::Stale && counts && gauge.kind == GaugeKind::Gauge;
+        let state = if is_only_old { State::NotRead } else { state };
         Self { is_read, state, at }
     }
 }

@@ -25,6 +25,8 @@ pub enum State {
     Stale = 7,
     /// The gauge reports a defect.
     Fault = 8,
+    /// The gauge exchanges data, and the station has not read this parameter lately. No reading has this state.
+    NotRead = 9,
 }
 
 /// The severity of an alarm in EPICS.
@@ -63,6 +65,8 @@ pub enum EpicsStatus {
     Timeout = 10,
     /// `HWLIMIT`.
     HwLimit = 11,
+    /// `SCAN`: the value was not read again in time.
+    Scan = 13,
     /// `UDF`: there is no value yet.
     Undefined = 17,
     /// `DISABLE`.
@@ -148,9 +152,16 @@ states! {
     NotPresent "Not present"  false false Invalid Comm     0x808A_0000 0   3 CheckFunction;
     Stale      "Stale"        false false Invalid Comm     0x8031_0000 500 4 Failure;
     Fault      "Fault"        false false Invalid Read     0x808C_0000 0   3 Failure;
+    NotRead    "Not read lately" false false Invalid Scan  0x809B_0000 500 4 Normal;
 }
 
 impl State {
+    /// The words of the states of a reading, by number.
+    pub const READING_LABELS: &'static [&'static str] = {
+        let labels: &'static [&'static str] = &Self::LABELS;
+        labels.split_at(Self::NotRead as usize).0
+    };
+
     /// The state of a reading of `gauge`. A reading older than the limit of its gauge is stale, also if its segment does not say so.
     #[must_use]
     pub fn of(gauge: &Gauge, reading: &Reading) -> Self {

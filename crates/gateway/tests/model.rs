@@ -199,7 +199,7 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     };
     let snapshot = Modeller::default().next(inputs.clone(), Micros(1));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
-    assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "not read yet");
+    assert_eq!((&value.value, value.state), (&Value::None, State::NotRead), "not read yet");
     let gauge = &mut inputs.gauges[0];
     let index = of_degas(gauge);
     let degas = &mut Arc::make_mut(&mut gauge.parameters)[index];
@@ -215,7 +215,7 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let snapshot = Modeller::default().next(old, Micros(150));
     for signal in [Signal::ParameterNumber, Signal::ParameterText] {
         let value = &snapshot.values[position(&snapshot, "ba.degas-status", signal)];
-        let expected = (&Value::None, State::Stale, Some(Micros(137)));
+        let expected = (&Value::None, State::NotRead, Some(Micros(137)));
         assert_eq!((&value.value, value.state, value.at), expected, "it was read long ago: the time of that decision");
     }
     (inputs.gauges[0].state, inputs.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(150)));

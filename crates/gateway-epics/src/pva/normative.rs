@@ -244,7 +244,7 @@ const fn status_group(status: EpicsStatus) -> i32 {
         | EpicsStatus::Low
         | EpicsStatus::State
         | EpicsStatus::HwLimit => 1,
-        EpicsStatus::Read | EpicsStatus::Comm | EpicsStatus::Timeout => 2,
+        EpicsStatus::Read | EpicsStatus::Comm | EpicsStatus::Timeout | EpicsStatus::Scan => 2,
         EpicsStatus::Disable | EpicsStatus::Simulated => 3,
         EpicsStatus::Undefined => 6,
     }
