@@ -21,6 +21,7 @@ use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{
     self, BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState, WatchedParameter,
 };
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -684,6 +685,15 @@ fn measured_at(alarm: &AlarmView, gauge: &Gauge) -> Option<Micros> {
     decided_at(gauge, State::of(gauge, reading))
 }
 
+/// Why an alarm was raised. The sentence is in the present tense, so that of an alarm that is not active says when it was true.
+fn alarm_text(alarm: &AlarmView) -> Cow<'_, str> {
+    if alarm.text.is_empty() || alarm.state.is_active() {
+        Cow::Borrowed(&alarm.text)
+    } else {
+        Cow::Owned(format!("when raised: {}", alarm.text))
+    }
+}
+
 fn alarm(alarm: &AlarmView, gauge: Option<&Gauge>, sink: &mut impl Sink) {
     sink.subject(|| {
         let segment = alarm.segment.as_deref().map(Arc::from);
@@ -693,7 +703,8 @@ fn alarm(alarm: &AlarmView, gauge: Option<&Gauge>, sink: &mut impl Sink) {
     // The value changes with the readings. What the file says has the time at which it changed, and the rest that of the change of the alarm.
     let measured_at = gauge.and_then(|gauge| measured_at(alarm, gauge));
     let changed_at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
-    let mut put = |signal, value| {
+    let text = alarm_text(alarm);
+    let mut put = |signal: Signal, value| {
         let at = match signal {
             Signal::AlarmValue => measured_at,
             Signal::Priority | Signal::AlarmLimit | Signal::AlarmUnit | Signal::Instruction => None,
@@ -706,7 +717,7 @@ fn alarm(alarm: &AlarmView, gauge: Option<&Gauge>, sink: &mut impl Sink) {
     put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));
     put(Signal::Priority, Raw::Choice(priority::of(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
-    put(Signal::AlarmText, Raw::Text(&alarm.text));
+    put(Signal::AlarmText, Raw::Text(&text));
     let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).or(alarm.suppressed.as_ref());
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));

@@ -411,7 +411,8 @@ fn every_value_of_an_alarm_is_a_point() {
             (Signal::AlarmActive, Value::Boolean(state.is_active())),
             (Signal::AlarmAcknowledged, Value::Boolean(!state.needs_acknowledgement())),
             (Signal::Occurrence, integer(occurrence)),
-            (Signal::AlarmText, text(why)),
+            // It is out of service.
+            (Signal::AlarmText, text(format!("when raised: {why}"))),
             (Signal::AlarmValue, number.map_or(Value::None, Value::Float)),
             (Signal::AlarmLimit, limit.map_or(Value::None, Value::Float)),
             (Signal::AlarmUnit, text(unit.unwrap_or_default())),

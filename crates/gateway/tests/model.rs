@@ -6,7 +6,7 @@ use profivac_client::cyclic::IntegerRange;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
-use profivac_station::alarm::Priority;
+use profivac_station::alarm::{AlarmState, Priority};
 use profivac_station::view::BusStationState;
 use std::path::Path;
 use std::sync::Arc;
@@ -254,6 +254,24 @@ fn the_value_of_an_alarm_has_the_time_of_the_reading_and_a_changed_limit_that_of
     lost.alarms.iter_mut().for_each(|alarm| alarm.value = None);
     (lost.gauges[0].state, lost.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(9_500)));
     assert_eq!(at(&modeller.next(lost, Micros(9_700)), Signal::AlarmValue), Some(Micros(9_500)), "lost with its gauge");
+}
+
+#[test]
+fn the_text_of_an_alarm_that_is_not_active_says_that_it_was_true_when_the_alarm_was_raised() {
+    let shown = |state| {
+        let mut inputs = measuring(1.0, 1_000);
+        let alarm = inputs.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap();
+        (alarm.state, alarm.text) = (state, "chamber shows 1 mbar".to_owned());
+        let snapshot = Modeller::default().next(inputs, Micros(2_000));
+        snapshot.values[position(&snapshot, "Chamber high", Signal::AlarmText)].value.clone()
+    };
+    let text = |text: &str| Value::Text(Arc::from(text));
+    for state in [AlarmState::Unacknowledged, AlarmState::Acknowledged] {
+        assert_eq!(shown(state), text("chamber shows 1 mbar"), "{state:?}");
+    }
+    for state in [AlarmState::Normal, AlarmState::Returned, AlarmState::Suppressed, AlarmState::OutOfService] {
+        assert_eq!(shown(state), text("when raised: chamber shows 1 mbar"), "{state:?}");
+    }
 }
 
 #[test]
