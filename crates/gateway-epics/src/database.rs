@@ -348,7 +348,7 @@ fn exists_always(record: &Record) -> bool {
 
 fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
     let key = match state {
-        State::Ok => return None,
+        State::Ok | State::Uncertain => return None,
         State::UnderRange => ReadingState::Underrange,
         State::OverRange => ReadingState::Overrange,
         State::Off => ReadingState::Off,

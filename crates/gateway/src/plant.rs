@@ -598,8 +598,11 @@ impl ParameterState {
             GaugeKind::Gauge | GaugeKind::Slave => read_at,
         };
         // The gauge is there: to say that there is no communication would be false.
-        let is_only_old = state == State::Stale && counts && gauge.kind == GaugeKind::Gauge;
-        let state = if is_only_old { State::NotRead } else { state };
+        let state = match (state, gauge.kind) {
+            (State::Stale, GaugeKind::Gauge) if counts => State::NotRead,
+            (State::Ok, GaugeKind::Slave) if parameter.is_uncertain() => State::Uncertain,
+            (state, _) => state,
+        };
         Self { is_read, state, at }
     }
 }

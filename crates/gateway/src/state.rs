@@ -27,6 +27,8 @@ pub enum State {
     Fault = 8,
     /// The gauge exchanges data, and the station has not read this parameter lately. No reading has this state.
     NotRead = 9,
+    /// The status octet of a point of a slave calls its number uncertain (PROFIBUS PA profile 3.02). No reading has this state.
+    Uncertain = 10,
 }
 
 /// The severity of an alarm in EPICS.
@@ -153,6 +155,7 @@ states! {
     Stale      "Stale"        false false Invalid Comm     0x8031_0000 500 4 Failure;
     Fault      "Fault"        false false Invalid Read     0x808C_0000 0   3 Failure;
     NotRead    "Not read lately" false false Invalid Scan  0x809B_0000 500 4 Normal;
+    Uncertain  "Uncertain"    true  true  Minor   Read     0x4000_0000 192 0 OffSpec;
 }
 
 impl State {
@@ -232,8 +235,8 @@ mod tests {
     fn a_value_that_is_not_measured_is_not_good_in_epics_and_sparkplug() {
         for state in State::ALL {
             let Codes { is_measured, epics_severity, epics_status, sparkplug, .. } = state.codes();
-            assert_eq!(epics_severity == EpicsSeverity::None, is_measured, "{state:?}");
-            assert_eq!(epics_status == EpicsStatus::None, is_measured, "{state:?}");
+            assert_eq!(epics_severity == EpicsSeverity::None, state == State::Ok, "{state:?}");
+            assert_eq!(epics_status == EpicsStatus::None, state == State::Ok, "{state:?}");
             assert_eq!(sparkplug == 192, is_measured, "{state:?}");
         }
     }
@@ -243,7 +246,7 @@ mod tests {
     fn a_value_that_is_not_measured_is_not_good_in_opc_ua() {
         for state in State::ALL {
             let severity = state.codes().opcua >> 30;
-            assert_eq!(severity == 0, state.codes().is_measured, "{state:?}");
+            assert_eq!(severity == 0, state == State::Ok, "{state:?}");
             assert_eq!(severity == 2, !state.codes().has_value, "{state:?}");
         }
     }

@@ -281,6 +281,12 @@ impl WatchedParameter {
     pub fn text_without_remark(&self) -> &str {
         self.text.strip_suffix(UNCERTAIN).unwrap_or(&self.text)
     }
+
+    /// Whether its status octet calls it uncertain.
+    #[must_use]
+    pub fn is_uncertain(&self) -> bool {
+        self.text.ends_with(UNCERTAIN)
+    }
 }
 
 impl Reading {
