@@ -21,8 +21,8 @@ use tokio::time::timeout;
 const MAX_WAITING: usize = 8;
 
 /// How long the result of a put waits at most for the value that the station reads after the write. chosen: the station reads it before all
-/// other parameters, on a line with many gauges within four seconds.
-const READ_BACK: Duration = Duration::from_secs(10);
+/// other parameters, and p4p waits 5 s for a put.
+const READ_BACK: Duration = Duration::from_secs(4);
 
 /// A value that a client puts.
 #[derive(Clone, Debug, PartialEq)]
