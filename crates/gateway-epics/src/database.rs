@@ -29,8 +29,10 @@ pub struct Target {
 /// The records of a station.
 #[derive(Debug)]
 pub struct Database {
-    /// The records: one for each point, and one for each alias.
+    /// The records: one for each point that has one, then those for writing, and one for each alias.
     pub records: Vec<Record>,
+    /// How many of them are the records of the points; these come first.
+    pub of_points: usize,
     by_name: HashMap<Arc<str>, usize>,
     /// The name of the table of all gauges.
     pub table: String,
@@ -75,7 +77,8 @@ impl Database {
         };
         let records: Vec<Record> = rows.iter().filter_map(record).collect();
         let by_name = records.iter().enumerate().map(|(index, record)| (Arc::clone(&record.name), index)).collect();
-        Ok(Self { records, by_name, table: names::table_name(settings), settings: settings.clone() })
+        let of_points = rows.iter().filter(|row| row.entry == Entry::Point).count();
+        Ok(Self { records, of_points, by_name, table: names::table_name(settings), settings: settings.clone() })
     }
 
     /// The field that a name with or without a field stands for.

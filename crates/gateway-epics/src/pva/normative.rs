@@ -285,7 +285,7 @@ struct TableRow<'a> {
 
 fn table_rows(world: &World) -> Vec<TableRow<'_>> {
     let snapshot = &world.snapshot;
-    let own = world.database.records.iter().take(snapshot.points.len());
+    let own = world.database.records.iter().take(world.database.of_points);
     let pressures = own.filter(|record| record.signal == Signal::Pressure && record.kind == RecordType::Ai);
     let row = |record| {
         let sample = world.sample(record)?;
