@@ -294,18 +294,16 @@ impl<P: Protocol> Connection<P> {
                     self.write()?;
                 }
                 Some(finished) = next(&mut results) => {
+                    // The client reads the value next that this put has waited for.
+                    if worlds.has_changed().unwrap_or_default() {
+                        self.take_world(&mut worlds, &mut world)?;
+                    }
                     self.protocol.puts().finished();
                     self.protocol.finish(finished, &mut self.out);
                 }
                 changed = worlds.changed() => {
                     changed.map_err(|_| End::Gone)?;
-                    let new = Arc::clone(&worlds.borrow_and_update());
-                    if !Arc::ptr_eq(&new.database, &world.database) {
-                        self.protocol.renew(&world, &new)?;
-                    }
-                    world = new;
-                    self.is_newer = self.is_pending;
-                    self.is_pending = true;
+                    self.take_world(&mut worlds, &mut world)?;
                 }
                 () = sleep_until(deadline), if self.deadline.is_some() => return Err(End::Gone),
                 () = stop.stopped() => return Ok(()),
@@ -313,6 +311,18 @@ impl<P: Protocol> Connection<P> {
             // A client with many requests leaves time to the others.
             tokio::task::yield_now().await;
         }
+    }
+
+    /// Takes the newest records and values.
+    fn take_world(&mut self, worlds: &mut watch::Receiver<Arc<World>>, world: &mut Arc<World>) -> Result<(), End> {
+        let new = Arc::clone(&worlds.borrow_and_update());
+        if !Arc::ptr_eq(&new.database, &world.database) {
+            self.protocol.renew(world, &new)?;
+        }
+        *world = new;
+        self.is_newer = self.is_pending;
+        self.is_pending = true;
+        Ok(())
     }
 
     /// Handles the complete messages while there is room for their answers.

@@ -30,8 +30,10 @@ pub struct Target {
 /// The records of a station.
 #[derive(Debug)]
 pub struct Database {
-    /// The records: one for each point, and one for each alias.
+    /// The records: one for each point that has one, then those for writing, and one for each alias.
     pub records: Vec<Record>,
+    /// How many of them are the records of the points; these come first.
+    pub of_points: usize,
     by_name: HashMap<Arc<str>, usize>,
     /// The name of the table of all gauges.
     pub table: String,
@@ -76,7 +78,8 @@ impl Database {
         };
         let records: Vec<Record> = rows.iter().filter_map(record).collect();
         let by_name = records.iter().enumerate().map(|(index, record)| (Arc::clone(&record.name), index)).collect();
-        Ok(Self { records, by_name, table: names::table_name(settings), settings: settings.clone() })
+        let of_points = rows.iter().filter(|row| row.entry == Entry::Point).count();
+        Ok(Self { records, of_points, by_name, table: names::table_name(settings), settings: settings.clone() })
     }
 
     /// The field that a name with or without a field stands for.
@@ -233,9 +236,13 @@ impl World {
         let data = self.data(record, value);
         let mut alarm = alarm_of_state(value.state, settings);
         // The words stay if the site gives the state no severity: the end of the range is no pressure then either.
-        let message = message(record.signal, value.state);
+        let mut message = message(record.signal, value.state);
         if value.value == Value::None && value.state == State::Ok {
-            alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
+            if exists_always(record) {
+                alarm = (EpicsSeverity::Invalid, EpicsStatus::Undefined);
+            } else {
+                message = "there is none";
+            }
         }
         let own = match &data {
             Data::Double(number) => record.meta.limits.alarm(*number),
@@ -329,16 +336,32 @@ const fn message(signal: Signal, state: State) -> &'static str {
     }
 }
 
+/// Whether a record has a value unless something is wrong. An alarm without a limit, or one that was never raised, lacks nothing, and no
+/// controller corrects for the gas: there the number is not a number and the text is empty, without an alarm.
+fn exists_always(record: &Record) -> bool {
+    match record.signal {
+        Signal::AlarmLimit
+        | Signal::RaisedValue
+        | Signal::Raised
+        | Signal::AcknowledgedAt
+        | Signal::SuppressedUntil
+        | Signal::CorrectedPressure => false,
+        // The value of an alarm with a limit is missing while its gauge is lost.
+        Signal::AlarmValue => !record.meta.unit.is_empty(),
+        _ => true,
+    }
+}
+
 fn configured(state: State, settings: &Settings) -> Option<EpicsSeverity> {
     let key = match state {
-        State::Ok => return None,
+        State::Ok | State::Uncertain => return None,
         State::UnderRange => ReadingState::Underrange,
         State::OverRange => ReadingState::Overrange,
         State::Off => ReadingState::Off,
         State::Starting => ReadingState::Starting,
         State::Invalid => ReadingState::Invalid,
         State::NotPresent => ReadingState::NotPresent,
-        State::Stale => ReadingState::Gap,
+        State::Stale | State::NotRead => ReadingState::Gap,
         State::Fault => ReadingState::Fault,
     };
     Some(match settings.severities.get(&key)? {

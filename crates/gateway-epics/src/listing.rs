@@ -49,7 +49,7 @@ pub fn names(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<
 /// As `names`.
 pub fn archiver(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<String, NameError> {
     let database = Database::new(station, snapshot, settings)?;
-    let of_points = database.records.iter().take(snapshot.points.len());
+    let of_points = database.records.iter().take(database.of_points);
     let archived = of_points.filter(|record| is_archived(record));
     Ok(archived.map(|record| format!("{}\n", record.name)).collect())
 }
@@ -83,7 +83,7 @@ pub fn bob(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<St
         let pv = |signal| {
             let is_it = |point: &Point| point.subject == reading.subject && point.signal == signal;
             let position = snapshot.points.iter().position(is_it)?;
-            database.records.get(position).map(|record| record.name.as_ref())
+            database.records.iter().find(|record| record.point == position).map(|record| record.name.as_ref())
         };
         let Subject::Reading { series, .. } = &reading.subject else { continue };
         screen.row(series, pv);

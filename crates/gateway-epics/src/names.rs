@@ -85,7 +85,7 @@ pub enum Entry {
     Acknowledge,
 }
 
-/// The names of all points of a snapshot, in its order, then the aliases.
+/// The names of all points of a snapshot that have a record, in its order, then the aliases.
 ///
 /// # Errors
 /// A name is too long or is given twice, or the settings name something that does not exist.
@@ -94,7 +94,7 @@ pub fn rows(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<V
     let mut taken = BTreeMap::new();
     let mut rows = Vec::new();
     let naming = Naming::new(station, snapshot, settings);
-    for (point, it) in snapshot.points.iter().enumerate() {
+    for (point, it) in snapshot.points.iter().enumerate().filter(|(point, it)| has_record(snapshot, *point, it)) {
         rows.push(Row { name: naming.name(it), point, entry: Entry::Point });
     }
     if settings.write.is_some() {
@@ -113,6 +113,13 @@ pub fn rows(station: &str, snapshot: &Snapshot, settings: &Settings) -> Result<V
     }
     take(&mut taken, &table_name(settings), "the table of all gauges".to_owned())?;
     Ok(rows)
+}
+
+/// Whether a point has a record of its own: the limit of an alarm without one, such as "no data", has none. A limit is in the file, so that it
+/// does not come and go.
+fn has_record(snapshot: &Snapshot, position: usize, point: &Point) -> bool {
+    let has_value = || snapshot.values.get(position).is_none_or(|value| value.value != Value::None);
+    point.signal != Signal::AlarmLimit || has_value()
 }
 
 /// The name of the table of all gauges.

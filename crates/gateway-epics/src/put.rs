@@ -1,17 +1,28 @@
 //! Puts: a client asks, the station does it on another thread, and the connection gives the result to the client.
+//!
+//! A client that waits for the result of a put reads the record next: `caput -c` shows it as the new value. So the result comes when the
+//! station has read the parameter again.
 
 use crate::database::World;
 use crate::record::{Put, Record};
 use profivac_gateway::command::given;
-use profivac_gateway::{Commander, Signal, Subject, Value, WriteError, WriteRequest};
+use profivac_gateway::{Commander, PointValue, Signal, Subject, Value, WriteError, WriteRequest};
+use profivac_recorder::Micros;
 use profivac_station::config::gateways::write::Write;
 use profivac_station::services::Services;
 use std::net::IpAddr;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::watch;
+use tokio::time::timeout;
 
 /// The most puts of one client that wait. Together with the limit of the commander it bounds the results.
 const MAX_WAITING: usize = 8;
+
+/// How long the result of a put waits at most for the value that the station reads after the write. chosen: the station reads it before all
+/// other parameters, and p4p waits 5 s for a put.
+const READ_BACK: Duration = Duration::from_secs(4);
 
 /// A value that a client puts.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,13 +73,52 @@ pub struct Finished<R> {
 pub struct Writer {
     commander: Commander,
     write: Write,
+    worlds: watch::Receiver<Arc<World>>,
 }
 
 impl Writer {
-    /// A writer with these settings.
+    /// A writer with these settings. What it writes is seen in `worlds` when the station has read it again.
     #[must_use]
-    pub fn new(services: Arc<Services>, write: Write) -> Self {
-        Self { commander: Commander::new(services, write.users.clone()), write }
+    pub fn new(services: Arc<Services>, write: Write, worlds: watch::Receiver<Arc<World>>) -> Self {
+        Self { commander: Commander::new(services, write.users.clone()), write, worlds }
+    }
+}
+
+/// The value of a parameter that a put writes, as the station reads it afterwards.
+struct ReadBack {
+    subject: Subject,
+    signal: Signal,
+    /// When the put began.
+    begun: Micros,
+    /// How often the point had changed then.
+    version: u64,
+}
+
+impl ReadBack {
+    /// Of a put that begins now; `None` where the record is no parameter.
+    fn of(record: &Record, world: &World) -> Option<Self> {
+        let (point, value) = (world.snapshot.points.get(record.point)?, world.snapshot.values.get(record.point)?);
+        let (subject, version) = (point.subject.clone(), value.version);
+        let of_now = Self { subject, signal: point.signal, begun: Micros::now(), version };
+        (record.put == Put::Parameter).then_some(of_now)
+    }
+
+    /// Whether this value was read after the write, which ended at `written`. One that was read while the write waited is the old one.
+    fn is_done(&self, value: &PointValue, written: Micros) -> bool {
+        let is_since = |time: Micros| value.at.is_some_and(|at| at >= time);
+        value.value != Value::None && is_since(self.begun) && (value.version != self.version || is_since(written))
+    }
+
+    /// Waits until the value is there, at most for [`READ_BACK`].
+    async fn wait(self, mut worlds: watch::Receiver<Arc<World>>) {
+        let written = Micros::now();
+        let is_done = |world: &Arc<World>| {
+            let mut all = world.snapshot.iter();
+            let own = all.find(|(point, _)| point.signal == self.signal && point.subject == self.subject);
+            // A parameter that the file does not have any more is not read again.
+            own.is_none_or(|(_, value)| self.is_done(value, written))
+        };
+        timeout(READ_BACK, worlds.wait_for(is_done)).await.ok();
     }
 }
 
@@ -106,11 +156,18 @@ impl<R: Send + 'static> Puts<R> {
         self.waiting = self.waiting.saturating_sub(1);
     }
 
-    /// Begins a put. Its result comes later.
+    /// Begins a put. Its result comes later; if the client waits for it, when the station has read the parameter again.
     ///
     /// # Errors
     /// [`PutError`] when it does not begin.
-    pub fn begin(&mut self, request: R, record: &Record, value: &PutValue, world: &World) -> Result<(), PutError> {
+    pub fn begin(
+        &mut self,
+        request: R,
+        record: &Record,
+        value: &PutValue,
+        world: &World,
+        is_awaited: bool,
+    ) -> Result<(), PutError> {
         let writer = self.writer.as_ref().filter(|_| record.put != Put::Refused);
         let writer = Arc::clone(writer.ok_or(PutError::ReadOnly)?);
         if self.waiting >= MAX_WAITING {
@@ -119,9 +176,15 @@ impl<R: Send + 'static> Puts<R> {
         let write = request_of(record, value, world)?;
         self.waiting = self.waiting.saturating_add(1);
         let (results, peer) = (self.results.clone(), self.peer);
+        let read_back = ReadBack::of(record, world).filter(|_| is_awaited);
         tokio::spawn(async move {
             let done = writer.commander.execute(&writer.write.user, write, Some(peer)).await;
             let result = done.map_err(PutError::from);
+            if result.is_ok()
+                && let Some(read_back) = read_back
+            {
+                read_back.wait(writer.worlds.clone()).await;
+            }
             // A client that is gone needs no result.
             results.send(Finished { request, result }).ok();
         });
@@ -172,5 +235,36 @@ fn occurrence(value: &PutValue) -> Result<i64, PutError> {
         PutValue::Number(number) if number.fract() == 0.0 && number.abs() < 9e15 => Ok(*number as i64),
         PutValue::Number(number) => Err(PutError::NoOccurrence(number.to_string())),
         PutValue::Text(text) => text.trim().parse().map_err(|_| PutError::NoOccurrence(text.clone())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_gateway::State;
+
+    const BEGUN: Micros = Micros(1_000);
+    const WRITTEN: Micros = Micros(2_000);
+
+    fn read_back() -> ReadBack {
+        let name = |text: &str| Arc::<str>::from(text);
+        let subject = Subject::Parameter { gauge: name("chamber"), target: name("a.limit"), name: name("Limit") };
+        ReadBack { subject, signal: Signal::ParameterNumber, begun: BEGUN, version: 7 }
+    }
+
+    fn value(number: Option<f64>, at: i64, version: u64) -> PointValue {
+        let state = if number.is_some() { State::Ok } else { State::Stale };
+        PointValue { value: number.map_or(Value::None, Value::Float), state, at: Some(Micros(at)), version }
+    }
+
+    #[test]
+    fn the_result_of_a_put_waits_for_the_value_that_is_read_after_the_write() {
+        let is_done = |value| read_back().is_done(&value, WRITTEN);
+        assert!(!is_done(value(Some(12.5), 500, 7)), "the old value");
+        assert!(!is_done(value(None, 2_000, 8)), "stale after the write");
+        assert!(!is_done(value(Some(12.5), 1_500, 7)), "read once more before the write");
+        assert!(is_done(value(Some(20.0), 3_000, 9)));
+        assert!(is_done(value(Some(20.0), 1_900, 9)), "read while the audit trail was written");
+        assert!(is_done(value(Some(12.5), 3_000, 7)), "the same number as before");
     }
 }

@@ -52,7 +52,8 @@ async fn serve(settings: Settings, context: Context) -> Result<(), EpicsError> {
     let mut subscription = context.model.subscribe();
     let snapshot = Arc::clone(&subscription.borrow_and_update());
     let (worlds, world) = watch::channel(Arc::new(first_world(&station, snapshot, &settings)?));
-    let writer = settings.write.clone().map(|write| Arc::new(Writer::new(Arc::clone(&context.services), write)));
+    let new_writer = |write| Arc::new(Writer::new(Arc::clone(&context.services), write, world.clone()));
+    let writer = settings.write.clone().map(new_writer);
     let shared = Shared::new(world, Arc::clone(&context.status), context.stop.clone(), writer);
     let mut tasks = JoinSet::new();
     let mut addresses = Vec::new();

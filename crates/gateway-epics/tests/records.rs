@@ -4,7 +4,7 @@
 
 use crate::common::{Plant, config, parsed};
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Signal};
+use profivac_gateway::{EpicsSeverity, EpicsStatus, Inputs, Point, PointValue, Signal, Value};
 use profivac_gateway_epics::database::{Database, World, held};
 use profivac_gateway_epics::listing;
 use profivac_gateway_epics::names::NameError;
@@ -88,8 +88,12 @@ fn every_point_has_a_record_and_the_names_are_those_of_the_documentation() {
         assert!(names.iter().any(|it| it == name), "no {name} in {names:?}");
     }
     let (config, _) = config("");
-    let points = profivac_gateway::points(&Inputs::planned(&config)).len();
-    assert_eq!((names.len(), names.iter().collect::<BTreeSet<_>>().len()), (points + 1, points + 1));
+    let snapshot = Modeller::default().next(Inputs::planned(&config), Micros(1));
+    let without_limit = |it: &(&Point, &PointValue)| it.0.signal == Signal::AlarmLimit && it.1.value == Value::None;
+    let absent = snapshot.iter().filter(without_limit).count();
+    assert!(absent > 0, "the alarm \"no data\" has no limit, and no record of one");
+    let records = snapshot.points.len() - absent + 1;
+    assert_eq!((names.len(), names.iter().collect::<BTreeSet<_>>().len()), (records, records));
 }
 
 #[test]
@@ -294,6 +298,41 @@ fn a_lost_gauge_is_invalid_and_its_value_is_not_plausible_unless_it_is_held() {
         assert!(if is_held { close(value, 5e-6) } else { value.is_nan() }, "{epics}: {value}");
         assert_eq!(read(&world, "CHAMBER:P.UDF").sample.data, Data::Long(i64::from(!is_held)));
     }
+}
+
+/// Panels colour a record that is INVALID: what an alarm does not have is no fault of the plant.
+#[test]
+fn what_an_alarm_or_a_controller_does_not_have_is_no_alarm() {
+    let mut plant = Plant::new("");
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 1);
+    plant.reads("fore line", Quality::Valid, Some(5e-4), 1);
+    let world = plant.world();
+    let never = [Signal::RaisedValue, Signal::Raised, Signal::AcknowledgedAt, Signal::SuppressedUntil];
+    let absent = world.database.records.iter().filter(|record| {
+        never.contains(&record.signal)
+            || (record.signal == Signal::AlarmValue && record.meta.unit.is_empty())
+            || &*record.name == "FORE_LINE:CH1:P_CORR"
+    });
+    let absent: Vec<_> = absent.map(|record| &*record.name).collect();
+    assert!(absent.len() > 10, "{absent:?}");
+    for name in absent {
+        assert_eq!(alarm(&world, name), (EpicsSeverity::None, EpicsStatus::None), "{name}");
+        assert_eq!(text(&world, &format!("{name}.AMSG")), "there is none", "{name}");
+    }
+    let value = "ALARM:CHAMBER_HIGH:ALARM_VALUE";
+    assert_eq!(alarm(&world, value), (EpicsSeverity::Invalid, EpicsStatus::Undefined), "an alarm with a limit has one");
+}
+
+#[test]
+fn a_parameter_that_was_not_read_lately_does_not_say_that_the_gauge_does_not_communicate() {
+    let mut plant = Plant::new("");
+    plant.reads("chamber", Quality::Valid, Some(5e-4), 7_000_000);
+    let name = "CHAMBER:SP_A_PCT_OF_ATM";
+    let world = plant.world();
+    assert_eq!(alarm(&world, name), (EpicsSeverity::Invalid, EpicsStatus::Scan));
+    assert_eq!(text(&world, &format!("{name}.AMSG")), "Not read lately");
+    plant.decides("chamber", BusStationState::Missing, 8_000_000);
+    assert_eq!(alarm(&plant.world(), name), (EpicsSeverity::Invalid, EpicsStatus::Comm));
 }
 
 /// The Archiver Appliance drops an event with the time of the one before, and would show the last pressure until the gauge returns.

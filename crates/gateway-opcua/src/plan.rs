@@ -27,14 +27,14 @@ pub enum Parent {
 pub struct Unit {
     /// The symbol.
     pub symbol: &'static str,
-    /// The common code of UNECE Recommendation 20.
+    /// The common code of UNECE Recommendation 20; empty for a unit without one, which has the namespace of the station.
     pub code: &'static str,
     /// The name.
     pub name: &'static str,
 }
 
 /// Units with their codes in UNECE Recommendation 20: first those of the signals, then usual ones of points of slaves.
-const UNITS: [Unit; 19] = [
+const UNITS: [Unit; 46] = [
     Unit { symbol: "Pa", code: "PAL", name: "pascal" },
     Unit { symbol: "%", code: "P1", name: "percent or per cent" },
     Unit { symbol: "bit/s", code: "B10", name: "bit per second" },
@@ -54,18 +54,49 @@ const UNITS: [Unit; 19] = [
     Unit { symbol: "bar", code: "BAR", name: "bar [unit of pressure]" },
     Unit { symbol: "h", code: "HUR", name: "hour" },
     Unit { symbol: "mm", code: "MMT", name: "millimetre" },
+    Unit { symbol: "hPa", code: "A97", name: "hectopascal" },
+    Unit { symbol: "kPa", code: "KPA", name: "kilopascal" },
+    Unit { symbol: "MPa", code: "MPA", name: "megapascal" },
+    Unit { symbol: "Torr", code: "UA", name: "torr" },
+    Unit { symbol: "m3", code: "MTQ", name: "cubic metre" },
+    Unit { symbol: "m³", code: "MTQ", name: "cubic metre" },
+    Unit { symbol: "m3/h", code: "MQH", name: "cubic metre per hour" },
+    Unit { symbol: "m³/h", code: "MQH", name: "cubic metre per hour" },
+    Unit { symbol: "l", code: "LTR", name: "litre" },
+    Unit { symbol: "l/h", code: "E32", name: "litre per hour" },
+    Unit { symbol: "l/s", code: "G51", name: "litre per second" },
+    Unit { symbol: "kg", code: "KGM", name: "kilogram" },
+    Unit { symbol: "g", code: "GRM", name: "gram" },
+    Unit { symbol: "N", code: "NEW", name: "newton" },
+    Unit { symbol: "N m", code: "NU", name: "newton metre" },
+    Unit { symbol: "Nm", code: "NU", name: "newton metre" },
+    Unit { symbol: "°F", code: "FAH", name: "degree Fahrenheit" },
+    Unit { symbol: "mV", code: "2Z", name: "millivolt" },
+    Unit { symbol: "kV", code: "KVT", name: "kilovolt" },
+    Unit { symbol: "kHz", code: "KHZ", name: "kilohertz" },
+    Unit { symbol: "MHz", code: "MHZ", name: "megahertz" },
+    Unit { symbol: "kWh", code: "KWH", name: "kilowatt hour" },
+    Unit { symbol: "ms", code: "C26", name: "millisecond" },
+    Unit { symbol: "min", code: "MIN", name: "minute [unit of time]" },
+    Unit { symbol: "d", code: "DAY", name: "day" },
+    Unit { symbol: "m", code: "MTR", name: "metre" },
+    Unit { symbol: "cm", code: "CMT", name: "centimetre" },
 ];
 
 impl Unit {
-    /// The unit with this symbol; `None` for one that this table does not have.
+    /// The unit with this symbol. One that this table does not have has no code, and its symbol as its name.
     #[must_use]
-    pub fn of(symbol: &str) -> Option<Self> {
-        UNITS.into_iter().find(|unit| unit.symbol == symbol)
+    pub fn of(symbol: &'static str) -> Self {
+        let known = UNITS.into_iter().find(|unit| unit.symbol == symbol);
+        known.unwrap_or(Self { symbol, code: "", name: symbol })
     }
 
-    /// The number of the unit in OPC UA: the characters of its code as octets of a number (OPC 10000-8, 5.6.4.3).
+    /// The number of the unit in OPC UA: the characters of its code as octets of a number, -1 without a code (OPC 10000-8, 5.6.4.3).
     #[must_use]
     pub fn id(self) -> i32 {
+        if self.code.is_empty() {
+            return -1;
+        }
         self.code.bytes().fold(0, |id, octet| (id << 8) | i32::from(octet))
     }
 }
@@ -143,8 +174,12 @@ pub enum Source {
     Point(usize),
     /// The worst health of the readings at these positions.
     Health(Vec<usize>),
+    /// The health of a device without readings: by its state and its faults, at these positions.
+    DeviceState(Vec<usize>),
     /// The vendor of the device that the point at this position names.
     Manufacturer(usize),
+    /// The model of the device that the point at this position names, without its vendor.
+    Model(usize),
     /// What the station does not know, such as the serial number of a device: it has no value.
     Unknown,
     /// A property of the nameplate that the station does not know: DI says an empty text, or -1 as the counter of revisions.
@@ -281,10 +316,14 @@ impl Plan<'_> {
         let id = format!("gauge/{}", escaped(gauge));
         if !self.objects.contains(&id) {
             self.add(Parent::DeviceSet(set), id.clone(), gauge, NodeKind::Object(ObjectKind::Device));
-            let is_own = |point: &Point| point.signal == Signal::State && point.subject.gauge() == Some(gauge);
-            let readings = self.points.iter().enumerate().filter(|(_, point)| is_own(point)).map(|(index, _)| index);
+            let readings = self.points_of(gauge, &[Signal::State]);
+            let has_readings = !readings.is_empty();
             let health = NodeKind::Variable {
-                source: Source::Health(readings.collect()),
+                source: if has_readings {
+                    Source::Health(readings)
+                } else {
+                    Source::DeviceState(self.points_of(gauge, &[Signal::GaugeState, Signal::Faults]))
+                },
                 data_type: DataType::Health,
                 properties: vec![Property::EnumStrings(HEALTH.to_vec())],
                 history: None,
@@ -294,13 +333,23 @@ impl Plan<'_> {
                 parent: Parent::Node(id.clone()),
                 name: "DeviceHealth".to_owned(),
                 named_by: Specification::Di,
-                description: "Worst health of the readings, as in NAMUR NE 107".to_owned(),
+                description: match has_readings {
+                    true => "Worst health of the readings, as in NAMUR NE 107",
+                    false => "Health by the state and the faults of the device, as in NAMUR NE 107",
+                }
+                .to_owned(),
                 kind: health,
             });
             self.identification(&id, gauge);
             self.nameplate(&id, gauge);
         }
         id
+    }
+
+    /// The positions of the points of a gauge with these signals.
+    fn points_of(&self, gauge: &str, signals: &[Signal]) -> Vec<usize> {
+        let is_one = |point: &Point| signals.contains(&point.signal) && point.subject.gauge() == Some(gauge);
+        self.points.iter().enumerate().filter(|(_, point)| is_one(point)).map(|(index, _)| index).collect()
     }
 
     /// `Identification` of a device: what DI (OPC 10000-100, DeviceType) makes mandatory and the station has a place for.
@@ -311,7 +360,7 @@ impl Plan<'_> {
         let group = self.add_of(Specification::Di, device.to_owned(), id, "Identification", ObjectKind::Group);
         let rows = [
             ("manufacturer", "Manufacturer", "Vendor of the device", Source::Manufacturer(index)),
-            ("model", "Model", "Device model", Source::Point(index)),
+            ("model", "Model", "Device model", Source::Model(index)),
             ("serial-number", "SerialNumber", "Serial number; the station does not read it", Source::Unknown),
         ];
         for (key, name, description, source) in rows {
@@ -356,7 +405,7 @@ impl Plan<'_> {
         for row in NAMEPLATE {
             let (source, data_type) = match (row.name, index) {
                 ("Manufacturer", Some(index)) => (Source::Manufacturer(index), DataType::LocalizedText),
-                ("Model", Some(index)) => (Source::Point(index), DataType::LocalizedText),
+                ("Model", Some(index)) => (Source::Model(index), DataType::LocalizedText),
                 ("Manufacturer" | "Model", None) => (Source::Blank, DataType::LocalizedText),
                 ("RevisionCounter", _) => (Source::Blank, DataType::Int32),
                 _ => (Source::Blank, DataType::String),
@@ -435,7 +484,7 @@ fn browse_name(signal: Signal) -> String {
 }
 
 fn properties(point: &Point) -> Vec<Property> {
-    let unit = point.unit.and_then(Unit::of).map(Property::EngineeringUnits);
+    let unit = point.unit.map(Unit::of).map(Property::EngineeringUnits);
     let ranges = point
         .range
         .into_iter()
@@ -462,8 +511,12 @@ fn history(point: &Point) -> Option<History> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use profivac_gateway::{Inputs, points};
-    use profivac_recorder::PointKind;
+    use crate::value::data_value;
+    use opcua_types::{UAString, Variant};
+    use profivac_gateway::model::Modeller;
+    use profivac_gateway::{Health, Inputs, points};
+    use profivac_recorder::{Micros, PointKind};
+    use profivac_station::view::BusStationState;
     use std::path::Path;
 
     const PLANT: &str = r#"
@@ -598,14 +651,61 @@ mod tests {
     /// UNECE Recommendation 20 and OPC 10000-8: pascal is 5259596, second 5457219, percent 20529, bit per second 4337968.
     #[test]
     fn the_number_of_a_unit_is_that_of_its_code() {
-        let ids = ["Pa", "s", "%", "bit/s"].map(|unit| Unit::of(unit).unwrap().id());
+        let ids = ["Pa", "s", "%", "bit/s"].map(|unit| Unit::of(unit).id());
         assert_eq!(ids, [5_259_596, 5_457_219, 20_529, 4_337_968]);
+    }
+
+    #[test]
+    fn a_point_in_any_unit_has_engineering_units_and_one_without_a_code_those_of_the_station() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("turbo.gsd"), GSD).unwrap();
+        let unit_of = |unit: &str| {
+            let text = SLAVE.replace("\"Hz\"", &format!("{unit:?}"));
+            let config = profivac_config::parse(&text, &folder.path().join("plant.toml")).unwrap();
+            let nodes = nodes(&points(&Inputs::planned(&config)));
+            let speed = node(&nodes, "gauge/turbo/parameter/speed/parameter-number");
+            let NodeKind::Variable { properties, .. } = &speed.kind else { panic!("{speed:?}") };
+            properties.iter().find_map(|it| if let Property::EngineeringUnits(unit) = it { Some(*unit) } else { None })
+        };
+        assert_eq!(unit_of("m3"), Some(Unit { symbol: "m3", code: "MTQ", name: "cubic metre" }));
+        // The characters M, T and Q.
+        assert_eq!(unit_of("m3").map(Unit::id), Some(5_067_857));
+        let own = unit_of("sccm");
+        assert_eq!(own, Some(Unit { symbol: "sccm", code: "", name: "sccm" }));
+        assert_eq!(own.map(Unit::id), Some(-1));
+    }
+
+    #[test]
+    fn the_health_of_a_slave_is_by_its_state_and_faults_and_its_vendor_by_its_gsd_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let identity = "Vendor_Name = \"Invented\"\nModel_Name = \"Pump 3\"\nIdent_Number";
+        std::fs::write(folder.path().join("turbo.gsd"), GSD.replace("Ident_Number", identity)).unwrap();
+        let config = profivac_config::parse(SLAVE, &folder.path().join("plant.toml")).unwrap();
+        let mut inputs = Inputs::planned(&config);
+        let shown = |inputs: &Inputs, id: &str| {
+            let snapshot = Modeller::default().next(inputs.clone(), Micros(1));
+            let nodes = nodes(&snapshot.points);
+            let NodeKind::Variable { source, data_type, .. } = &node(&nodes, id).kind else { panic!("{id}") };
+            data_value(source, *data_type, &snapshot).and_then(|value| value.value)
+        };
+        let health = |inputs: &Inputs| shown(inputs, "gauge/turbo/device-health");
+        assert_eq!(health(&inputs), Some(Variant::Int32(Health::Failure as i32)), "missing");
+        inputs.gauges[0].state = BusStationState::Starting;
+        assert_eq!(health(&inputs), Some(Variant::Int32(Health::CheckFunction as i32)));
+        inputs.gauges[0].state = BusStationState::DataExchange;
+        assert_eq!(health(&inputs), Some(Variant::Int32(Health::Normal as i32)));
+        inputs.gauges[0].exceptions = vec!["bearing".to_owned()];
+        assert_eq!(health(&inputs), Some(Variant::Int32(Health::Failure as i32)));
+        let text = |text: &str| Some(Variant::String(UAString::from(text)));
+        assert_eq!(shown(&inputs, "gauge/turbo/manufacturer"), text("Invented"));
+        assert_eq!(shown(&inputs, "gauge/turbo/model"), text("Pump 3"), "the vendor has a node of its own");
+        assert_eq!(shown(&inputs, "gauge/turbo/device"), text("Invented Pump 3"));
     }
 
     #[test]
     fn every_unit_of_a_signal_is_known() {
         for unit in Signal::ALL.iter().filter_map(|signal| signal.unit()) {
-            assert!(Unit::of(unit).is_some(), "{unit}");
+            assert_ne!(Unit::of(unit).code, "", "{unit}");
         }
     }
 

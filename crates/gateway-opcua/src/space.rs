@@ -113,9 +113,9 @@ impl Space {
             (new.version, new.at) != (old.version, old.at)
         };
         let variables = self.variables.iter().filter(move |variable| match &variable.source {
-            Source::Point(index) | Source::Manufacturer(index) => differs(*index),
+            Source::Point(index) | Source::Manufacturer(index) | Source::Model(index) => differs(*index),
             Source::Unknown | Source::Blank | Source::Fixed(_) => before.is_none(),
-            Source::Health(readings) => readings.iter().any(|index| differs(*index)),
+            Source::Health(points) | Source::DeviceState(points) => points.iter().any(|index| differs(*index)),
         });
         variables.filter_map(|it| Some((&it.id, value::data_value(&it.source, it.data_type, snapshot)?)))
     }
@@ -270,7 +270,7 @@ fn property_value(property: &Property) -> (Variant, DataTypeId, i32) {
     match property {
         Property::EngineeringUnits(unit) => {
             let information = EUInformation {
-                namespace_uri: UAString::from(UNITS),
+                namespace_uri: UAString::from(if unit.code.is_empty() { plan::NAMESPACE } else { UNITS }),
                 unit_id: unit.id(),
                 display_name: LocalizedText::new("", unit.symbol),
                 description: LocalizedText::new("", unit.name),

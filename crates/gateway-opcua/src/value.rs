@@ -3,6 +3,7 @@
 use crate::plan::{DataType, Source};
 use opcua_types::{DataValue, DateTime, LocalizedText, StatusCode, UAString, Variant};
 use profivac_devices::reading::Quality;
+use profivac_gateway::signal::gauge_state;
 use profivac_gateway::{Health, PointValue, Signal, Snapshot, State, Value};
 use profivac_recorder::{Micros, PointSample, Sample};
 
@@ -17,10 +18,15 @@ pub fn data_value(source: &Source, data_type: DataType, snapshot: &Snapshot) -> 
             let (point, value) = (snapshot.points.get(*index)?, snapshot.values.get(*index)?);
             Some(of_point(point.signal, data_type, value))
         }
-        Source::Health(readings) => Some(health(readings, snapshot)),
+        Source::Health(readings) => Some(health(readings, snapshot, |_, value| Some(value.state.codes().health))),
+        Source::DeviceState(points) => Some(health(points, snapshot, health_of_device)),
         Source::Manufacturer(index) => {
             let (point, value) = (snapshot.points.get(*index)?, snapshot.values.get(*index)?);
-            Some(manufacturer(data_type, point.vendor, value))
+            Some(manufacturer(data_type, point.vendor.as_deref(), value))
+        }
+        Source::Model(index) => {
+            let (point, value) = (snapshot.points.get(*index)?, snapshot.values.get(*index)?);
+            Some(model(data_type, point.vendor.as_deref(), value))
         }
         Source::Blank => Some(stamped(Some(blank(data_type)), StatusCode::Good, Micros::now())),
         Source::Fixed(text) => Some(stamped(Some(given_text(data_type, text)), StatusCode::Good, Micros::now())),
@@ -49,6 +55,17 @@ fn manufacturer(data_type: DataType, vendor: Option<&str>, device: &PointValue) 
     let vendor = vendor.map(|vendor| given_text(data_type, vendor));
     let status = if vendor.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
     stamped(vendor, status, device.at.unwrap_or_else(Micros::now))
+}
+
+/// The model of a device. The station names a slave by vendor and model; here the vendor has a node of its own.
+fn model(data_type: DataType, vendor: Option<&str>, device: &PointValue) -> DataValue {
+    let text = match &device.value {
+        Value::Text(text) => &**text,
+        _ => "",
+    };
+    let without_vendor = vendor.and_then(|vendor| text.strip_prefix(vendor)?.strip_prefix(' '));
+    let model = given_text(data_type, without_vendor.unwrap_or(text));
+    stamped(Some(model), StatusCode::Good, device.at.unwrap_or_else(Micros::now))
 }
 
 fn of_point(signal: Signal, data_type: DataType, value: &PointValue) -> DataValue {
@@ -120,17 +137,28 @@ pub fn micros(time: &DateTime) -> Option<Micros> {
     (ticks > 0).then(|| Micros((ticks / 10).saturating_sub(MICROS_TO_1970)))
 }
 
-/// The worst health of readings: a failure is worse than a check of the function, and that worse than a value out of specification.
-fn health(readings: &[usize], snapshot: &Snapshot) -> DataValue {
-    let values = readings.iter().filter_map(|index| snapshot.values.get(*index));
+/// The health of a device by a point: its state, or its faults.
+fn health_of_device(signal: Signal, value: &PointValue) -> Option<Health> {
+    match (signal, &value.value) {
+        (Signal::GaugeState, Value::Choice(gauge_state::DATA_EXCHANGE)) => Some(Health::Normal),
+        (Signal::GaugeState, Value::Choice(gauge_state::STARTING)) => Some(Health::CheckFunction),
+        (Signal::GaugeState, Value::Choice(_)) => Some(Health::Failure),
+        (Signal::Faults, Value::Text(faults)) if !faults.is_empty() => Some(Health::Failure),
+        _ => None,
+    }
+}
+
+/// The worst health of points: a failure is worse than a check of the function, and that worse than a value out of specification.
+fn health(points: &[usize], snapshot: &Snapshot, of: impl Fn(Signal, &PointValue) -> Option<Health>) -> DataValue {
+    let found = points.iter().filter_map(|index| Some((snapshot.points.get(*index)?, snapshot.values.get(*index)?)));
     let rank = |health: Health| match health {
         Health::Normal => 0,
         Health::OffSpec => 1,
         Health::CheckFunction => 2,
         Health::Failure => 3,
     };
-    let worst = values.clone().map(|value| value.state.codes().health).max_by_key(|health| rank(*health));
-    let at = values.filter_map(|value| value.at).max();
+    let worst = found.clone().filter_map(|(point, value)| of(point.signal, value)).max_by_key(|health| rank(*health));
+    let at = found.filter_map(|(_, value)| value.at).max();
     let worst = worst.map(|health| Variant::Int32(health as i32));
     let status = if worst.is_some() { StatusCode::Good } else { StatusCode::BadNoData };
     stamped(worst, status, at.unwrap_or_else(Micros::now))

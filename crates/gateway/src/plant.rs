@@ -22,6 +22,7 @@ use profivac_station::snapshot::SegmentSnapshot;
 use profivac_station::view::{
     self, BusStationState, Gauge, GaugeKind, Reading, Segment, SegmentState, WatchedParameter,
 };
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
@@ -98,7 +99,7 @@ impl Inputs {
             (&segment.name, is_virtual(&segment.port)).hash(&mut hasher);
         }
         for gauge in &self.gauges {
-            (&gauge.name, &gauge.segment, &gauge.device, gauge.stale_after_ms).hash(&mut hasher);
+            (&gauge.name, &gauge.segment, &gauge.device, &gauge.vendor, gauge.stale_after_ms).hash(&mut hasher);
             gauge.integers.map(|it| [it.lowest_pa, it.highest_pa].map(f64::to_bits)).hash(&mut hasher);
             gauge.model.map(std::ptr::from_ref).hash(&mut hasher);
             (gauge.readings.len(), gauge.parameters.len()).hash(&mut hasher);
@@ -227,7 +228,7 @@ pub struct PointOf {
     /// A hot cathode gives its readings at present.
     pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
-    pub vendor: Option<&'static str>,
+    pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it.
     pub recorded: Option<Arc<profivac_recorder::Point>>,
 }
@@ -325,8 +326,9 @@ pub fn walk(inputs: &Inputs, sink: &mut impl Sink) {
         it.readings.iter().for_each(|reading| self::reading(inputs, it, reading, sink));
         it.parameters.iter().for_each(|parameter| self::parameter(inputs, it, parameter, sink));
     }
+    let gauges: HashMap<&str, &Gauge> = inputs.gauges.iter().map(|gauge| (gauge.name.as_str(), gauge)).collect();
     for it in &inputs.alarms {
-        alarm(it, sink);
+        alarm(it, it.gauge.as_deref().and_then(|gauge| gauges.get(gauge).copied()), sink);
     }
 }
 
@@ -434,7 +436,7 @@ fn gauge(inputs: &Inputs, gauge: &Gauge, alarms: GaugeAlarms, sink: &mut impl Si
     sink.subject(|| {
         let subject = Subject::Gauge(Arc::from(gauge.name.as_str()));
         let plain = PointOf::plain(subject, Some(Arc::from(gauge.segment.as_str())), is_simulated);
-        PointOf { vendor: gauge.model.map(|model| model.vendor), ..plain }
+        PointOf { vendor: gauge.vendor.clone().or_else(|| gauge.model.map(|model| Arc::from(model.vendor))), ..plain }
     });
     let counts = bus.map(|bus| bus.total);
     plain(sink, Signal::GaugeState, Raw::Choice(gauge_state::of(gauge.state)));
@@ -591,19 +593,7 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
             || recorded.as_ref().is_some_and(|point| point.kind == PointKind::Code);
         PointOf { own_unit: parameter.unit, limits, is_writable, is_whole, recorded, ..plain }
     });
-    let counts = match gauge.kind {
-        // A gauge that is not in data exchange may have lost what was read.
-        GaugeKind::Gauge => matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault),
-        // The records of a slave are read without data exchange, and the points of a slave that is lost have no time.
-        GaugeKind::Slave => gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms),
-    };
-    let read_at = parameter.read_at.filter(|_| counts);
-    let is_read = read_at.is_some();
-    let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
-    let at = match gauge.kind {
-        GaugeKind::Slave if state == State::Stale => decided_at(gauge, state),
-        GaugeKind::Gauge | GaugeKind::Slave => read_at.or(gauge.lost_at),
-    };
+    let ParameterState { is_read, state, at } = ParameterState::of(gauge, parameter);
     let number = Raw::float(parameter.number.filter(|_| is_read));
     let signal = match parameter.unit {
         Some("Pa") => Signal::ParameterPressure,
@@ -612,9 +602,44 @@ fn parameter(inputs: &Inputs, gauge: &Gauge, parameter: &WatchedParameter, sink:
     };
     sink.point(signal, number, state, at);
     // A stale point of a slave says why; a stale parameter has no text.
-    let has_text = is_read && !(state == State::Stale && parameter.text.is_empty());
+    let has_text = is_read && !(matches!(state, State::Stale | State::NotRead) && parameter.text.is_empty());
     let text = if has_text { Raw::Text(&parameter.text) } else { Raw::None };
     sink.point(Signal::ParameterText, text, state, at);
+}
+
+/// What is known of the value of a parameter.
+struct ParameterState {
+    /// It was read, and its gauge has not been lost since.
+    is_read: bool,
+    state: State,
+    /// When it was read, or when the station decided that it has no value.
+    at: Option<Micros>,
+}
+
+impl ParameterState {
+    fn of(gauge: &Gauge, parameter: &WatchedParameter) -> Self {
+        let counts = match gauge.kind {
+            // A gauge that is not in data exchange may have lost what was read.
+            GaugeKind::Gauge => matches!(gauge.state, BusStationState::DataExchange | BusStationState::Fault),
+            // The records of a slave are read without data exchange, and the points of a slave that is lost have no time.
+            GaugeKind::Slave => gauge.age_ms.is_some_and(|age| age <= gauge.stale_after_ms),
+        };
+        let read_at = parameter.read_at.filter(|_| counts);
+        let is_read = read_at.is_some();
+        let state = if is_read { State::recorded(parameter.quality) } else { State::Stale };
+        let at = match gauge.kind {
+            GaugeKind::Slave if state == State::Stale => decided_at(gauge, state),
+            GaugeKind::Gauge if state == State::Stale => gauge.lost_at.max(parameter.lost_at).or(read_at),
+            GaugeKind::Gauge | GaugeKind::Slave => read_at,
+        };
+        // The gauge is there: to say that there is no communication would be false.
+        let state = match (state, gauge.kind) {
+            (State::Stale, GaugeKind::Gauge) if counts => State::NotRead,
+            (State::Ok, GaugeKind::Slave) if parameter.is_uncertain() => State::Uncertain,
+            (state, _) => state,
+        };
+        Self { is_read, state, at }
+    }
 }
 
 /// A pressure, or a state with its cause. A gateway whose protocol has short texts cuts it.
@@ -686,20 +711,51 @@ fn limits(alarms: &[AlarmView], side: impl Fn(&AlarmView) -> Option<LimitKind>) 
     limits
 }
 
-fn alarm(alarm: &AlarmView, sink: &mut impl Sink) {
+/// When the present value of an alarm was measured, or when it was lost: that of the reading, or of the point of a slave. `None` for an
+/// alarm about something else, whose value no gauge measures.
+fn measured_at(alarm: &AlarmView, gauge: &Gauge) -> Option<Micros> {
+    if let Some(limited) = &alarm.point {
+        let parameter = gauge.parameters.iter().find(|parameter| parameter.target == limited.name)?;
+        return ParameterState::of(gauge, parameter).at;
+    }
+    let series = alarm.series.as_deref()?;
+    let reading = gauge.readings.iter().find(|reading| reading.series == series)?;
+    decided_at(gauge, State::of(gauge, reading))
+}
+
+/// Why an alarm was raised. The sentence is in the present tense, so that of an alarm that is not active says when it was true.
+fn alarm_text(alarm: &AlarmView) -> Cow<'_, str> {
+    if alarm.text.is_empty() || alarm.state.is_active() {
+        Cow::Borrowed(&alarm.text)
+    } else {
+        Cow::Owned(format!("when raised: {}", alarm.text))
+    }
+}
+
+fn alarm(alarm: &AlarmView, gauge: Option<&Gauge>, sink: &mut impl Sink) {
     sink.subject(|| {
         let segment = alarm.segment.as_deref().map(Arc::from);
         let subject = Subject::Alarm(Arc::from(alarm.name.as_str()));
         PointOf { own_unit: alarm.unit, ..PointOf::plain(subject, segment, false) }
     });
-    let at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
-    let mut put = |signal, value| sink.point(signal, value, State::Ok, at);
+    // The value changes with the readings. What the file says has the time at which it changed, and the rest that of the change of the alarm.
+    let measured_at = gauge.and_then(|gauge| measured_at(alarm, gauge));
+    let changed_at = alarm.since_ms.map(|ms| Micros(ms.saturating_mul(1000)));
+    let text = alarm_text(alarm);
+    let mut put = |signal: Signal, value| {
+        let at = match signal {
+            Signal::AlarmValue => measured_at,
+            Signal::Priority | Signal::AlarmLimit | Signal::AlarmUnit | Signal::Instruction => None,
+            _ => changed_at,
+        };
+        sink.point(signal, value, State::Ok, at);
+    };
     put(Signal::AlarmState, Raw::Choice(alarm_state::of(alarm.state)));
     put(Signal::AlarmActive, Raw::Boolean(alarm.state.is_active()));
     put(Signal::AlarmAcknowledged, Raw::Boolean(!alarm.state.needs_acknowledgement()));
     put(Signal::Priority, Raw::Choice(priority::of(alarm.priority)));
     put(Signal::Occurrence, Raw::Integer(alarm.occurrence));
-    put(Signal::AlarmText, Raw::Text(&alarm.text));
+    put(Signal::AlarmText, Raw::Text(&text));
     let suppression = alarm.out_of_service.as_ref().or(alarm.shelved.as_ref()).or(alarm.suppressed.as_ref());
     put(Signal::AlarmValue, Raw::float(alarm.value));
     put(Signal::AlarmLimit, Raw::float(alarm.limit));

@@ -113,7 +113,7 @@ pub struct Point {
     /// A hot cathode gives its readings at present: it measures with emission only.
     pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
-    pub vendor: Option<&'static str>,
+    pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it, of its number; `None` for all others.
     pub recorded: Option<Arc<profivac_recorder::Point>>,
 }

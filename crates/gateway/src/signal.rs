@@ -184,7 +184,7 @@ signals! {
     Pressure            "pressure"              Reading Kind::Float,                 Some("Pa"),  "Indicated pressure; the end of the range while it is over or under range";
     PressureLog10       "pressure-log10"        Reading Kind::Float,                 None,        "Decimal logarithm of the indicated pressure in Pa";
     CorrectedPressure   "corrected-pressure"    Reading Kind::Float,                 Some("Pa"),  "Pressure, corrected for the gas";
-    State               "state"                 Reading Kind::Choice(&State::LABELS), None,       "State of the reading";
+    State               "state"                 Reading Kind::Choice(State::READING_LABELS), None,       "State of the reading";
     StateText           "state-text"            Reading Kind::Text,                  None,        "Pressure or state in words, with the cause";
     Usable              "usable"                Reading Kind::Boolean,               None,        "The pressure is measured";
     LastReading         "last-reading"          Reading Kind::Time,                  None,        "Time of the last reading";

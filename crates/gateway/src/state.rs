@@ -25,6 +25,10 @@ pub enum State {
     Stale = 7,
     /// The gauge reports a defect.
     Fault = 8,
+    /// The gauge exchanges data, and the station has not read this parameter lately. No reading has this state.
+    NotRead = 9,
+    /// The status octet of a point of a slave calls its number uncertain (PROFIBUS PA profile 3.02). No reading has this state.
+    Uncertain = 10,
 }
 
 /// The severity of an alarm in EPICS.
@@ -63,6 +67,8 @@ pub enum EpicsStatus {
     Timeout = 10,
     /// `HWLIMIT`.
     HwLimit = 11,
+    /// `SCAN`: the value was not read again in time.
+    Scan = 13,
     /// `UDF`: there is no value yet.
     Undefined = 17,
     /// `DISABLE`.
@@ -148,9 +154,17 @@ states! {
     NotPresent "Not present"  false false Invalid Comm     0x808A_0000 0   3 CheckFunction;
     Stale      "Stale"        false false Invalid Comm     0x8031_0000 500 4 Failure;
     Fault      "Fault"        false false Invalid Read     0x808C_0000 0   3 Failure;
+    NotRead    "Not read lately" false false Invalid Scan  0x809B_0000 500 4 Normal;
+    Uncertain  "Uncertain"    true  true  Minor   Read     0x4000_0000 192 0 OffSpec;
 }
 
 impl State {
+    /// The words of the states of a reading, by number.
+    pub const READING_LABELS: &'static [&'static str] = {
+        let labels: &'static [&'static str] = &Self::LABELS;
+        labels.split_at(Self::NotRead as usize).0
+    };
+
     /// The state of a reading of `gauge`. A reading older than the limit of its gauge is stale, also if its segment does not say so.
     #[must_use]
     pub fn of(gauge: &Gauge, reading: &Reading) -> Self {
@@ -222,8 +236,8 @@ mod tests {
     fn a_value_that_is_not_measured_is_not_good_in_epics_and_sparkplug() {
         for state in State::ALL {
             let Codes { is_measured, epics_severity, epics_status, sparkplug, .. } = state.codes();
-            assert_eq!(epics_severity == EpicsSeverity::None, is_measured, "{state:?}");
-            assert_eq!(epics_status == EpicsStatus::None, is_measured, "{state:?}");
+            assert_eq!(epics_severity == EpicsSeverity::None, state == State::Ok, "{state:?}");
+            assert_eq!(epics_status == EpicsStatus::None, state == State::Ok, "{state:?}");
             assert_eq!(sparkplug == 192, is_measured, "{state:?}");
         }
     }
@@ -233,7 +247,7 @@ mod tests {
     fn a_value_that_is_not_measured_is_not_good_in_opc_ua() {
         for state in State::ALL {
             let severity = state.codes().opcua >> 30;
-            assert_eq!(severity == 0, state.codes().is_measured, "{state:?}");
+            assert_eq!(severity == 0, state == State::Ok, "{state:?}");
             assert_eq!(severity == 2, !state.codes().has_value, "{state:?}");
         }
     }

@@ -179,7 +179,7 @@ parameters = [{ index = 17, name = "High Trip Point", type = "BY_TYPE", access =
     assert_eq!(is_writable("described", "trip-point.1/low-trip-point"), Some(true));
     let vendor =
         snapshot.points.iter().find(|it| it.signal == Signal::Device && it.subject.gauge() == Some("described"));
-    assert_eq!(vendor.and_then(|point| point.vendor), Some("A maker"));
+    assert_eq!(vendor.and_then(|point| point.vendor.as_deref()), Some("A maker"));
     assert_eq!(controlled_gauges(&snapshot).len(), 2);
 }
 

@@ -269,6 +269,8 @@ fn every_value_of_a_gauge_is_a_point() {
             address,
             device,
             model: _,
+            // The manufacturer of a slave in OPC UA.
+            vendor: _,
             // The range of the pressure.
             integers: _,
             has_dpv1: _,
@@ -317,7 +319,7 @@ fn every_value_of_a_gauge_is_a_point() {
             (Signal::LastReading, Value::Time(read_at.unwrap())),
         ];
         expect(&snapshot, &series, expected);
-        for WatchedParameter { target, name: _, unit, number, text: words, quality, read_at } in
+        for WatchedParameter { target, name: _, unit, number, text: words, quality, read_at, lost_at: _ } in
             parameters.iter().take(1).cloned()
         {
             let signal = match unit {
@@ -410,7 +412,8 @@ fn every_value_of_an_alarm_is_a_point() {
             (Signal::AlarmActive, Value::Boolean(state.is_active())),
             (Signal::AlarmAcknowledged, Value::Boolean(!state.needs_acknowledgement())),
             (Signal::Occurrence, integer(occurrence)),
-            (Signal::AlarmText, text(why)),
+            // It is out of service.
+            (Signal::AlarmText, text(format!("when raised: {why}"))),
             (Signal::AlarmValue, number.map_or(Value::None, Value::Float)),
             (Signal::AlarmLimit, limit.map_or(Value::None, Value::Float)),
             (Signal::AlarmUnit, text(unit.unwrap_or_default())),

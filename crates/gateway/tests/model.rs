@@ -6,6 +6,7 @@ use profivac_client::cyclic::IntegerRange;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
+use profivac_station::alarm::{AlarmState, Priority};
 use profivac_station::view::BusStationState;
 use std::path::Path;
 use std::sync::Arc;
@@ -201,7 +202,7 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     };
     let snapshot = Modeller::default().next(inputs.clone(), Micros(1));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterNumber)];
-    assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "not read yet");
+    assert_eq!((&value.value, value.state), (&Value::None, State::NotRead), "not read yet");
     let gauge = &mut inputs.gauges[0];
     let index = of_degas(gauge);
     let degas = &mut Arc::make_mut(&mut gauge.parameters)[index];
@@ -213,17 +214,67 @@ fn the_parameters_of_a_gauge_are_points_of_their_own_with_the_time_of_their_read
     let mut old = inputs.clone();
     let degas = &mut Arc::make_mut(&mut old.gauges[0].parameters)[index];
     (degas.quality, degas.number, degas.text) = (Quality::Stale, None, String::new());
+    degas.lost_at = Some(Micros(137));
     let snapshot = Modeller::default().next(old, Micros(150));
     for signal in [Signal::ParameterNumber, Signal::ParameterText] {
         let value = &snapshot.values[position(&snapshot, "ba.degas-status", signal)];
-        let expected = (&Value::None, State::Stale, Some(Micros(77)));
-        assert_eq!((&value.value, value.state, value.at), expected, "it was read long ago");
+        let expected = (&Value::None, State::NotRead, Some(Micros(137)));
+        assert_eq!((&value.value, value.state, value.at), expected, "it was read long ago: the time of that decision");
     }
     (inputs.gauges[0].state, inputs.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(150)));
     let snapshot = Modeller::default().next(inputs, Micros(200));
     let value = &snapshot.values[position(&snapshot, "ba.degas-status", Signal::ParameterText)];
     assert_eq!((&value.value, value.state), (&Value::None, State::Stale), "a missing gauge may have lost it");
     assert_eq!(value.at, Some(Micros(150)), "a value is lost when its gauge is lost");
+}
+
+/// A client that keeps one event for each time would lose the values of an alarm that stands for hours.
+#[test]
+fn the_value_of_an_alarm_has_the_time_of_the_reading_and_a_changed_limit_that_of_its_change() {
+    let mut modeller = Modeller::default();
+    let inputs = |pa: f64, read_at: i64| {
+        let mut inputs = measuring(pa, read_at);
+        for alarm in &mut inputs.alarms {
+            (alarm.since_ms, alarm.value) = (Some(1), Some(pa));
+        }
+        inputs
+    };
+    let at = |snapshot: &Snapshot, signal| snapshot.values[position(snapshot, "Chamber high", signal)].at;
+    let first = modeller.next(inputs(0.4, 2_000), Micros(2_500));
+    assert_eq!(at(&first, Signal::AlarmValue), Some(Micros(2_000)));
+    let second = modeller.next(inputs(0.7, 3_000), Micros(3_500));
+    assert_eq!(at(&second, Signal::AlarmValue), Some(Micros(3_000)));
+    assert_eq!(at(&second, Signal::AlarmState), Some(Micros(1_000)), "the alarm has not changed");
+    assert_eq!(at(&second, Signal::AlarmLimit), Some(Micros(2_500)));
+    let mut changed = inputs(0.7, 3_000);
+    let alarm = changed.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap();
+    (alarm.limit, alarm.priority) = (Some(0.2), Priority::Low);
+    let third = modeller.next(changed, Micros(9_000));
+    for signal in [Signal::AlarmLimit, Signal::Priority] {
+        assert_eq!(at(&third, signal), Some(Micros(9_000)), "{signal:?}");
+    }
+    let mut lost = inputs(0.7, 3_000);
+    lost.alarms.iter_mut().for_each(|alarm| alarm.value = None);
+    (lost.gauges[0].state, lost.gauges[0].lost_at) = (BusStationState::Missing, Some(Micros(9_500)));
+    assert_eq!(at(&modeller.next(lost, Micros(9_700)), Signal::AlarmValue), Some(Micros(9_500)), "lost with its gauge");
+}
+
+#[test]
+fn the_text_of_an_alarm_that_is_not_active_says_that_it_was_true_when_the_alarm_was_raised() {
+    let shown = |state| {
+        let mut inputs = measuring(1.0, 1_000);
+        let alarm = inputs.alarms.iter_mut().find(|alarm| alarm.name == "Chamber high").unwrap();
+        (alarm.state, alarm.text) = (state, "chamber shows 1 mbar".to_owned());
+        let snapshot = Modeller::default().next(inputs, Micros(2_000));
+        snapshot.values[position(&snapshot, "Chamber high", Signal::AlarmText)].value.clone()
+    };
+    let text = |text: &str| Value::Text(Arc::from(text));
+    for state in [AlarmState::Unacknowledged, AlarmState::Acknowledged] {
+        assert_eq!(shown(state), text("chamber shows 1 mbar"), "{state:?}");
+    }
+    for state in [AlarmState::Normal, AlarmState::Returned, AlarmState::Suppressed, AlarmState::OutOfService] {
+        assert_eq!(shown(state), text("when raised: chamber shows 1 mbar"), "{state:?}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_gateway::model::Modeller;
-use profivac_gateway::{Inputs, Limits, Signal, Snapshot, State, Subject, Value};
+use profivac_gateway::{EpicsSeverity, Inputs, Limits, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
 use profivac_station::view::{BusStationState, GaugeKind};
 use std::fs;
@@ -130,6 +130,19 @@ fn a_bad_number_is_a_fault_and_old_values_are_stale() {
         |point: &profivac_gateway::Point| point.subject.name() == "position" && point.signal == Signal::ParameterNumber;
     let (_, position) = snapshot.iter().find(|(point, _)| is_position(point)).unwrap();
     assert_eq!(position.at, Some(Micros(7 + 3 * Micros::SECOND)), "when it became stale");
+}
+
+/// PROFIBUS PA calls a value uncertain, and so does OPC UA; the number stays.
+#[test]
+fn an_uncertain_number_of_a_point_has_the_state_uncertain() {
+    let uncertain = [(Some(40.0), "40 mm (uncertain)", Quality::Valid), GOOD[1], GOOD[2]];
+    let snapshot = Modeller::default().next(measuring(uncertain, 10), Micros(8));
+    let (number, state, _) = value(&snapshot, "position", Signal::ParameterNumber);
+    assert_eq!((number, state), (Value::Float(40.0), State::Uncertain));
+    let codes = state.codes();
+    // OPC 10000-4: Uncertain without a cause.
+    assert_eq!((codes.opcua, codes.epics_severity, codes.sparkplug), (0x4000_0000, EpicsSeverity::Minor, 192));
+    assert_eq!(value(&snapshot, "opening", Signal::ParameterPercentage).1, State::Ok);
 }
 
 #[test]

@@ -161,6 +161,9 @@ pub struct Gauge {
     /// Its tables; a slave by its GSD file has none.
     #[serde(skip)]
     pub model: Option<&'static Model>,
+    /// The vendor, of a slave by its GSD file; that of a gauge is in its tables. Gateways show it.
+    #[serde(skip)]
+    pub vendor: Option<Arc<str>>,
     /// The pressures that the integers of its telegram hold, if that is less than every pressure: its range ends there at the latest.
     #[serde(skip)]
     pub integers: Option<IntegerRange>,
@@ -229,6 +232,10 @@ pub struct WatchedParameter {
     #[schema(value_type = Option<i64>)]
     #[serde(rename = "read_ms")]
     pub read_at: Option<Micros>,
+    /// When the station decided that it has no value; `None` with a value, of one that was never read, and of a point. Gateways date the
+    /// loss with it.
+    #[serde(skip)]
+    pub lost_at: Option<Micros>,
 }
 
 /// A pressure that a trend marks with a line.
@@ -277,6 +284,12 @@ impl WatchedParameter {
     #[must_use]
     pub fn text_without_remark(&self) -> &str {
         self.text.strip_suffix(UNCERTAIN).unwrap_or(&self.text)
+    }
+
+    /// Whether its status octet calls it uncertain.
+    #[must_use]
+    pub fn is_uncertain(&self) -> bool {
+        self.text.ends_with(UNCERTAIN)
     }
 }
 

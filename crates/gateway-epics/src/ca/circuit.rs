@@ -223,7 +223,8 @@ impl Circuit {
         let Some(value) = put_value(header, payload) else {
             return self.refuse_write(header, status::BAD_TYPE, "the value has no type that can be written", out);
         };
-        if let Err(error) = self.puts.begin(header, record, &value, world) {
+        let is_awaited = header.command == command::WRITE_NOTIFY;
+        if let Err(error) = self.puts.begin(header, record, &value, world, is_awaited) {
             self.refuse_write(header, status::PUT_FAILED, &error.to_string(), out);
         }
     }

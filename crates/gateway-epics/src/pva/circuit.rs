@@ -234,7 +234,7 @@ impl Circuit {
             let value = put_value(&mut payload, shape)?;
             let request = PutRequest { id, sub };
             let value = value.map_err(PutError::Value);
-            let begun = value.and_then(|value| self.puts.begin(request, record, &value, world));
+            let begun = value.and_then(|value| self.puts.begin(request, record, &value, world, true));
             if begun.is_err() {
                 self.finish(Finished { request, result: begun }, out);
             }

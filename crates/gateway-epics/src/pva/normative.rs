@@ -244,7 +244,7 @@ const fn status_group(status: EpicsStatus) -> i32 {
         | EpicsStatus::Low
         | EpicsStatus::State
         | EpicsStatus::HwLimit => 1,
-        EpicsStatus::Read | EpicsStatus::Comm | EpicsStatus::Timeout => 2,
+        EpicsStatus::Read | EpicsStatus::Comm | EpicsStatus::Timeout | EpicsStatus::Scan => 2,
         EpicsStatus::Disable | EpicsStatus::Simulated => 3,
         EpicsStatus::Undefined => 6,
     }
@@ -285,7 +285,7 @@ struct TableRow<'a> {
 
 fn table_rows(world: &World) -> Vec<TableRow<'_>> {
     let snapshot = &world.snapshot;
-    let own = world.database.records.iter().take(snapshot.points.len());
+    let own = world.database.records.iter().take(world.database.of_points);
     let pressures = own.filter(|record| record.signal == Signal::Pressure && record.kind == RecordType::Ai);
     let row = |record| {
         let sample = world.sample(record)?;

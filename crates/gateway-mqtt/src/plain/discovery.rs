@@ -161,7 +161,7 @@ fn describe(
         put("suggested_display_precision", json!(decimals(sensor, topic, points)));
     }
     if sensor.class == Some("enum") {
-        put("options", json!(State::LABELS));
+        put("options", json!(State::READING_LABELS));
     }
     for (key, value) in [("unit_of_measurement", sensor.unit), ("device_class", sensor.class)] {
         if let Some(value) = value {

@@ -48,6 +48,13 @@ impl Slave {
         words.join(" ").trim().to_owned()
     }
 
+    /// The vendor of the GSD file.
+    #[must_use]
+    pub fn vendor(&self) -> Option<&str> {
+        let vendor = self.gsd.device().general.vendor_name.as_deref().map(str::trim);
+        vendor.filter(|vendor| !vendor.is_empty())
+    }
+
     /// The length of its inputs in octets.
     #[must_use]
     pub fn inputs(&self) -> usize {

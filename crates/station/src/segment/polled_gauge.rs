@@ -160,7 +160,7 @@ impl PolledGauge {
     /// Takes the present reading, if its time has come.
     pub fn sample(&mut self, recorder: &RecorderHandle, master: &mut BusMaster, line: LineMoment) {
         let now = line.now;
-        self.parameters.expire(now.at);
+        self.parameters.expire(now);
         let has_looked = self.looked.looks(now);
         let Some(slave) = self.shown.slave.filter(|_| self.sample_at <= now.at) else { return };
         self.sample_at = now.at + self.shown.config.poll;
@@ -243,12 +243,12 @@ impl PolledGauge {
 
     /// Takes the value of a parameter; `None` if the gauge did not give one.
     pub fn take_parameter(&mut self, parameter: &NamedParameter, value: Option<view::WatchedParameter>, now: Moment) {
-        self.parameters.take(parameter, value, now.at);
+        self.parameters.take(parameter, value, now);
     }
 
     /// An operation of the station has written `target`, and may have changed all its parameters.
     pub fn parameters_changed(&mut self, target: &NamedParameter, now: Moment) {
-        self.parameters.changed(target, now.at);
+        self.parameters.changed(target, now);
     }
 
     /// The gauge as the API shows it.

@@ -288,6 +288,7 @@ impl ShownGauge {
             address: self.config.address,
             device: self.config.device.name.to_owned(),
             model: Some(self.config.device),
+            vendor: None,
             integers: self.integers.or_else(|| self.config.integer_range()),
             has_dpv1: self.config.device.features.dpv1,
             listen_only: false,

@@ -112,14 +112,16 @@ impl WatchedParameters {
     }
 
     /// Takes a value that was read `now`. Without one, the gauge did not answer or refused: the last value is no longer true.
-    pub fn take(&mut self, parameter: &NamedParameter, value: Option<WatchedParameter>, now: Instant) {
+    pub fn take(&mut self, parameter: &NamedParameter, value: Option<WatchedParameter>, now: Moment) {
         let Some(index) = self.list.iter().position(|watched| watched.parameter.name == parameter.name) else { return };
         if let Some(watched) = self.list.get_mut(index) {
-            watched.valid_until = (value.is_some() && changes_by_itself(parameter)).then(|| now + VALID_FOR);
+            watched.valid_until = (value.is_some() && changes_by_itself(parameter)).then(|| now.at + VALID_FOR);
         }
         let is_on = value.as_ref().map(|value| value.number.is_some_and(|code| code != 0.0));
         if let Some(place) = Arc::make_mut(&mut self.values).get_mut(index) {
-            *place = value.unwrap_or_else(|| absent(parameter));
+            // A gauge that refuses again has lost nothing again.
+            let lost_at = place.lost_at.or(Some(now.wall));
+            *place = value.unwrap_or_else(|| WatchedParameter { lost_at, ..absent(parameter) });
         }
         if parameter.parameter.row.role == Some(Role::DegasStatus) {
             self.follow_degas(index, is_on, now);
@@ -150,26 +152,28 @@ impl WatchedParameters {
 
     /// An operation has written `target` and may have changed every parameter: all are read again. The written one, and those that follow
     /// from it, are read first, and their old values are stale until then.
-    pub fn changed(&mut self, target: &NamedParameter, now: Instant) {
+    pub fn changed(&mut self, target: &NamedParameter, now: Moment) {
         for watched in &mut self.list {
             let NamedParameter { name, parameter, .. } = watched.parameter;
             let follows = parameter.location == target.parameter.location && changes_by_itself(watched.parameter);
-            watched.read_at = now;
+            watched.read_at = now.at;
             watched.is_urgent = *name == target.name || follows;
             if watched.is_urgent {
-                watched.valid_until = Some(now);
+                watched.valid_until = Some(now.at);
             }
         }
         self.expire(now);
     }
 
-    /// Makes the values stale that are too old to be true. They keep the time at which they were read.
-    pub fn expire(&mut self, now: Instant) {
+    /// Makes the values stale that are too old to be true. They keep the time at which they were read, and get the time of this decision: a
+    /// client that keeps one event for each time would keep the old value otherwise.
+    pub fn expire(&mut self, now: Moment) {
         for (index, watched) in self.list.iter_mut().enumerate() {
-            if watched.valid_until.take_if(|until| *until <= now).is_some()
+            if watched.valid_until.take_if(|until| *until <= now.at).is_some()
                 && let Some(place) = Arc::make_mut(&mut self.values).get_mut(index)
             {
-                *place = WatchedParameter { read_at: place.read_at, ..absent(watched.parameter) };
+                let (read_at, lost_at) = (place.read_at, Some(now.wall));
+                *place = WatchedParameter { read_at, lost_at, ..absent(watched.parameter) };
             }
         }
     }
@@ -183,7 +187,7 @@ impl WatchedParameters {
         let is_off = |it: &WatchedParameter| it.number == Some(0.0) && it.read_at.is_some_and(|at| at < read.wall);
         if value.is_some_and(is_off) {
             watched.valid_until = Some(read.at);
-            self.expire(read.at);
+            self.expire(read);
         }
     }
 
@@ -213,6 +217,7 @@ fn absent(parameter: &NamedParameter) -> WatchedParameter {
         text: String::new(),
         quality: Quality::Stale,
         read_at: None,
+        lost_at: None,
     }
 }
 
@@ -284,6 +289,13 @@ mod tests {
     use profivac_devices::catalog::model_named;
     use profivac_recorder::Micros;
 
+    /// The clock of the system at every decision of these tests.
+    const DECIDED: Micros = Micros(50);
+
+    fn decided(at: Instant) -> Moment {
+        Moment { at, wall: DECIDED }
+    }
+
     fn names(device: &str) -> Vec<String> {
         planned(model_named(device).unwrap()).into_iter().map(|parameter| parameter.target).collect()
     }
@@ -316,7 +328,7 @@ mod tests {
         let rest: Vec<_> = std::iter::from_fn(|| watched.takes_turn(now + SELECTED_INTERVAL)).collect();
         assert_eq!(rest.len(), count);
         let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
-        watched.changed(emission, now + SELECTED_INTERVAL);
+        watched.changed(emission, decided(now + SELECTED_INTERVAL));
         assert!(watched.takes_turn(now + SELECTED_INTERVAL).is_some(), "after an operation");
     }
 
@@ -325,7 +337,7 @@ mod tests {
         let mut watched = WatchedParameters::default();
         watched.found(model_named(device).unwrap(), now);
         while let Some(parameter) = watched.takes_turn(now) {
-            watched.take(parameter, Some(read_value(parameter)), now);
+            watched.take(parameter, Some(read_value(parameter)), decided(now));
         }
         watched
     }
@@ -340,30 +352,46 @@ mod tests {
     }
 
     #[test]
-    fn a_state_that_was_read_long_ago_is_stale_with_its_time_and_a_setting_stays_valid() {
+    fn a_state_that_was_read_long_ago_is_stale_from_the_time_of_that_decision_and_a_setting_stays_valid() {
         let now = Instant::now();
         let mut watched = read_at("bcg450", now);
-        watched.expire(now + VALID_FOR - Duration::from_millis(1));
+        watched.expire(decided(now + VALID_FOR - Duration::from_millis(1)));
         assert!(watched.values().iter().all(|value| value.quality == Quality::Valid));
-        watched.expire(now + VALID_FOR);
+        watched.expire(decided(now + VALID_FOR));
         let values = watched.values();
         for state in ["ba.emission-status", "ba.degas-status", "setpoint-a.status", "setpoint-a.process-value"] {
             let value = value(&values, state);
             assert_eq!(
-                (value.quality, value.number, value.read_at),
-                (Quality::Stale, None, Some(Micros(7))),
+                (value.quality, value.number, value.read_at, value.lost_at),
+                (Quality::Stale, None, Some(Micros(7)), Some(DECIDED)),
                 "{state}"
             );
             assert_eq!(value.text, "", "{state}");
         }
         let setting = value(&values, "setpoint-a.percentage-of-atmosphere");
-        assert_eq!((setting.quality, setting.number), (Quality::Valid, Some(0.0)));
+        assert_eq!((setting.quality, setting.number, setting.lost_at), (Quality::Valid, Some(0.0), None));
         // A reading makes it valid again.
         let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
         let later = now + SELECTED_INTERVAL;
-        watched.take(emission, Some(read_value(emission)), later);
-        watched.expire(later);
-        assert_eq!(value(&watched.values(), "ba.emission-status").quality, Quality::Valid);
+        watched.take(emission, Some(read_value(emission)), decided(later));
+        watched.expire(decided(later));
+        let emission = value(&watched.values(), "ba.emission-status").clone();
+        assert_eq!((emission.quality, emission.lost_at), (Quality::Valid, None));
+    }
+
+    /// An archiver keeps one event for each time.
+    #[test]
+    fn a_parameter_that_the_gauge_does_not_give_any_more_is_lost_at_the_first_refusal() {
+        let now = Instant::now();
+        let mut watched = read_at("bcg450", now);
+        let degas = watched.list.iter().find(|it| it.parameter.name == "ba.degas-status").unwrap().parameter;
+        for wall in [Micros(60), Micros(70)] {
+            watched.take(degas, None, Moment { at: now, wall });
+            let value = value(&watched.values(), "ba.degas-status").clone();
+            assert_eq!((value.quality, value.number, value.lost_at), (Quality::Stale, None, Some(Micros(60))));
+        }
+        watched.take(degas, Some(read_value(degas)), Moment { at: now, wall: Micros(80) });
+        assert_eq!(value(&watched.values(), "ba.degas-status").lost_at, None);
     }
 
     /// The parameters of the hot cathode whose turn is at `now`.
@@ -421,12 +449,12 @@ mod tests {
         watched.emission_is_on(Moment { at: now, wall: Micros(8) });
         let values = watched.values();
         let stale: Vec<_> = values.iter().filter(|value| value.quality == Quality::Stale).collect();
-        let stale: Vec<_> = stale.iter().map(|value| (value.target.as_str(), value.number, value.read_at)).collect();
-        assert_eq!(stale, [("ba.emission-status", None, Some(Micros(7)))]);
+        let stale: Vec<_> = stale.iter().map(|value| (value.target.as_str(), value.read_at, value.lost_at)).collect();
+        assert_eq!(stale, [("ba.emission-status", Some(Micros(7)), Some(Micros(8)))]);
 
         let mut watched = read_at("bcg450", now);
         let emission = watched.list.iter().find(|it| it.parameter.name == "ba.emission-status").unwrap().parameter;
-        watched.take(emission, Some(WatchedParameter { number: Some(2.0), ..read_value(emission) }), now);
+        watched.take(emission, Some(WatchedParameter { number: Some(2.0), ..read_value(emission) }), decided(now));
         watched.emission_is_on(Moment { at: now, wall: Micros(8) });
         assert!(watched.values().iter().all(|value| value.quality == Quality::Valid), "it is on");
     }
@@ -438,7 +466,7 @@ mod tests {
         let later = now + Duration::from_secs(1);
         let all = ParameterNames::shared(model_named("bcg450").unwrap()).all();
         let named = |name: &str| all.iter().find(|named| named.name == name).unwrap();
-        watched.changed(named("setpoint-b.percentage-of-atmosphere"), later);
+        watched.changed(named("setpoint-b.percentage-of-atmosphere"), decided(later));
         let is_valid =
             |watched: &WatchedParameters, name: &str| value(&watched.values(), name).quality == Quality::Valid;
         assert!(!is_valid(&watched, "setpoint-b.percentage-of-atmosphere"));
@@ -452,7 +480,7 @@ mod tests {
         assert_eq!(first.len(), watched.list.len(), "all are read again");
 
         let mut watched = read_at("bcg450", now);
-        watched.changed(named("ba.hot-cathode-block-state-command"), later);
+        watched.changed(named("ba.hot-cathode-block-state-command"), decided(later));
         let first: Vec<_> = std::iter::from_fn(|| watched.takes_turn(later)).map(|named| named.name.as_str()).collect();
         assert_eq!(first[..2], ["ba.emission-status", "ba.degas-status"], "a command has no value of its own");
         assert!(!is_valid(&watched, "ba.emission-status") && !is_valid(&watched, "ba.degas-status"));

@@ -64,6 +64,7 @@ fn speed(number: Option<f64>, text: &str, quality: Quality) -> Inputs {
         text: text.to_owned(),
         quality,
         read_at: None,
+        lost_at: None,
     };
     all.gauges[0].parameters = Arc::from([point]);
     all

@@ -14,6 +14,7 @@ pub fn planned_point(point: &config::SlavePoint) -> WatchedParameter {
         text: String::new(),
         quality: Quality::Stale,
         read_at: None,
+        lost_at: None,
     }
 }
 

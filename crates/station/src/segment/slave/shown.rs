@@ -59,6 +59,7 @@ pub fn planned_slave(config: &config::Slave, segment: &str) -> view::Gauge {
         address: config.address,
         device: config.model(),
         model: None,
+        vendor: config.vendor().map(Arc::from),
         integers: None,
         has_dpv1: false,
         listen_only: !config.is_owned,
