@@ -185,7 +185,7 @@ impl Authenticator {
             Ok(Some((stored, stopped))) => {
                 let users = directory.users();
                 let now = Instant::now();
-                let count = directory.sessions().restore(stored, stopped, &users, self.issuer(), now);
+                let count = directory.sessions().restore(stored, stopped, &users, self.provider_digest(), now);
                 directory.stored.lock().unwrap_or_else(PoisonError::into_inner).at = Some(now);
                 if count > 0 {
                     self.record_event(&format!("sessions of before the restart continue: {count}"));
@@ -207,15 +207,15 @@ impl Authenticator {
     }
 
     fn store_sessions_after(&self, period: Duration) {
-        let store = |directory: &UserDirectory| directory.store_sessions(&self.server, self.issuer(), period);
+        let store = |directory: &UserDirectory| directory.store_sessions(&self.server, self.provider_digest(), period);
         if let Some(Err(error)) = self.directory().map(store) {
             self.record_event(&format!("the sessions cannot be stored: {error}"));
         }
     }
 
-    /// The OpenID provider at which users of the station may log in.
-    fn issuer(&self) -> Option<&str> {
-        self.provider.as_ref().map(OpenIdProvider::issuer)
+    /// What decides which users of the OpenID provider have which role.
+    fn provider_digest(&self) -> Option<&str> {
+        self.provider.as_ref().map(OpenIdProvider::digest)
     }
 
     /// The users who log in; `None` while every request is that of the anonymous user.
@@ -517,7 +517,7 @@ impl UserDirectory {
 
     /// Stores the sessions, unless none has begun or ended and the last uses were stored less than `period` ago. Only the first of several
     /// failures is an error.
-    fn store_sessions(&self, server: &str, issuer: Option<&str>, period: Duration) -> std::io::Result<()> {
+    fn store_sessions(&self, server: &str, provider: Option<&str>, period: Duration) -> std::io::Result<()> {
         // Held while the file is written: an earlier state never replaces a later one.
         let mut stored = self.stored.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
@@ -534,7 +534,7 @@ impl UserDirectory {
             if !is_due {
                 return Ok(());
             }
-            (sessions.changes(), sessions.stored(&self.users(), issuer, now))
+            (sessions.changes(), sessions.stored(&self.users(), provider, now))
         };
         let written = session_file::write(&self.session_file, server, sessions, SystemTime::now());
         let has_failed_before = stored.has_failed;
