@@ -143,8 +143,9 @@ fn guard(services: &Arc<Services>, access: Access) -> RequestGuard {
         log_entries: seldom,
     };
     let observer = Arc::clone(services);
+    let server = ([127, 0, 0, 1], 8080).into();
     RequestGuard {
-        authenticator: Arc::new(Authenticator::new(observer, access, limits).expect("a right file")),
+        authenticator: Arc::new(Authenticator::new(observer, server, access, limits).expect("a right file")),
         hosts: Hosts { loopback: true, configured: vec!["vacuum.example".to_owned()] },
         tls: false,
         port: 8080,

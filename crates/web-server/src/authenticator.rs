@@ -10,7 +10,7 @@ use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
 use std::fs;
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
@@ -119,6 +119,8 @@ struct StoredState {
 
 /// The authentication of requests.
 pub struct Authenticator {
+    /// The address in the settings of the server, which tells its file of sessions from those of other servers.
+    server: String,
     observer: Arc<dyn AccessObserver>,
     /// The user of every request while there is no directory. The token proves that a change comes from a page of the station.
     anonymous: AuthenticatedUser,
@@ -133,11 +135,16 @@ pub struct Authenticator {
 }
 
 impl Authenticator {
-    /// Reads the users' file, if there is one.
+    /// Reads the users' file, if there is one. `server` is the address in the settings.
     ///
     /// # Errors
     /// [`UsersError`] when the file cannot be read.
-    pub fn new(observer: Arc<dyn AccessObserver>, access: Access, limits: RateLimits) -> Result<Self, UsersError> {
+    pub fn new(
+        observer: Arc<dyn AccessObserver>,
+        server: SocketAddr,
+        access: Access,
+        limits: RateLimits,
+    ) -> Result<Self, UsersError> {
         let token = RandomSecret::new().map_err(|error| UsersError::System(PathBuf::from("/dev/urandom"), error))?;
         let (user, directory, awaited) = match access {
             Access::Anonymous(user) => (user, None, None),
@@ -145,6 +152,7 @@ impl Authenticator {
             Access::UsersWhenPresent(file) => (User::anonymous(), None, Some((file, Mutex::default()))),
         };
         let authenticator = Self {
+            server: server.to_string(),
             observer,
             anonymous: AuthenticatedUser { user, token, cookie_age: None },
             directory: directory.map_or_else(OnceLock::new, OnceLock::from),
@@ -172,12 +180,12 @@ impl Authenticator {
     /// Control authority and armed commands do not continue.
     pub fn restore_sessions(&self) {
         let Some(directory) = self.directory() else { return };
-        match session_file::read(&directory.session_file, SystemTime::now()) {
+        match session_file::read(&directory.session_file, &self.server, SystemTime::now()) {
             Ok(None) => {}
             Ok(Some((stored, stopped))) => {
                 let users = directory.users();
                 let now = Instant::now();
-                let count = directory.sessions().restore(stored, stopped, &users, self.issuer(), now);
+                let count = directory.sessions().restore(stored, stopped, &users, self.provider_digest(), now);
                 directory.stored.lock().unwrap_or_else(PoisonError::into_inner).at = Some(now);
                 if count > 0 {
                     self.record_event(&format!("sessions of before the restart continue: {count}"));
@@ -199,17 +207,15 @@ impl Authenticator {
     }
 
     fn store_sessions_after(&self, period: Duration) {
-        let failed = self.directory().and_then(|directory| directory.store_sessions(self.issuer(), period).err());
-        if let Some(error) = failed {
-            self.record_event(&format!(
-                "after a restart every user logs in again: the sessions cannot be stored: {error}"
-            ));
+        let store = |directory: &UserDirectory| directory.store_sessions(&self.server, self.provider_digest(), period);
+        if let Some(Err(error)) = self.directory().map(store) {
+            self.record_event(&format!("the sessions cannot be stored: {error}"));
         }
     }
 
-    /// The OpenID provider at which users of the station may log in.
-    fn issuer(&self) -> Option<&str> {
-        self.provider.as_ref().map(OpenIdProvider::issuer)
+    /// What decides which users of the OpenID provider have which role.
+    fn provider_digest(&self) -> Option<&str> {
+        self.provider.as_ref().map(OpenIdProvider::digest)
     }
 
     /// The users who log in; `None` while every request is that of the anonymous user.
@@ -511,7 +517,7 @@ impl UserDirectory {
 
     /// Stores the sessions, unless none has begun or ended and the last uses were stored less than `period` ago. Only the first of several
     /// failures is an error.
-    fn store_sessions(&self, issuer: Option<&str>, period: Duration) -> std::io::Result<()> {
+    fn store_sessions(&self, server: &str, provider: Option<&str>, period: Duration) -> std::io::Result<()> {
         // Held while the file is written: an earlier state never replaces a later one.
         let mut stored = self.stored.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
@@ -528,9 +534,9 @@ impl UserDirectory {
             if !is_due {
                 return Ok(());
             }
-            (sessions.changes(), sessions.stored(&self.users(), issuer, now))
+            (sessions.changes(), sessions.stored(&self.users(), provider, now))
         };
-        let written = session_file::write(&self.session_file, sessions, SystemTime::now());
+        let written = session_file::write(&self.session_file, server, sessions, SystemTime::now());
         let has_failed_before = stored.has_failed;
         let changes = if written.is_ok() { changes } else { stored.changes };
         *stored = StoredState { changes, at: Some(now), has_failed: written.is_err() };

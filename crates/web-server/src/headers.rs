@@ -97,10 +97,12 @@ impl Hosts {
 #[must_use]
 pub fn requested_host(headers: &HeaderMap, uri: &Uri) -> String {
     let mut all = headers.get_all(HOST).iter();
-    let (first, second) = (all.next().and_then(|host| host.to_str().ok()), all.next());
+    let (first, second) = (all.next(), all.next());
     let authority = uri.authority().map(Authority::as_str);
-    let is_same = first.zip(authority).is_none_or(|(host, authority)| host.eq_ignore_ascii_case(authority));
-    let requested = authority.or(first).filter(|_| second.is_none() && is_same);
+    let is_same = |(host, authority): (&HeaderValue, &str)| host.as_bytes().eq_ignore_ascii_case(authority.as_bytes());
+    let is_same = first.zip(authority).is_none_or(is_same);
+    let host = first.and_then(|host| host.to_str().ok());
+    let requested = authority.or(host).filter(|_| second.is_none() && is_same);
     requested.unwrap_or_default().to_owned()
 }
 
@@ -135,18 +137,19 @@ mod tests {
 
     #[test]
     fn the_authority_of_a_request_is_its_host_and_differs_from_no_header() {
-        let requests: [(&str, &[&'static str], &str); 6] = [
+        let requests: [(&str, &[&'static str], &str); 7] = [
             ("/", &["vacuum.example"], "vacuum.example"),
             ("https://vacuum.example:8443/", &[], "vacuum.example:8443"),
             ("https://vacuum.example/", &["Vacuum.example"], "vacuum.example"),
             ("https://vacuum.example/", &["evil.example"], ""),
+            ("https://vacuum.example/", &["väcuum.example"], ""),
             ("https://vacuum.example/", &["vacuum.example", "evil.example"], ""),
             ("/", &[], ""),
         ];
         for (uri, hosts, expected) in requests {
             let mut headers = HeaderMap::new();
             for &host in hosts {
-                headers.append(HOST, HeaderValue::from_static(host));
+                headers.append(HOST, HeaderValue::from_bytes(host.as_bytes()).unwrap());
             }
             assert_eq!(requested_host(&headers, &uri.parse().unwrap()), expected, "{uri} {hosts:?}");
         }

@@ -35,6 +35,9 @@ use tokio_stream::StreamExt;
 /// The largest body, in octets: enough for the names of a thousand alarms.
 const MAX_BODY: usize = 64 << 10;
 
+/// The largest body of a request without a session, in octets. chosen: some times the codes that OpenID providers send.
+const MAX_BODY_BEFORE_LOGIN: usize = 16 << 10;
+
 /// How long an answer waits until the end of its session is stored. chosen: a disk that hangs delays no logout for longer.
 const STORE_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -186,7 +189,7 @@ impl RequestGuard {
         if let Some(authenticated) = context.authenticated.as_ref().filter(|_| !is_safe(request.method())) {
             limiters.write_request(&authenticated.user.name).map_err(Problem::too_many_requests)?;
         }
-        let mut request = self.with_whole_body(request).await?;
+        let mut request = self.with_whole_body(request, context.authenticated.is_some()).await?;
         if let Some(authenticated) = &context.authenticated {
             request.extensions_mut().insert(authenticated.user.clone());
         }
@@ -248,16 +251,21 @@ impl RequestGuard {
         authority.is_some_and(|origin| origin.eq_ignore_ascii_case(host) || self.hosts.accept_configured(origin))
     }
 
-    /// The request with its whole body in memory, so that no handler waits for a slow client. GET and HEAD have no body.
-    async fn with_whole_body(&self, mut request: Request) -> Result<Request, Problem> {
+    /// The request with its whole body in memory, so that no handler waits for a slow client. GET and HEAD have no body. Without a session
+    /// (`is_known` is false) bodies are smaller, and a connection has few at the same time.
+    async fn with_whole_body(&self, mut request: Request, is_known: bool) -> Result<Request, Problem> {
         if is_safe(request.method()) {
             *request.body_mut() = Body::empty();
             return Ok(request);
         }
         let is_json = is_json(request.headers());
+        let permit = request.extensions().get::<Arc<Permit>>().filter(|_| !is_known);
+        let too_many = || Problem::too_many_requests(Duration::ZERO);
+        let _place = permit.map(|permit| permit.body_before_login().ok_or_else(too_many)).transpose()?;
+        let max = if is_known { MAX_BODY } else { MAX_BODY_BEFORE_LOGIN };
         let (head, body) = request.into_parts();
-        let read = tokio::time::timeout(self.body_timeout, to_bytes(body, MAX_BODY)).await;
-        let body = read.map_err(|_| Problem::body_timeout())?.map_err(|_| Problem::body_too_large(MAX_BODY))?;
+        let read = tokio::time::timeout(self.body_timeout, to_bytes(body, max)).await;
+        let body = read.map_err(|_| Problem::body_timeout())?.map_err(|_| Problem::body_too_large(max))?;
         if !body.is_empty() && !is_json {
             return Err(Problem::not_json());
         }

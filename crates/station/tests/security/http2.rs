@@ -11,12 +11,13 @@ use hyper_util::rt::{TokioExecutor, TokioIo};
 use profivac_recorder::Quality;
 use profivac_web_server::server::Limits;
 use serde_json::{Value, json};
+use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
-use tokio::task::JoinHandle;
+use tokio::task::{JoinHandle, JoinSet};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::crypto::ring::default_provider;
@@ -183,6 +184,28 @@ fn the_limits_of_a_request_hold_with_http2() {
         }
         // A refusal ends its request alone.
         assert_eq!(status(client.send("GET", "/api/gauges", Some(&ada), "").await), 200);
+    });
+}
+
+#[test]
+fn before_a_login_a_connection_has_few_bodies_at_the_same_time() {
+    let station = TestStation::with_tls();
+    run(async {
+        let mut client = Client::new(&station).await;
+        let long = json!({ "name": "ada", "password": "a".repeat(16 << 10) }).to_string();
+        assert_eq!(client.send("POST", "/api/login", None, &long).await.status().as_u16(), 413);
+        let mut sent = JoinSet::new();
+        for _ in 0..5 {
+            let endless = Body::from_stream(tokio_stream::pending::<Result<String, Infallible>>());
+            let request = Request::post("https://localhost/api/login").header("content-type", "application/json");
+            let request = request.header("origin", "https://localhost").body(endless).unwrap();
+            let mut sender = client.sender.clone();
+            sent.spawn(async move { sender.send_request(request).await });
+        }
+        // The others wait for their bodies.
+        let refused = sent.join_next().await.unwrap().unwrap().unwrap();
+        assert_eq!(refused.status().as_u16(), 429);
+        assert_eq!(client.send("GET", "/api/session", None, "").await.status().as_u16(), 200);
     });
 }
 

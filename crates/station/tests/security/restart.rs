@@ -123,10 +123,16 @@ fn a_thief_of_the_file_of_the_sessions_has_no_session() {
 
 #[test]
 fn without_a_usable_file_of_the_sessions_users_log_in_again() {
-    let damage: [fn(&Path); 3] = [
+    let damage: [fn(&Path); 4] = [
         |file: &Path| fs::remove_file(file).unwrap(),
         |file: &Path| fs::write(file, "{").unwrap(),
         |file: &Path| fs::set_permissions(file, fs::Permissions::from_mode(0o644)).unwrap(),
+        // Another station with the same users has written it.
+        |file: &Path| {
+            let text = fs::read_to_string(file).unwrap();
+            assert!(text.contains("\"127.0.0.1:0\""), "{text}");
+            fs::write(file, text.replace("127.0.0.1:0", "127.0.0.1:9090")).unwrap();
+        },
     ];
     for damage in damage {
         let station = TestStation::new();

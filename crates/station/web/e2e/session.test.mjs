@@ -132,6 +132,26 @@ test('a logout holds for every window', async () => {
   })
 })
 
+test('a window that the browser had frozen shows the user who has logged in meanwhile', async () => {
+  await visit('/', async (page) => {
+    const user = (window, name) => window.locator('header .user').getByText(name).first().waitFor()
+    await login(page, 'olga')
+    await live(page)
+    await user(page, 'olga')
+    await page.evaluate(() => document.dispatchEvent(new Event('freeze')))
+    const other = await page.context().newPage()
+    await other.goto(plant.url)
+    await user(other, 'olga')
+    await other.evaluate(async (password) => {
+      const body = JSON.stringify({ name: 'vera', password })
+      await fetch('/api/login', { method: 'POST', headers: { 'content-type': 'application/json' }, body })
+    }, PASSWORD)
+    await user(other, 'vera')
+    await page.evaluate(() => document.dispatchEvent(new Event('resume')))
+    await user(page, 'vera')
+  })
+})
+
 test('after a session has ended, a new login returns to the same page', async () => {
   await visit('/gauge/chamber', async (page) => {
     await login(page, 'vera')

@@ -78,12 +78,17 @@ export function sharedStream(options: StreamOptions, receive: (message: FromHub)
   const pause = (): void => {
     if (session !== null) link?.({ kind: 'leave' })
   }
+  const comeBack = (): void => {
+    send()
+    // Another user may have logged in meanwhile: the stream would be that of the new session, and the page would name the former user.
+    receive({ kind: 'ended' })
+  }
 
   // A page that the browser keeps for its back button, or freezes, reads no messages: they would pile up, and the stream would stay open.
   addEventListener('pagehide', pause)
   document.addEventListener('freeze', pause)
-  addEventListener('pageshow', ({ persisted }) => persisted && send())
-  document.addEventListener('resume', send)
+  addEventListener('pageshow', ({ persisted }) => persisted && comeBack())
+  document.addEventListener('resume', comeBack)
   setInterval(() => {
     if (session !== null && performance.now() - heardAt > PATIENCE * options.silenceMs) relink()
   }, options.silenceMs)

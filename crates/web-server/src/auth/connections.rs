@@ -21,7 +21,7 @@ use super::secret::RandomSecret;
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tokio::sync::oneshot;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
 
 /// The most live streams of one session. chosen: more windows than a control room opens. With HTTP/1.1 a browser opens six connections to one
 /// server.
@@ -32,6 +32,10 @@ const SHARE: usize = 4;
 
 /// The connections that one station holds: one for batches, one for requests, and those in whose place it has opened others.
 pub const MAX_HELD_BY_STATION: usize = 4;
+
+/// The most bodies of requests without a session that one connection reads at the same time. chosen: a connection of HTTP/2 has many requests,
+/// and a client without a login shall fill no more memory with them than with a few connections of HTTP/1.1.
+const MAX_BODIES_BEFORE_LOGIN: usize = 4;
 
 /// The holder of a permit.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -92,6 +96,8 @@ pub struct Permits {
 pub struct Permit {
     number: u64,
     permits: Permits,
+    /// Places for the bodies of requests without a session.
+    bodies: Arc<Semaphore>,
 }
 
 /// Ends when the permit is needed for another connection.
@@ -127,7 +133,8 @@ impl Permits {
         let (evict, evicted) = oneshot::channel();
         connections.open.insert(number, Open { peer, holder: None, _evict: evict });
         drop(connections);
-        Some((Arc::new(Permit { number, permits: self.clone() }), evicted))
+        let bodies = Arc::new(Semaphore::new(MAX_BODIES_BEFORE_LOGIN));
+        Some((Arc::new(Permit { number, permits: self.clone(), bodies }), evicted))
     }
 
     fn lock(&self) -> MutexGuard<'_, OpenConnections> {
@@ -145,6 +152,12 @@ impl Permit {
     /// Holds the permit for a station that has shown its token, within [`MAX_HELD_BY_STATION`] and the bound of all holders.
     pub fn hold_for_station(&self, station: &Arc<str>) {
         self.hold_for(Holder::Station(Arc::clone(station)), MAX_HELD_BY_STATION);
+    }
+
+    /// A place for the body of a request without a session; `None` while the connection reads four of them.
+    #[must_use]
+    pub fn body_before_login(&self) -> Option<OwnedSemaphorePermit> {
+        Arc::clone(&self.bodies).try_acquire_owned().ok()
     }
 
     fn hold_for(&self, holder: Holder, max_own: usize) {

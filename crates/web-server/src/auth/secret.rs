@@ -74,6 +74,12 @@ impl SecretDigest {
     pub fn of(secret: &str) -> Self {
         Self(hexadecimal(digest(&SHA256, secret.as_bytes()).as_ref()))
     }
+
+    /// The digits.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
 }
 
 fn hexadecimal(octets: &[u8]) -> String {

@@ -1,6 +1,7 @@
 //! The file of the sessions, beside the users' file. It holds digests, from which neither a cookie nor a token follows.
 //!
-//! A file that is lost, damaged, open to others or of another version is no error: every user logs in again.
+//! A file that is lost, damaged, open to others, of another version or of another server is no error: every user logs in again. Two servers
+//! with one users' file replace each other's file; neither continues sessions of the other, which it may have ended since.
 
 use super::file_permissions::{self, PermissionError};
 use super::sessions::StoredSession;
@@ -33,6 +34,9 @@ pub enum SessionFileError {
     /// The file is damaged, too long, or of another version.
     #[error("expected the sessions of this version of the program in {}", .0.display())]
     Content(PathBuf),
+    /// Another server with the same users' file has written it, or this one at another address.
+    #[error("{file} is of the server at {server}: each server needs a users' file of its own", file = .0.display(), server = .1)]
+    Server(PathBuf, String),
     /// The clock is more than a day behind the time of the file.
     #[error("the clock is behind the time at which {} was written", .0.display())]
     Clock(PathBuf),
@@ -42,6 +46,8 @@ pub enum SessionFileError {
 #[serde(deny_unknown_fields)]
 struct Contents {
     version: u32,
+    /// The address in the settings of the server that wrote the file.
+    server: String,
     /// When the file was written, in seconds since 1970.
     written_s: u64,
     sessions: Vec<StoredSession>,
@@ -55,11 +61,15 @@ pub fn path(users: &Path) -> PathBuf {
     PathBuf::from(path)
 }
 
-/// The stored sessions, and the time since they were stored; `None` if there is no file.
+/// The stored sessions of the server at this address, and the time since they were stored; `None` if there is no file.
 ///
 /// # Errors
 /// [`SessionFileError`].
-pub fn read(file: &Path, now: SystemTime) -> Result<Option<(Vec<StoredSession>, Duration)>, SessionFileError> {
+pub fn read(
+    file: &Path,
+    server: &str,
+    now: SystemTime,
+) -> Result<Option<(Vec<StoredSession>, Duration)>, SessionFileError> {
     if !file.exists() {
         return Ok(None);
     }
@@ -69,9 +79,12 @@ pub fn read(file: &Path, now: SystemTime) -> Result<Option<(Vec<StoredSession>, 
     read.map_err(|error| SessionFileError::System(file.to_owned(), error))?;
     let contents = if octets.len() as u64 > MAX_SIZE { None } else { serde_json::from_slice::<Contents>(&octets).ok() };
     let contents = contents.filter(|contents| contents.version == VERSION);
-    let Some(Contents { written_s, sessions, .. }) = contents else {
+    let Some(Contents { server: writer, written_s, sessions, .. }) = contents else {
         return Err(SessionFileError::Content(file.to_owned()));
     };
+    if writer != server {
+        return Err(SessionFileError::Server(file.to_owned(), writer));
+    }
     let passed = i128::from(seconds(now)).saturating_sub(i128::from(written_s));
     if passed < -i128::from(MAX_BEHIND.as_secs()) {
         return Err(SessionFileError::Clock(file.to_owned()));
@@ -79,23 +92,35 @@ pub fn read(file: &Path, now: SystemTime) -> Result<Option<(Vec<StoredSession>, 
     Ok(Some((sessions, Duration::from_secs(u64::try_from(passed).unwrap_or(0)))))
 }
 
-/// Writes the sessions. If that fails, deletes the file: one that is out of date would continue sessions that have ended.
+/// Writes the sessions of the server at this address. If that fails, deletes the file: one that is out of date would continue sessions that
+/// have ended.
 ///
 /// # Errors
-/// The error of the operating system.
-pub fn write(file: &Path, sessions: Vec<StoredSession>, now: SystemTime) -> io::Result<()> {
+/// The error of the operating system, and what it means for the next start.
+pub fn write(file: &Path, server: &str, sessions: Vec<StoredSession>, now: SystemTime) -> io::Result<()> {
     if sessions.is_empty() {
-        return remove(file);
+        return remove(file).map_err(|error| with_effect(&error, &undeleted(file, &error)));
     }
-    let contents = Contents { version: VERSION, written_s: seconds(now), sessions };
+    let contents = Contents { version: VERSION, server: server.to_owned(), written_s: seconds(now), sessions };
     let text = serde_json::to_string(&contents).map_err(io::Error::other)?;
     replaced_or_removed(file, file_permissions::write(file, &text))
 }
 
 fn replaced_or_removed(file: &Path, replaced: io::Result<()>) -> io::Result<()> {
-    replaced.inspect_err(|_| {
-        remove(file).ok();
+    replaced.map_err(|error| match remove(file) {
+        Ok(()) => with_effect(&error, "after a restart every user logs in again"),
+        Err(second) => with_effect(&error, &undeleted(file, &second)),
     })
+}
+
+/// For example on a file system that the kernel has made read-only.
+fn undeleted(file: &Path, error: &io::Error) -> String {
+    let file = file.display();
+    format!("{file} cannot be deleted ({error}): delete it, or sessions that have ended continue after a restart")
+}
+
+fn with_effect(error: &io::Error, effect: &str) -> io::Error {
+    io::Error::new(error.kind(), format!("{error}; {effect}"))
 }
 
 fn remove(file: &Path) -> io::Result<()> {
@@ -119,6 +144,8 @@ mod tests {
     use std::os::unix::fs::PermissionsExt;
     use std::time::Instant;
 
+    const SERVER: &str = "127.0.0.1:8080";
+
     fn sessions() -> Vec<StoredSession> {
         let (mut users, now) = (Users::default(), Instant::now());
         users.add("bob", Role::Viewer, Hash::of("tin whisker plateau").unwrap()).unwrap();
@@ -131,16 +158,19 @@ mod tests {
     fn stored_sessions_are_private_and_have_the_time_of_the_stop() {
         let folder = tempfile::tempdir().unwrap();
         let (file, now) = (path(&folder.path().join("users.toml")), SystemTime::now());
-        assert_eq!(read(&file, now).unwrap(), None);
-        write(&file, sessions(), now).unwrap();
+        assert_eq!(read(&file, SERVER, now).unwrap(), None);
+        write(&file, SERVER, sessions(), now).unwrap();
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
         let hour = Duration::from_secs(3600);
-        assert_eq!(read(&file, now + hour).unwrap().map(|(all, stopped)| (all.len(), stopped)), Some((1, hour)));
+        assert_eq!(
+            read(&file, SERVER, now + hour).unwrap().map(|(all, stopped)| (all.len(), stopped)),
+            Some((1, hour))
+        );
         // A clock that is somewhat behind adds nothing; one that is days behind says nothing about the ages.
-        assert_eq!(read(&file, now - hour).unwrap().map(|(_, stopped)| stopped), Some(Duration::ZERO));
-        assert!(matches!(read(&file, now - 48 * hour), Err(SessionFileError::Clock(_))));
-        assert!(matches!(read(&file, SystemTime::UNIX_EPOCH), Err(SessionFileError::Clock(_))));
-        write(&file, Vec::new(), now).unwrap();
+        assert_eq!(read(&file, SERVER, now - hour).unwrap().map(|(_, stopped)| stopped), Some(Duration::ZERO));
+        assert!(matches!(read(&file, SERVER, now - 48 * hour), Err(SessionFileError::Clock(_))));
+        assert!(matches!(read(&file, SERVER, SystemTime::UNIX_EPOCH), Err(SessionFileError::Clock(_))));
+        write(&file, SERVER, Vec::new(), now).unwrap();
         assert!(!file.exists(), "without sessions there is no file");
     }
 
@@ -148,27 +178,52 @@ mod tests {
     fn a_damaged_or_open_file_is_not_used() {
         let folder = tempfile::tempdir().unwrap();
         let (file, now) = (path(&folder.path().join("users.toml")), SystemTime::now());
-        write(&file, sessions(), now).unwrap();
+        write(&file, SERVER, sessions(), now).unwrap();
         let text = fs::read_to_string(&file).unwrap();
         let long = " ".repeat(usize::try_from(MAX_SIZE).unwrap()) + &text;
         for wrong in ["", &text[..text.len() / 2], &text.replace("\"version\":1", "\"version\":2"), &long] {
             file_permissions::write(&file, wrong).unwrap();
-            assert!(matches!(read(&file, now), Err(SessionFileError::Content(_))), "{}", wrong.len());
+            assert!(matches!(read(&file, SERVER, now), Err(SessionFileError::Content(_))), "{}", wrong.len());
         }
         file_permissions::write(&file, &text).unwrap();
-        assert!(read(&file, now).is_ok());
+        assert!(read(&file, SERVER, now).is_ok());
         fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
-        assert!(matches!(read(&file, now), Err(SessionFileError::Permission(_))));
+        assert!(matches!(read(&file, SERVER, now), Err(SessionFileError::Permission(_))));
+    }
+
+    #[test]
+    fn a_server_continues_no_sessions_of_another_one_with_the_same_users() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, now) = (path(&folder.path().join("users.toml")), SystemTime::now());
+        write(&file, "127.0.0.1:9090", sessions(), now).unwrap();
+        let error = read(&file, SERVER, now).unwrap_err();
+        assert!(matches!(&error, SessionFileError::Server(_, other) if other == "127.0.0.1:9090"), "{error}");
+        write(&file, SERVER, sessions(), now).unwrap();
+        assert!(read(&file, SERVER, now).is_ok() && read(&file, "127.0.0.1:9090", now).is_err());
     }
 
     #[test]
     fn a_file_that_cannot_be_replaced_is_deleted() {
         let folder = tempfile::tempdir().unwrap();
         let (file, now) = (path(&folder.path().join("users.toml")), SystemTime::now());
-        write(&file, sessions(), now).unwrap();
+        write(&file, SERVER, sessions(), now).unwrap();
         let full = io::Error::from(io::ErrorKind::StorageFull);
         assert!(replaced_or_removed(&file, Err(full)).is_err() && !file.exists());
         let none = folder.path().join("none").join("users.toml-sessions");
-        assert!(write(&none, sessions(), now).is_err() && !none.exists());
+        let error = write(&none, SERVER, sessions(), now).unwrap_err().to_string();
+        assert!(error.ends_with("; after a restart every user logs in again") && !none.exists(), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_can_neither_be_replaced_nor_deleted_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, now) = (path(&folder.path().join("users.toml")), SystemTime::now());
+        // A folder can be neither.
+        fs::create_dir(&file).unwrap();
+        for sessions in [sessions(), Vec::new()] {
+            let error = write(&file, SERVER, sessions, now).unwrap_err().to_string();
+            let advice = format!("{} cannot be deleted (", file.display());
+            assert!(error.contains(&advice) && error.ends_with("continue after a restart"), "{error}");
+        }
     }
 }

@@ -9,7 +9,7 @@
 //! | Session | Survives a restart |
 //! |---|---|
 //! | of a user of the users' file | if the user has the role and the password of the login |
-//! | of a viewer of an OpenID provider | if the station still uses this provider |
+//! | of a viewer of an OpenID provider | if the station still uses this provider, with the same claims and roles |
 //! | of an operator or engineer of an OpenID provider | no |
 
 use super::openid::Identity;
@@ -115,14 +115,14 @@ impl Session {
     }
 
     /// The session as the file has it; `None` if it does not survive a restart.
-    fn stored(&self, id: &SecretDigest, issuer: Option<&str>, now: Instant) -> Option<StoredSession> {
+    fn stored(&self, id: &SecretDigest, provider: Option<&str>, now: Instant) -> Option<StoredSession> {
         let (role, credential) = match &self.credential {
             Credential::Password(hash, role) => {
                 (*role, StoredCredential::Password { hash: SecretDigest::of(hash.as_str()) })
             }
             Credential::OpenId(Role::Viewer, subject) => {
-                let (issuer, subject) = (issuer?.to_owned(), subject.to_string());
-                (Role::Viewer, StoredCredential::OpenId { issuer, subject })
+                let (provider, subject) = (provider?.to_owned(), subject.to_string());
+                (Role::Viewer, StoredCredential::OpenId { provider, subject })
             }
             Credential::OpenId(..) => return None,
         };
@@ -167,8 +167,8 @@ enum StoredCredential {
     /// A user of an OpenID provider.
     #[serde(rename = "openid")]
     OpenId {
-        /// The provider.
-        issuer: String,
+        /// The digest of the provider, its claims and the roles.
+        provider: String,
         /// What the provider calls the user.
         subject: String,
     },
@@ -176,12 +176,12 @@ enum StoredCredential {
 
 impl StoredSession {
     /// The session after a stop of `stopped`; `None` if its user has another role or password than at login, is no user any more, or is a
-    /// user of another provider than `issuer`.
+    /// user of another provider than `provider`, or of it with other claims or roles.
     fn restored(
         self,
         stopped: Duration,
         users: &Users,
-        issuer: Option<&str>,
+        provider: Option<&str>,
         now: Instant,
     ) -> Option<(SecretDigest, Session)> {
         let Self { id, name, role, credential, age_s, unused_s } = self;
@@ -193,7 +193,9 @@ impl StoredSession {
                 }
                 Credential::Password(account.password.clone(), role)
             }
-            StoredCredential::OpenId { issuer: of, subject } if role == Role::Viewer && issuer == Some(of.as_str()) => {
+            StoredCredential::OpenId { provider: of, subject }
+                if role == Role::Viewer && provider == Some(of.as_str()) =>
+            {
                 Credential::OpenId(role, Arc::from(subject))
             }
             StoredCredential::OpenId { .. } => return None,
@@ -328,11 +330,11 @@ impl Sessions {
         self.changes
     }
 
-    /// The sessions that survive a restart. `issuer` is the OpenID provider of the station.
+    /// The sessions that survive a restart. `provider` is the digest of the OpenID provider, its claims and the roles.
     #[must_use]
-    pub fn stored(&self, users: &Users, issuer: Option<&str>, now: Instant) -> Vec<StoredSession> {
+    pub fn stored(&self, users: &Users, provider: Option<&str>, now: Instant) -> Vec<StoredSession> {
         let alive = self.all.iter().filter(|(_, session)| session.user(users, now).is_some());
-        alive.filter_map(|(id, session)| session.stored(id, issuer, now)).collect()
+        alive.filter_map(|(id, session)| session.stored(id, provider, now)).collect()
     }
 
     /// Continues stored sessions after a stop of `stopped`, within the bounds of all sessions. Returns how many have not ended.
@@ -341,11 +343,11 @@ impl Sessions {
         mut stored: Vec<StoredSession>,
         stopped: Duration,
         users: &Users,
-        issuer: Option<&str>,
+        provider: Option<&str>,
         now: Instant,
     ) -> usize {
         stored.sort_by_key(|session| session.unused_s);
-        for (id, session) in stored.into_iter().filter_map(|session| session.restored(stopped, users, issuer, now)) {
+        for (id, session) in stored.into_iter().filter_map(|session| session.restored(stopped, users, provider, now)) {
             if self.all.len() < MAX_SESSIONS && self.count_of(&session.name) < MAX_PER_USER {
                 self.all.insert(id, session);
             }
@@ -547,9 +549,9 @@ mod tests {
             let (id, _) = sessions.begin_openid(&identity(role, "1"), &users, now).unwrap();
             let mut new = restarted(&sessions, IDLE_TIMEOUT / 2, &users, now);
             assert_eq!(new.resume(&id, &users, now).is_some(), role == Role::Viewer, "{role}");
-            for issuer in [None, Some("https://other.example")] {
+            for provider in [None, Some("https://other.example")] {
                 let stored = sessions.stored(&users, Some("https://login.example"), now);
-                assert_eq!(Sessions::default().restore(stored, Duration::ZERO, &users, issuer, now), 0);
+                assert_eq!(Sessions::default().restore(stored, Duration::ZERO, &users, provider, now), 0);
             }
         }
     }

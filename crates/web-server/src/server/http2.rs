@@ -45,8 +45,8 @@ const MAX_CANCELLED: usize = 20;
 /// The most requests that break the protocol, before the connection ends. chosen.
 const MAX_MALFORMED: usize = 128;
 
-/// The octets of bodies that a client may send before the server has read them: of one request, and of the connection. A body has 64 KiB at
-/// most.
+/// The octets of bodies that a client may send before the server has read them: of one request, and of the connection. A body for the API has
+/// 64 KiB at most.
 const REQUEST_WINDOW: u32 = 64 << 10;
 const CONNECTION_WINDOW: u32 = 1 << 20;
 

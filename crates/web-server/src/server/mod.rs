@@ -160,7 +160,7 @@ impl Server {
         check_openid(&setup)?;
         let Setup { listen, access, openid, hosts, tls, limits } = setup;
         let keys = tls.map(Keys::read).transpose()?.map(Arc::new);
-        let authenticator = Authenticator::new(observer, access, limits.rate_limits)?;
+        let authenticator = Authenticator::new(observer, listen, access, limits.rate_limits)?;
         check_exposure(listen, &hosts, keys.is_some(), authenticator.has_users())?;
         let failed = |error| ServerError::Listen { address: listen, error };
         let runtime = runtime().map_err(failed)?;

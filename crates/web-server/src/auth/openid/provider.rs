@@ -174,6 +174,8 @@ type Dated<T> = Option<(Arc<T>, Instant)>;
 /// A provider.
 pub struct OpenIdProvider {
     settings: OpenIdSettings,
+    /// See [`OpenIdSettings::digest`].
+    digest: String,
     /// The address of the dashboard without a final slash.
     url: String,
     connector: TlsConnector,
@@ -206,6 +208,7 @@ impl OpenIdProvider {
         let config = trusting(settings.trusted.clone())?.with_no_client_auth();
         Ok(Self {
             url: settings.url.clone().unwrap_or(url),
+            digest: settings.digest(),
             settings,
             connector: TlsConnector::from(Arc::new(config)),
             lookups: Arc::new(Semaphore::new(MAX_LOOKUPS)),
@@ -224,10 +227,10 @@ impl OpenIdProvider {
         quota.check(RateLimit::new(RELOADS, RELOAD_PERIOD), Instant::now()).is_ok()
     }
 
-    /// The provider, as it names itself.
+    /// The digest of what decides which users have which role.
     #[must_use]
-    pub fn issuer(&self) -> &str {
-        &self.settings.issuer
+    pub fn digest(&self) -> &str {
+        &self.digest
     }
 
     /// The name on the button.
