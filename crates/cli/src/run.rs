@@ -269,7 +269,7 @@ fn check_private(file: &Path, config: &Config) -> Result<(), Failure> {
 fn apply_config(station: &mut Station, started_with: &Config, known: KnownDevices, mut config: Config) -> KnownDevices {
     for device in profivac_config::keep_devices(known, &mut config) {
         let changed = format!(
-            "the file of the device {device} has changed: gauges use it from the next start of the station on, slaves now"
+            "the device file of {device} has changed: slaves use it now, gauges from the next start of the station"
         );
         tell(station, &changed);
     }

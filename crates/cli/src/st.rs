@@ -18,7 +18,7 @@ pub struct Arguments {
     /// The engineering tool
     #[arg(long, value_enum, default_value_t = Dialect::Standard)]
     dialect: Dialect,
-    /// Print PLCopen XML, which engineering tools import in one step: codesys unless you name another
+    /// Print PLCopen XML, which engineering tools import in one step; for codesys unless you name another tool
     #[arg(
         long,
         value_name = "TOOL",

@@ -63,7 +63,7 @@ enum Action {
         #[command(flatten)]
         typed: PasswordArguments,
     },
-    /// Print names and roles, and which are wall displays
+    /// Print the users with their roles, and mark the wall displays
     #[command(after_help = "Examples:\n  profivac user list plant.toml")]
     List {
         /// The file that describes the station

@@ -450,8 +450,8 @@ fn a_station_runs_a_gauge_of_a_device_file() {
     fs::write(&device, described.replace("0xFFF0", "0xFFF1")).unwrap();
     station.hang_up();
     let complaint = station.complaint();
-    assert!(complaint.contains("the file of the device bpg402 has changed"), "{complaint}");
-    until(address, "/api/events?from=0&to=4102444800000", "the file of the device bpg402 has changed");
+    assert!(complaint.contains("the device file of bpg402 has changed"), "{complaint}");
+    until(address, "/api/events?from=0&to=4102444800000", "the device file of bpg402 has changed");
     assert!(get(address, "/api/gauges").contains("\"data-exchange\""), "the gauge goes on");
     station.terminate();
     assert_eq!(station.exit_code(), 0);

@@ -65,7 +65,7 @@ fn a_wall_display_is_a_viewer_that_is_listed_and_removed() {
     assert!(wall.status.success(), "{}", stderr_of(&wall));
     assert_eq!(list(&file), "ada     engineer\nscreen  viewer, wall display\n");
     let refused = run(&["user", "role", "screen", "operator", &file]);
-    let sentence = "profivac: screen is a wall display, whose login lasts: expected the role viewer\n";
+    let sentence = "profivac: screen is a wall display, which stays logged in for a year: expected the role viewer\n";
     assert_eq!((refused.status.code(), stderr_of(&refused).as_str()), (Some(2), sentence));
     let twice = run_with(&["user", "wall", "Ada", &file, "--password-stdin"], PASSWORD);
     assert!(stderr_of(&twice).contains("there is already a user Ada"), "{}", stderr_of(&twice));

@@ -20,7 +20,7 @@ pub enum SlaveProblem {
         found: Vec<String>,
     },
     /// The slave has no description, or two.
-    #[error("expected gsd, the GSD file of the slave, or device, its device file; write one of both")]
+    #[error("expected either gsd (the GSD file of the slave) or device (its device file)")]
     GsdOrDevice,
     /// Modules or parameters do not fit the GSD file.
     #[error("{0}")]

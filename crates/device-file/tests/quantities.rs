@@ -154,8 +154,8 @@ fn values_of_the_cyclic_data_are_in_the_tables_and_the_same_after_a_file() {
 #[test]
 fn a_value_is_within_octets_without_a_meaning_and_has_a_type_that_fits() {
     for (value, expected) in [
-        (r#"{ name = "speed", type = "UINT16" }"#, "the number of its telegram as inputs or as outputs"),
-        (r#"{ name = "speed", inputs = 1, outputs = 1, type = "UINT16" }"#, "the number of its telegram"),
+        (r#"{ name = "speed", type = "UINT16" }"#, "expected either inputs or outputs"),
+        (r#"{ name = "speed", inputs = 1, outputs = 1, type = "UINT16" }"#, "expected either inputs or outputs"),
         (r#"{ name = "speed", inputs = 2, type = "UINT16" }"#, "expected a telegram, one of: 1; found 2"),
         (
             r#"{ name = "speed", inputs = 1, octet = 3, type = "UINT16" }"#,

@@ -138,7 +138,9 @@ fn a_device_has_a_behaviour_or_its_blocks_have() {
     let both = OWN.replacen("max-integer", "behaviour = \"bcg450\"\nmax-integer", 1);
     let said = DeviceFile::parse(&both).unwrap_err().to_string();
     assert!(
-        said.contains("the device has a behaviour, so its blocks cannot have their own; delete that of the device"),
+        said.contains(
+            "the device has a behaviour, so its blocks cannot have their own; delete the behaviour of the device"
+        ),
         "{said}"
     );
 }

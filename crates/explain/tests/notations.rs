@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use profivac_dp::link::Baud;
-use profivac_explain::input::{Capture, Notation, Source};
+use profivac_explain::input::{Capture, Notation, Source, SourceKind};
 use profivac_sim::Random;
 use profivac_sim::dialogue::hex;
 use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
@@ -470,6 +470,57 @@ fn a_counter_and_a_length_in_front_of_octets_are_none() {
 fn a_number_in_front_of_one_line_is_an_octet() {
     let (_, octets, left_over) = read(format!("17 {REQUEST}\n").as_bytes());
     assert_eq!((octets, left_over), (hex(&format!("17 {REQUEST}")), 0));
+}
+
+/// A long telegram goes on in a second line, which has no number. Where the numbers have no marks, the line is indented.
+#[test]
+fn a_line_that_continues_the_line_before_has_no_number() {
+    let (first, second) = ("68 0E 0E 68 02 05 08 00 00 00 00", "80 00 02 38 51 B7 17 E8 16");
+    let octets = [REQUEST, REQUEST, REQUEST, first, second].join(" ");
+    let fronts: [(fn(usize) -> String, &str); 5] = [
+        (|at| format!("{at}:"), "    "),
+        (|at| format!("{at}:"), ""),
+        (|at| format!("#{at}"), ""),
+        (|at| format!("{at:>4}"), "     "),
+        (|at| format!("{at}\t"), "\t\t"),
+    ];
+    for (front, indentation) in fronts {
+        let mut text: String = (17..20).map(|at| front(at) + " " + REQUEST + "\n").collect();
+        text += &format!("{} {first}\n{indentation}{second}\n", front(20));
+        let (_, read, left_over) = read(text.as_bytes());
+        assert_eq!((read, left_over), (hex(&octets), 0), "{text}");
+    }
+}
+
+/// A pipe that stays open: behind its text the reader would wait.
+struct OpenPipe<'a>(&'a [u8]);
+
+impl Read for OpenPipe<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        match self.0.read(buffer)? {
+            0 => Err(std::io::ErrorKind::WouldBlock.into()),
+            count => Ok(count),
+        }
+    }
+}
+
+/// Numbers that may be columns hold back no telegram until the pipe ends.
+#[test]
+fn an_open_pipe_shows_its_telegrams_although_a_number_may_be_a_column() {
+    for (text, octets) in [
+        // Tokens have no check octet.
+        ("1 DC 02 02\n2 DC 02 02\n3 DC 02 02\n".to_owned(), ["DC 02 02"; 3].join(" ")),
+        // The first line with octets is one after which the notation is searched rarely.
+        (format!("{}17 {REQUEST}\n18 E5\n19 {REQUEST}\n", "idle\n".repeat(7)), format!("{REQUEST} E5 {REQUEST}")),
+        // No second line says whether the first one has a column.
+        (format!("1 {REQUEST}\n{}", "idle\n".repeat(8)), REQUEST.to_owned()),
+    ] {
+        let mut source = Source::open_as(OpenPipe(text.as_bytes()), Baud::B19200, SourceKind::Text).unwrap();
+        let mut chunks = Vec::new();
+        while matches!(source.read(&mut chunks), Ok(true)) {}
+        let read: Vec<u8> = chunks.into_iter().flat_map(|chunk| chunk.octets).collect();
+        assert_eq!(read, hex(&octets), "{text}");
+    }
 }
 
 /// Requests, a diagnosis with FF, SC, a token, inputs with a float, and octets that are letters, a line end and separators.

@@ -176,7 +176,7 @@ impl Authenticator {
         self.provider.as_ref().filter(|_| self.requires_login())
     }
 
-    /// Continues the sessions of before a restart. A file of sessions that is lost or damaged is no error: every user logs in again.
+    /// Continues the sessions from before a restart. A file of sessions that is lost or damaged is no error: every user logs in again.
     /// Control authority and armed commands do not continue.
     pub fn restore_sessions(&self) {
         let Some(directory) = self.directory() else { return };
@@ -188,7 +188,7 @@ impl Authenticator {
                 let count = directory.sessions().restore(stored, stopped, &users, self.provider_digest(), now);
                 directory.stored.lock().unwrap_or_else(PoisonError::into_inner).at = Some(now);
                 if count > 0 {
-                    self.record_event(&format!("sessions of before the restart continue: {count}"));
+                    self.record_event(&format!("sessions that continue after the restart: {count}"));
                 }
             }
             Err(error) => self.record_event(&format!("every user logs in again: {error}")),

@@ -133,7 +133,7 @@ pub enum Refusal {
         start_us: i64,
     },
     /// A text is of a value that no point has.
-    #[error("a text of point {point} is of a value beyond ±1e290")]
+    #[error("point {point} has a text for a value beyond ±1e290")]
     NoCode {
         /// The point.
         point: String,
@@ -506,7 +506,7 @@ mod tests {
         for value in [f64::NAN, f64::INFINITY, -1e291] {
             assert_eq!(
                 refused("valve", value, "closed").unwrap(),
-                "a text of point valve.state is of a value beyond ±1e290"
+                "point valve.state has a text for a value beyond ±1e290"
             );
         }
         let long = "x".repeat(MAX_NAME + 1);

@@ -137,7 +137,7 @@ impl Decoder<'_> {
         ] {
             source.line(&format!("   {:<8} {}", quality as u8, quality.word()));
         }
-        source.line("   The pressures are those of SUBSTITUTE_PA unless VALID is TRUE. *)");
+        source.line("   While VALID is FALSE, the pressures are SUBSTITUTE_PA. *)");
     }
 
     /// Whether the user parameters select the unit. A TPG has none: IF300P/IF301P manual 3.2.1.2.

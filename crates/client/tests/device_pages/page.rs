@@ -132,7 +132,9 @@ fn user_prm(model: &Model) -> String {
     match model.free_bits() {
         [0, 0] => text,
         [first, second] => {
-            format!("{text}\nThe first octet may have these bits besides: `{first:02X}`, the second `{second:02X}`.\n")
+            format!(
+                "{text}\nThe device also accepts the bits `{first:02X}` in the first octet and `{second:02X}` in the second.\n"
+            )
         }
     }
 }

@@ -526,7 +526,7 @@ fn a_device_with_outputs_is_a_slave_and_no_gauge_that_the_station_owns() {
 fn a_slave_has_a_gsd_file_or_a_device() {
     for keys in ["", "device = \"turbo.toml\"\ngsd = \"pump.gsd\"\n"] {
         let problem = with_turbo(keys).unwrap_err().problem.to_string();
-        assert!(problem.starts_with("expected gsd, the GSD file of the slave, or device"), "{problem}");
+        assert!(problem.starts_with("expected either gsd (the GSD file of the slave) or device"), "{problem}");
     }
     let problem = with_turbo("device = \"turbine\"\n").unwrap_err().problem.to_string();
     assert!(problem.contains("unknown device \"turbine\""), "{problem}");

@@ -97,7 +97,7 @@ fn behaviour(file: &DeviceToml, blocks: &[OwnedBlock]) -> Result<Option<&'static
     if let Some(of_block) = file.block.iter().find_map(|block| block.behaviour.as_ref()) {
         return problem(
             of_block.span(),
-            "the device has a behaviour, so its blocks cannot have their own; delete that of the device or those of the blocks",
+            "the device has a behaviour, so its blocks cannot have their own; delete the behaviour of the device or the behaviours of the blocks",
         );
     }
     let Some(model) = model_named(name.get_ref()) else {

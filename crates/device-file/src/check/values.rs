@@ -29,7 +29,7 @@ pub(super) fn values(
         let (is_output, number) = match (&toml.inputs, &toml.outputs) {
             (Some(number), None) => (false, number),
             (None, Some(number)) => (true, number),
-            _ => return problem(entry.span(), "a value has the number of its telegram as inputs or as outputs"),
+            _ => return problem(entry.span(), "expected either inputs or outputs, with the number of the telegram"),
         };
         let telegram = *number.get_ref();
         only_once(&mut seen, (is_output, telegram, name.clone()), toml.name.span(), &format!("the value {name:?}"))?;

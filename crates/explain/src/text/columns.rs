@@ -16,6 +16,8 @@ pub(super) struct Columns {
     agreements: usize,
     /// The number of lines that have agreed.
     lines: usize,
+    /// Where the columns of the first line end. A line that begins behind this place continues the line before.
+    end: Option<usize>,
 }
 
 /// A column in front of the octets.
@@ -32,6 +34,8 @@ enum Column {
 struct Number {
     /// The number of the line before, in each of [`RADICES`].
     last: [Option<usize>; 2],
+    /// Whether the numbers have one of [`MARKS`].
+    is_marked: Option<bool>,
     /// It grows by one from line to line.
     is_counter: bool,
     /// It is the number of octets behind the columns.
@@ -50,6 +54,9 @@ pub(super) struct Cleaned<'a> {
 
 /// Number systems of a column.
 const RADICES: [u32; 2] = [10, 16];
+
+/// Signs at the ends of a number of a column: `#17`, `17:`, `17.`.
+const MARKS: [char; 3] = ['#', ':', '.'];
 
 /// The most digits of a number of a column. chosen: a counter of a million lines a second for a quarter of an hour.
 const MOST_DIGITS: usize = 9;
@@ -114,7 +121,13 @@ impl Columns {
         };
         let agreements = columns.iter().zip(rows.first()?).map(agreed).sum();
         let kind = |(number, _): (Option<Number>, bool)| number.map_or(Column::Word, |_| Column::Number(Number::NEW));
-        Some(Self { commas, columns: columns.into_iter().map(kind).collect(), agreements, lines: rows.len() })
+        Some(Self {
+            commas,
+            columns: columns.into_iter().map(kind).collect(),
+            agreements,
+            lines: rows.len(),
+            end: None,
+        })
     }
 
     /// Whether the lines so far show that the numbers are columns. One line does not: the octets of a text may begin with zeros.
@@ -123,17 +136,19 @@ impl Columns {
     }
 
     /// The next line without the numbers, and with a point in place of a decimal comma in front of the octets; `None` for a line that does
-    /// not begin with these columns.
+    /// not begin with these columns, or continues the line before.
     pub(super) fn clean<'a>(&mut self, line: &'a str) -> Option<Cleaned<'a>> {
         let places = places(line, self.commas);
         let words: Vec<&str> = places.iter().filter_map(|place| line.get(place.clone())).collect();
         let fits = |(column, word): (&Column, &&str)| match column {
             Column::Word => is_word(word),
-            Column::Number(_) => numbers(word) != [None; 2],
+            Column::Number(number) => numbers(word) != [None; 2] && number.has_marks_of(word),
         };
-        if words.is_empty() || !self.columns.iter().zip(&words).all(fits) {
+        let is_continuation = self.end.zip(places.first()).is_some_and(|(end, first)| first.start >= end);
+        if words.is_empty() || is_continuation || !self.columns.iter().zip(&words).all(fits) {
             return None;
         }
+        let has_all = words.len() >= self.columns.len();
         let run = Run::of(words.get(self.columns.len()..).unwrap_or_default());
         let (mut cleaned, mut from) = (Cleaned::default(), 0);
         for ((column, word), place) in self.columns.iter_mut().zip(words).zip(places) {
@@ -148,6 +163,7 @@ impl Columns {
                 }
             }
         }
+        self.end = self.end.or(has_all.then_some(from));
         cleaned.text += line.get(from..).unwrap_or_default();
         Some(cleaned)
     }
@@ -155,23 +171,29 @@ impl Columns {
 
 impl Number {
     /// A column before its first line.
-    const NEW: Self = Self { last: [None; 2], is_counter: true, is_length: true };
+    const NEW: Self = Self { last: [None; 2], is_marked: None, is_counter: true, is_length: true };
 
     /// Whether the word of the next line agrees with a rule that all lines before agree with.
     fn agrees(&mut self, word: &str, run: Run) -> bool {
         let now = numbers(word);
-        let is_number = now != [None; 2];
+        let is_number = now != [None; 2] && self.has_marks_of(word);
+        self.is_marked = self.is_marked.or(Some(is_marked(word)));
         let follows = |(last, now): (Option<usize>, Option<usize>)| {
             last.zip(now).is_some_and(|(last, now)| last.checked_add(1) == Some(now))
         };
         let is_next = is_number && (self.last == [None; 2] || self.last.into_iter().zip(now).any(follows));
         let is_counter = self.is_counter && is_next;
-        let is_length = self.is_length && now.into_iter().flatten().any(|number| run.has(number));
+        let is_length = self.is_length && is_number && now.into_iter().flatten().any(|number| run.has(number));
         if is_counter || is_length {
             (self.is_counter, self.is_length) = (is_counter, is_length);
         }
         self.last = now;
         is_counter || is_length
+    }
+
+    /// Whether a word has marks if the numbers of the lines before have some, and none otherwise.
+    fn has_marks_of(&self, word: &str) -> bool {
+        self.is_marked.is_none_or(|marked| marked == is_marked(word))
     }
 
     /// How often the rule could have failed in these lines: a counter begins with any number, though mostly with 0 or 1.
@@ -230,9 +252,14 @@ fn may_have_columns(words: &[&str]) -> bool {
     !is_comment && words.iter().any(has_digit) && words.iter().filter(is_number).count() > 1
 }
 
+/// Whether a number has one of [`MARKS`].
+fn is_marked(word: &str) -> bool {
+    word.trim_matches(MARKS).len() != word.len()
+}
+
 /// The number of a word in each of [`RADICES`]: `17`, `#17`, `17:`, `0B`.
 fn numbers(word: &str) -> [Option<usize>; 2] {
-    let digits = word.trim_matches(['#', ':', '.']);
+    let digits = word.trim_matches(MARKS);
     RADICES.map(|radix| {
         let is_number = digits.len() <= MOST_DIGITS && digits.chars().all(|letter| letter.is_digit(radix));
         usize::from_str_radix(digits, radix).ok().filter(|_| is_number)

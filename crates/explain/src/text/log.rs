@@ -63,6 +63,10 @@ const MOST_HELD: usize = 1 << 20;
 /// The number of parts up to which the notation is searched after each part; then after each doubling.
 const SEARCHED_PARTS: usize = 8;
 
+/// The most parts that wait for columns of numbers after a telegram or a token has shown the notation: a pipe may stay open. chosen: three
+/// lines with octets show a column, and lines without octets may be between them.
+const WAITING_PARTS: usize = 8;
+
 /// Reads a text: holds its first lines until a telegram with a check octet shows the notation.
 #[derive(Clone, Debug)]
 pub(crate) struct Log {
@@ -76,6 +80,8 @@ pub(crate) struct Log {
     /// The number of parts at which the notation is searched next.
     search_at: usize,
     form: Option<Form>,
+    /// The number of parts at which columns are no longer awaited.
+    waits_until: Option<usize>,
     /// The numbers in front of the octets.
     columns: Option<Columns>,
     /// A telegram, a token or the user has shown the notation.
@@ -112,6 +118,7 @@ impl Log {
             held_octets: 0,
             search_at: 1,
             form: None,
+            waits_until: None,
             columns: None,
             is_shown: false,
         }
@@ -183,8 +190,13 @@ impl Log {
     fn choose(&mut self, is_all: bool) {
         self.form = self.search(&self.held);
         if self.find_columns() && !is_all {
-            self.form = None;
-            return;
+            let parts = self.held.len();
+            let until = *self.waits_until.get_or_insert(parts.saturating_add(WAITING_PARTS));
+            if parts < until {
+                self.search_at = parts.saturating_add(1);
+                self.form = None;
+                return;
+            }
         }
         self.is_shown = self.form.is_some();
         if is_all && self.form.is_none() {
@@ -218,7 +230,7 @@ impl Log {
             if tried.score < plain.score || (tried.score == plain.score && !is_enough) {
                 continue;
             }
-            if tried.score > 0 && columns.are_shown() {
+            if columns.are_shown() {
                 (self.columns, self.form) = (Some(columns), Some(form));
                 return false;
             }

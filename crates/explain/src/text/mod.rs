@@ -19,6 +19,7 @@
 //! * An address column grows from line to line by the number of octets. A first word that may be octets waits for the next line.
 //! * Characters behind octets are a column if they are those of the octets.
 //! * Numbers in front of octets are no octets if in each line they count the lines or the octets, and if no telegram is lost without them.
+//!   A line that begins behind them continues the line before.
 //! * In a line with words, the column with the longest row counts, and rows of three octets and more. A shorter row counts behind TX,
 //!   RX, an arrow, or the words behind which other lines have longer rows.
 //! * A line of octets alone, in one column or several, is read whole. An unreadable word between octets (`??`, `0G`, `08!`) is

@@ -46,7 +46,7 @@ fn a_session_continues_after_a_restart_with_its_token_and_without_control_author
     assert_eq!(control["holder"], Value::Null);
     // The open page goes on with the token that it has.
     assert_eq!(request(&station, &ada), 200);
-    station.access_events("sessions of before the restart continue: 1");
+    station.access_events("sessions that continue after the restart: 1");
 }
 
 #[test]

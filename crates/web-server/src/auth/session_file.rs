@@ -32,13 +32,13 @@ pub enum SessionFileError {
     #[error("{file} cannot be read: {error}", file = .0.display(), error = .1)]
     System(PathBuf, io::Error),
     /// The file is damaged, too long, or of another version.
-    #[error("expected the sessions of this version of the program in {}", .0.display())]
+    #[error("{} is damaged, or another version of profivac wrote it", .0.display())]
     Content(PathBuf),
     /// Another server with the same users' file has written it, or this one at another address.
     #[error("{file} is of the server at {server}: each server needs a users' file of its own", file = .0.display(), server = .1)]
     Server(PathBuf, String),
     /// The clock is more than a day behind the time of the file.
-    #[error("the clock is behind the time at which {} was written", .0.display())]
+    #[error("the clock of the computer is more than a day before the time at which {} was written: set the clock", .0.display())]
     Clock(PathBuf),
 }
 

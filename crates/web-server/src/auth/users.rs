@@ -94,7 +94,7 @@ pub enum AccountError {
     #[error("there is no user {0:?}")]
     Unknown(String),
     /// A wall display would have another role than viewer.
-    #[error("{0} is a wall display, whose login lasts: expected the role viewer")]
+    #[error("{0} is a wall display, which stays logged in for a year: expected the role viewer")]
     WallRole(String),
     /// The file has the maximum number of accounts.
     #[error("expected at most {MAX_USERS} users")]
@@ -384,7 +384,10 @@ mod tests {
         let text = users.text().replace("wall = true", "");
         let text = text.replace("role = \"engineer\"", "role = \"engineer\"\nwall = true");
         let error = Users::parse(&text, Path::new("users.toml")).unwrap_err().to_string();
-        assert!(error.ends_with("ada is a wall display, whose login lasts: expected the role viewer"), "{error}");
+        assert!(
+            error.ends_with("ada is a wall display, which stays logged in for a year: expected the role viewer"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -890,7 +890,7 @@ export const de: Texts = {
 
   gauge: {
     alarms: 'Alarme und Grenzen dieses Messgeräts',
-    noLimits: 'Keine Alarmgrenze ist ein Druck dieses Messgeräts.',
+    noLimits: 'Für den Druck dieses Messgeräts gibt es keine Alarmgrenze.',
     deviceCommands: 'Befehle des Geräts',
     showTrend: 'Verlauf zeigen',
     unknown: (name) => `Ein Messgerät ${name} gibt es nicht. Wählen Sie oben ein Messgerät.`,

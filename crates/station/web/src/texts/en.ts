@@ -873,7 +873,7 @@ export const en = {
 
   gauge: {
     alarms: 'Alarms and limits of this gauge',
-    noLimits: 'No alarm limit is a pressure of this gauge.',
+    noLimits: 'This gauge has no alarm limit for its pressure.',
     deviceCommands: 'Commands of the device',
     showTrend: 'Show trend',
     unknown: (name: string) => `There is no gauge called ${name}. Choose a gauge above.`,
