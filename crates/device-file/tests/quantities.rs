@@ -200,3 +200,19 @@ fn the_gsd_file_of_a_device_without_user_parameters_has_none() {
     let file = GsdFile::read(gsd(model(TURBO)).as_bytes());
     assert_eq!((file.device().parameters.len(), file.device().general.max_user_prm_data_len), (0, Some(0)));
 }
+
+/// Fail_Safe and Check_Cfg_Mode are bits of DPV1_Status_1 and 2. A string without room for these octets is the code of a unit.
+#[test]
+fn the_strings_of_a_file_match_themselves_and_no_other_unit() {
+    let strings = r#"user-parameters = [
+  { name = "status", octets = "C0 01 00" },
+  { name = "one unit", octets = "13 08" },
+  { name = "another unit", octets = "13 09" },
+]"#;
+    let model = model(&TURBO.replace("user-parameters = [{ name = \"none\", octets = \"\" }]", strings));
+    let name = |user: &[u8]| model.user_prm(user).map(|prm| prm.name);
+    assert_eq!(name(&[0xC0, 1, 0]), Some("status"));
+    assert_eq!(name(&[0x80, 1, 0]), None);
+    assert_eq!([name(&[0x13, 8]), name(&[0x13, 9])], [Some("one unit"), Some("another unit")]);
+    assert_eq!([name(&[0x13, 0x0A]), name(&[0x53, 8])], [None; 2]);
+}
