@@ -4,8 +4,9 @@ use profivac_client::gsd::gsd;
 use profivac_client::names::ParameterNames;
 use profivac_client::values::{Value, ValueFormat};
 use profivac_device_file::{DeviceFile, show};
-use profivac_devices::model::{CyclicValue, DataType, Model, NumberType};
+use profivac_devices::model::{Codes, CyclicValue, DataType, Model, NumberType};
 use profivac_gsd::GsdFile;
+use std::path::Path;
 
 const TURBO: &str = r#"format = 1
 name = "turbo"
@@ -215,4 +216,16 @@ fn the_strings_of_a_file_match_themselves_and_no_other_unit() {
     assert_eq!(name(&[0x80, 1, 0]), None);
     assert_eq!([name(&[0x13, 8]), name(&[0x13, 9])], [Some("one unit"), Some("another unit")]);
     assert_eq!([name(&[0x13, 0x0A]), name(&[0x53, 8])], [None; 2]);
+}
+
+/// tira41d1 3.3.3.6 and tira54e1 7.1.14.
+#[test]
+fn the_files_of_the_gallery_have_the_units_of_their_numbers() {
+    for (file, name, unit) in [("bpg402.toml", "Emission Current", "mA"), ("cdg.toml", "Run hours", "h")] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices/files").join(file);
+        let model = DeviceFile::read(&path).unwrap().model().unwrap();
+        let mut rows = model.blocks.iter().flat_map(|placed| placed.block.rows);
+        let codes = &rows.find(|row| row.name == name).unwrap().codes;
+        assert!(matches!(codes, Codes::Quantity(quantity) if quantity.unit == unit), "{file}: {codes:?}");
+    }
 }
