@@ -288,6 +288,21 @@ fn monitor_does_not_own_a_device_whose_file_names_outputs() {
     assert!(stderr(&conformed).contains("give the user parameters with --prm"), "{}", stderr(&conformed));
 }
 
+/// The station refuses to own it as a gauge.
+#[test]
+fn init_writes_a_device_whose_file_names_outputs_as_a_slave() {
+    let folder = Folder::new();
+    let (port, files) = line_with(&folder, &format!("{LIKE}{OUTPUTS}"));
+    let made = told(&port, &files, &["init", "--hsa", "10"]);
+    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    for lines in [
+        "\n[[segment.gauge]]\nname = \"bcg450 5\"\naddress = 5\ndevice = \"bcg450\"\n",
+        "\n[[segment.slave]]\nname = \"mine 7\"\naddress = 7\ndevice = \"mine\"\n",
+    ] {
+        assert!(format!("{}\n", stdout(&made)).contains(lines), "{}", stdout(&made));
+    }
+}
+
 /// With --prm nothing but the question is before the zeros.
 #[test]
 fn conform_asks_before_it_sends_zeros_to_a_device_whose_file_names_outputs() {
