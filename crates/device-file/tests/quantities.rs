@@ -218,6 +218,19 @@ fn the_strings_of_a_file_match_themselves_and_no_other_unit() {
     assert_eq!([name(&[0x13, 0x0A]), name(&[0x53, 8])], [None; 2]);
 }
 
+/// The station owns the slave with the three octets, which its GSD file has not.
+#[test]
+fn a_dpv1_device_without_user_parameters_takes_dpv1_status() {
+    let takes = |text: &str, user: &[u8]| model(text).user_prm(user).is_some();
+    for user in [&[][..], &[0, 0, 0], &[0x40, 1, 0]] {
+        assert!(takes(TURBO, user), "{user:02X?}");
+    }
+    for user in [&[0][..], &[0, 0, 1], &[4, 0, 0], &[0, 0, 0, 0]] {
+        assert!(!takes(TURBO, user), "{user:02X?}");
+    }
+    assert!(!takes(&TURBO.replace("dpv1 = true", "dpv1 = false"), &[0, 0, 0]));
+}
+
 /// tira41d1 3.3.3.6 and tira54e1 7.1.14.
 #[test]
 fn the_files_of_the_gallery_have_the_units_of_their_numbers() {

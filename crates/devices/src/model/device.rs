@@ -24,6 +24,9 @@ const SUFFIX: &str = "-SP";
 /// The octets of DPV1_Status_1 to 3, at the front of the user parameters.
 const DPV1_STATUS_OCTETS: usize = 3;
 
+/// These octets alone. They activate nothing.
+const DPV1_STATUS: UserPrm = UserPrm { name: "", octets: &[0; DPV1_STATUS_OCTETS] };
+
 /// The characters of a name that count: small letters, no separators.
 fn letters(name: &str) -> impl Iterator<Item = char> {
     name.chars().filter(|letter| !matches!(letter, ' ' | '-' | '_')).map(|letter| letter.to_ascii_lowercase())
@@ -123,7 +126,10 @@ impl Model {
     pub fn user_prm(&self, user: &[u8]) -> Option<&'static UserPrm> {
         // Two octets are too short for DPV1_Status_1 to 3: they can be the code of the unit.
         let free = if user.len() < DPV1_STATUS_OCTETS { [self.dpv1_status, 0] } else { self.free_bits() };
-        self.user_prm.iter().find(|prm| prm.matches(user, free))
+        let given = self.user_prm.iter().find(|prm| prm.matches(user, free));
+        // A master sends these octets to each DP-V1 slave, also where its GSD file has none.
+        let is_status = self.features.dpv1 && DPV1_STATUS.matches(user, free);
+        given.or_else(|| self.user_prm.iter().find(|prm| is_status && prm.octets.is_empty()))
     }
 
     /// The bits that a master may add to the first two octets of a printed string: those of `dpv1_status`. chosen: a DP-V1 device takes
