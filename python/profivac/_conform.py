@@ -122,8 +122,9 @@ def conform(
     slave that is not in use, and a line without another master; the stored values of the slave stay as they are.
 
     ``cfg`` and ``user_prm`` are the configuration and the user parameters that the slave accepts; without them the answer to Get_Cfg,
-    and the user parameters that keep the unit of a known gauge; ``device_files`` are those of :func:`profivac.open`. ``report`` is called with each rule as soon as it has an outcome. A run
-    takes minutes; Ctrl-C ends it after the present rule, and the slave is released.
+    and the user parameters that keep the unit of a known gauge; a device whose file names outputs needs ``user_prm``. ``device_files``
+    are those of :func:`profivac.open`. ``report`` is called with each rule as soon as it has an outcome. A run takes minutes; Ctrl-C ends
+    it after the present rule, and the slave is released.
 
     >>> import profivac as pv
     >>> result = pv.conform("/dev/ttyUSB0", 5, confirm=True, report=print)  # doctest: +SKIP

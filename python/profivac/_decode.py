@@ -41,7 +41,8 @@ def decode(
 ) -> list[Telegram]:
     """Explains a recording: the path of a pcapng file, a trace or a log, or its contents as ``bytes``.
 
-    ``baud`` in bit/s applies when the recording has no rate; ``device_files`` are those of :func:`profivac.open`. A recording without a telegram raises :class:`profivac.Usage`.
+    ``baud`` in bit/s applies when the recording has no rate; ``device_files`` are those of :func:`profivac.open`. A recording without a
+    telegram raises :class:`profivac.Usage`.
 
     >>> import profivac as pv
     >>> for telegram in pv.decode(b"TX 68 07 07 68 FF 82 46 3A 3E 02 00 41 16"):

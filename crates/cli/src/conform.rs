@@ -8,7 +8,7 @@ use crate::gauge::{confirm, is_interactive};
 use crate::gsd_slaves::{GsdOptions, Wanted, modules_remark, rate_remark, selection};
 use crate::output::{json, notice, out};
 use crate::values::{self, Octets};
-use crate::zeros::Zeros;
+use crate::zeros::{Zeros, is_gauge};
 use clap::Args;
 use profivac_client::ClientError;
 use profivac_client::cyclic::CyclicSlave;
@@ -201,7 +201,7 @@ fn subject(arguments: &Arguments) -> Result<(SlaveUnderTest, Duration, Option<Ze
 pub fn zeros(address: u8, ident: u16, by_gsd: Option<&GsdSlave>, cfg: &[u8]) -> Option<Zeros> {
     // With --cfg the slave may get another configuration than the file describes.
     let described = by_gsd.filter(|slave| slave.chk_cfg() == cfg);
-    if known().knows(ident) {
+    if is_gauge(known(), ident) {
         return None;
     }
     described.map_or_else(|| Zeros::of_cfg(address, cfg), |slave| Zeros::of_slave(address, slave))

@@ -7,6 +7,7 @@ use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
+use crate::zeros::names_outputs;
 use clap::Args;
 use profivac_client::cyclic::CyclicSlave;
 use profivac_client::discover::CyclicError;
@@ -141,11 +142,14 @@ fn put(arguments: &Arguments, text: &str) -> Result<(), Failure> {
         None => out(text.trim_end()),
         Some(path) => {
             write(path, text)?;
-            let (file, gauges) = (path.display(), text.matches("[[segment.gauge]]").count());
+            let file = path.display();
+            let [gauges, slaves] =
+                ["gauge", "slave"].map(|table| text.matches(&format!("[[segment.{table}]]")).count());
+            let slaves = if slaves > 0 { format!(" and {}", counted(slaves as u64, "slave")) } else { String::new() };
             let choose =
                 if text.contains("# device = ") { "choose the device of each gauge marked # in it, then " } else { "" };
             notice(&format_args!(
-                "{file} is written with {}; next: {choose}`profivac run {file} --check`, then `profivac run {file}`",
+                "{file} is written with {}{slaves}; next: {choose}`profivac run {file} --check`, then `profivac run {file}`",
                 counted(gauges as u64, "gauge")
             ));
         }
@@ -282,7 +286,9 @@ fn station_file(port: &str, baud: u32, segment: Segment, gauges: &[(u8, Vec<&'st
             ),
         };
         let name = if guessed.contains(address) { "gauge" } else { device };
-        text + &format!("\n[[segment.gauge]]\nname = \"{name} {address}\"\naddress = {address}\n{line}\n")
+        // The station sends zeros to its gauges.
+        let table = if known().named(name).is_some_and(names_outputs) { "slave" } else { "gauge" };
+        text + &format!("\n[[segment.{table}]]\nname = \"{name} {address}\"\naddress = {address}\n{line}\n")
     })
 }
 

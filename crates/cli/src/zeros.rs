@@ -2,12 +2,24 @@
 
 use crate::output::visible;
 use profivac_client::values::hex;
+use profivac_devices::catalog::KnownDevices;
+use profivac_devices::model::Model;
 use profivac_gsd_slave::{GsdSlave, ModuleData};
 use profivac_wire::cfg;
 use std::fmt;
 
 /// The risk of zeros. A gauge has relays and a parameter channel as outputs; another slave can have anything.
 pub const RISK: &str = "zeros can stop a pump or close a valve";
+
+/// Whether a slave with this Ident_Number is a known gauge, which may get zeros. No device whose file names outputs is one.
+pub fn is_gauge(devices: KnownDevices, ident: u16) -> bool {
+    devices.knows(ident) && !devices.with_ident(ident).any(names_outputs)
+}
+
+/// Whether the file of a device names outputs.
+pub fn names_outputs(model: &Model) -> bool {
+    model.values.iter().any(|value| value.is_output)
+}
 
 /// The outputs of a slave, all zero.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use crate::common::{Folder, run};
+use crate::common::{Folder, run, run_on_terminal};
 use profivac_client::names::ParameterNames;
 use profivac_devices::catalog::MODELS;
 use std::fs;
@@ -269,21 +269,50 @@ fn a_gauge_of_named_behaviours_is_simulated_read_and_conforms() {
     assert!(stdout(&checked).trim_end().ends_with("; simulated without: the adjustment of the Pirani"), "{checked:?}");
 }
 
+/// Keys of a device whose outputs have a name.
+const OUTPUTS: &str = "configurations = [{ outputs = 9, inputs = 9, octets = \"A1 94\" }]\n\
+                       values = [{ name = \"start\", outputs = 9, type = \"BOOLEAN\" }]\n\
+                       [outputs]\n9 = [\"ignored 2\"]\n\
+                       [inputs]\n9 = [\"exception-status\", \"process-value float\"]\n";
+
 /// monitor sends zeros to a known gauge, which can stop a pump.
 #[test]
 fn monitor_does_not_own_a_device_whose_file_names_outputs() {
     let folder = Folder::new();
-    let outputs = "configurations = [{ outputs = 9, inputs = 9, octets = \"A1 94\" }]\n\
-                   values = [{ name = \"start\", outputs = 9, type = \"BOOLEAN\" }]\n\
-                   [outputs]\n9 = [\"ignored 2\"]\n\
-                   [inputs]\n9 = [\"exception-status\", \"process-value float\"]\n";
-    let (port, files) = line_with(&folder, &format!("{LIKE}{outputs}"));
+    let (port, files) = line_with(&folder, &format!("{LIKE}{OUTPUTS}"));
     let monitored = told(&port, &files, &["monitor", "--for", "1", "--own", "7"]);
     assert_eq!(monitored.status.code(), Some(1), "{monitored:?}");
     assert!(stderr(&monitored).contains("takes outputs, and zeros can stop a pump"), "{}", stderr(&monitored));
     let conformed = told(&port, &files, &["conform", "--address", "7", "--own"]);
     assert_eq!(conformed.status.code(), Some(2), "{conformed:?}");
     assert!(stderr(&conformed).contains("give the user parameters with --prm"), "{}", stderr(&conformed));
+}
+
+/// The station refuses to own it as a gauge.
+#[test]
+fn init_writes_a_device_whose_file_names_outputs_as_a_slave() {
+    let folder = Folder::new();
+    let (port, files) = line_with(&folder, &format!("{LIKE}{OUTPUTS}"));
+    let made = told(&port, &files, &["init", "--hsa", "10"]);
+    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    for lines in [
+        "\n[[segment.gauge]]\nname = \"bcg450 5\"\naddress = 5\ndevice = \"bcg450\"\n",
+        "\n[[segment.slave]]\nname = \"mine 7\"\naddress = 7\ndevice = \"mine\"\n",
+    ] {
+        assert!(format!("{}\n", stdout(&made)).contains(lines), "{}", stdout(&made));
+    }
+}
+
+/// With --prm nothing but the question is before the zeros.
+#[test]
+fn conform_asks_before_it_sends_zeros_to_a_device_whose_file_names_outputs() {
+    let folder = Folder::new();
+    let (port, [option, file]) = line_with(&folder, &format!("{LIKE}{OUTPUTS}"));
+    let arguments = ["conform", "--port", &port, &option, &file, "--address", "7", "--prm", "00 00 00 05 1C"];
+    let (code, _, shown) = run_on_terminal(&arguments, "Continue? [y/N] ", "n\n");
+    assert_eq!(code, 2, "{shown}");
+    let zeros = "the slave at address 7 gets 2 octets of outputs, all zero; zeros can stop a pump or close a valve";
+    assert!(shown.contains(zeros), "{shown}");
 }
 
 #[test]

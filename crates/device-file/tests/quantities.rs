@@ -4,8 +4,9 @@ use profivac_client::gsd::gsd;
 use profivac_client::names::ParameterNames;
 use profivac_client::values::{Value, ValueFormat};
 use profivac_device_file::{DeviceFile, show};
-use profivac_devices::model::{CyclicValue, DataType, Model, NumberType};
+use profivac_devices::model::{Codes, CyclicValue, DataType, Model, NumberType};
 use profivac_gsd::GsdFile;
+use std::path::Path;
 
 const TURBO: &str = r#"format = 1
 name = "turbo"
@@ -199,4 +200,45 @@ fn octets_without_a_meaning_may_have_an_identifier_with_types_of_the_manufacture
 fn the_gsd_file_of_a_device_without_user_parameters_has_none() {
     let file = GsdFile::read(gsd(model(TURBO)).as_bytes());
     assert_eq!((file.device().parameters.len(), file.device().general.max_user_prm_data_len), (0, Some(0)));
+}
+
+/// Fail_Safe and Check_Cfg_Mode are bits of DPV1_Status_1 and 2. A string without room for these octets is the code of a unit.
+#[test]
+fn the_strings_of_a_file_match_themselves_and_no_other_unit() {
+    let strings = r#"user-parameters = [
+  { name = "status", octets = "C0 01 00" },
+  { name = "one unit", octets = "13 08" },
+  { name = "another unit", octets = "13 09" },
+]"#;
+    let model = model(&TURBO.replace("user-parameters = [{ name = \"none\", octets = \"\" }]", strings));
+    let name = |user: &[u8]| model.user_prm(user).map(|prm| prm.name);
+    assert_eq!(name(&[0xC0, 1, 0]), Some("status"));
+    assert_eq!(name(&[0x80, 1, 0]), None);
+    assert_eq!([name(&[0x13, 8]), name(&[0x13, 9])], [Some("one unit"), Some("another unit")]);
+    assert_eq!([name(&[0x13, 0x0A]), name(&[0x53, 8])], [None; 2]);
+}
+
+/// The station owns the slave with the three octets, which its GSD file has not.
+#[test]
+fn a_dpv1_device_without_user_parameters_takes_dpv1_status() {
+    let takes = |text: &str, user: &[u8]| model(text).user_prm(user).is_some();
+    for user in [&[][..], &[0, 0, 0], &[0x40, 1, 0]] {
+        assert!(takes(TURBO, user), "{user:02X?}");
+    }
+    for user in [&[0][..], &[0, 0, 1], &[4, 0, 0], &[0, 0, 0, 0]] {
+        assert!(!takes(TURBO, user), "{user:02X?}");
+    }
+    assert!(!takes(&TURBO.replace("dpv1 = true", "dpv1 = false"), &[0, 0, 0]));
+}
+
+/// tira41d1 3.3.3.6 and tira54e1 7.1.14.
+#[test]
+fn the_files_of_the_gallery_have_the_units_of_their_numbers() {
+    for (file, name, unit) in [("bpg402.toml", "Emission Current", "mA"), ("cdg.toml", "Run hours", "h")] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/devices/files").join(file);
+        let model = DeviceFile::read(&path).unwrap().model().unwrap();
+        let mut rows = model.blocks.iter().flat_map(|placed| placed.block.rows);
+        let codes = &rows.find(|row| row.name == name).unwrap().codes;
+        assert!(matches!(codes, Codes::Quantity(quantity) if quantity.unit == unit), "{file}: {codes:?}");
+    }
 }

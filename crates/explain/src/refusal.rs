@@ -51,29 +51,46 @@ fn by_tables(prm: &SetPrm<'_>, model: &'static Model) -> Vec<String> {
             foreign_bits(prm.user, model)
         ));
     }
+    if reasons.is_empty() {
+        reasons.extend(unsaid_bits(prm.user, model));
+    }
     reasons
 }
 
-/// The bits of DPV1_Status_1 to 3 that the device does not take, by name: `: it takes no WD_BASE_1MS (04) in DPV1_Status_1`. Empty if
-/// there are none, or if no string of the device is as long.
-fn foreign_bits(user: &[u8], model: &'static Model) -> String {
-    let length = user.len();
-    let same_length = || model.user_prm.iter().filter(move |prm| prm.octets.len() == length);
-    let same_unit = same_length().find(|prm| prm.octets.get(DPV1_OCTETS..) == user.get(DPV1_OCTETS..));
-    let Some(known) = same_unit.or_else(|| same_length().next()).filter(|_| model.features.dpv1) else {
-        return String::new();
-    };
-    let [first, second] = model.free_bits();
-    let taken = [first, second, 0].into_iter().zip(known.octets).map(|(free, octet)| free | octet);
+/// The bits that the device has in the tables although its manual does not say so: a real one can refuse them. errata-bpg-bcg-tpg 4.
+fn unsaid_bits(user: &[u8], model: &'static Model) -> Option<String> {
+    let known = model.user_prm(user).filter(|known| model.features.dpv1 && known.octets.len() >= DPV1_OCTETS)?;
+    let taken = [model.dpv1_status, 0, 0].into_iter().zip(known.octets).map(|(free, octet)| free | octet);
+    let bits = named_bits(user, taken);
+    (!bits.is_empty()).then(|| format!("the manual of a {} does not say that it takes {}", model.name, bits.join(", ")))
+}
+
+/// The bits of DPV1_Status_1 to 3 in `user` that are not `taken`, by name: `WD_BASE_1MS (04) in DPV1_Status_1`.
+fn named_bits(user: &[u8], taken: impl Iterator<Item = u8>) -> Vec<String> {
     let foreign = user.iter().zip(taken).map(|(octet, taken)| octet & !taken).enumerate();
-    let bits: Vec<String> = foreign
+    foreign
         .filter(|(_, bits)| *bits != 0)
         .map(|(octet, bits)| {
             let names = dpv1_status_bits(octet, bits).join(" and ");
             let names = if names.is_empty() { format!("bits {bits:02X}") } else { format!("{names} ({bits:02X})") };
-            format!("no {names} in DPV1_Status_{}", octet.saturating_add(1))
+            format!("{names} in DPV1_Status_{}", octet.saturating_add(1))
         })
-        .collect();
+        .collect()
+}
+
+/// The bits of DPV1_Status_1 to 3 that the device does not take, by name: `: it takes no WD_BASE_1MS (04) in DPV1_Status_1`. Empty if
+/// there are none, if no string of the device is as long, or if it has no room for the three octets.
+fn foreign_bits(user: &[u8], model: &'static Model) -> String {
+    let length = user.len();
+    let same_length = || model.user_prm.iter().filter(move |prm| prm.octets.len() == length);
+    let same_unit = same_length().find(|prm| prm.octets.get(DPV1_OCTETS..) == user.get(DPV1_OCTETS..));
+    let has_status = model.features.dpv1 && length >= DPV1_OCTETS;
+    let Some(known) = same_unit.or_else(|| same_length().next()).filter(|_| has_status) else {
+        return String::new();
+    };
+    let [first, second] = model.free_bits();
+    let taken = [first, second, 0].into_iter().zip(known.octets).map(|(free, octet)| free | octet);
+    let bits: Vec<String> = named_bits(user, taken).iter().map(|bits| format!("no {bits}")).collect();
     if bits.is_empty() { String::new() } else { format!(": it takes {}", bits.join(", ")) }
 }
 
@@ -134,5 +151,26 @@ fn difference(near: &[u8], requested: &[u8]) -> String {
             format!("{octet}; {right} instead of {wrong}")
         }
         _ => octet,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use profivac_devices::bcg450::table::MODEL;
+
+    /// The manuals do not name Fail_Safe and Check_Cfg_Mode: a real gauge can refuse what a virtual one takes.
+    #[test]
+    fn a_gauge_that_refuses_bits_that_its_manual_does_not_name_gets_them_as_the_reason() {
+        let reason = |user: &[u8]| {
+            let [high, low] = MODEL.ident.to_be_bytes();
+            let octets = [&[0x80, 0, 0, 11, high, low, 0][..], user].concat();
+            set_prm_reason(&octets, Some(&MODEL), MODEL.ident)
+        };
+        assert_eq!(
+            reason(&[0xC0, 0x01, 0, 0x05, 0x1C]),
+            "the manual of a bcg450 does not say that it takes FAIL_SAFE (40) in DPV1_Status_1, CHECK_CFG_MODE (01) in DPV1_Status_2"
+        );
+        assert_eq!(reason(&[0x80, 0, 0, 0x05, 0x1C]), "the slave reports no reason, and the telegram shows none");
     }
 }

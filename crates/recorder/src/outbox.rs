@@ -12,7 +12,7 @@ use super::batch::{
     Span,
 };
 use super::error::DatabaseError;
-use super::point::{CodeText, Point, PointKind, PointSample};
+use super::point::{CodeText, LARGEST, Point, PointKind, PointSample};
 use super::quality::Quality;
 use super::reader::Reader;
 use super::sample::{Micros, Sample};
@@ -204,8 +204,10 @@ pub fn put(
         insert(transaction, &Batch { format: FORMAT, made_us: now.0, samples, first_number, ..Batch::default() })?;
     }
     for chunk in later_points.chunks(MAX_SAMPLES) {
-        let point_samples = points.packed(chunk);
-        insert(transaction, &Batch { format: FORMAT, made_us: now.0, point_samples, ..Batch::default() })?;
+        let (point_samples, first_number) = (points.packed(chunk), state.first_number);
+        let mut batch = Batch { format: FORMAT, made_us: now.0, point_samples, first_number, ..Batch::default() };
+        batch.point_texts = points.texts_of(&batch, &mut last.texts, now);
+        insert(transaction, &batch)?;
     }
     if !(earlier.samples.is_empty() && earlier.point_samples.is_empty()) {
         let absence::Page { samples, point_samples } = earlier;
@@ -276,7 +278,8 @@ impl PointRows<'_> {
         packed.filter_map(|(id, samples)| Some(PointSamples::new(BatchPoint::of(self.point(*id)?), samples))).collect()
     }
 
-    /// The texts of the points in a batch, once in [`TEXTS_INTERVAL`]. Those that find no room are in the next batch with their point.
+    /// The texts of the points in a batch, once in [`TEXTS_INTERVAL`]. Those that find no room are in the next batch with their point. A
+    /// code that `scale` of the station's file makes larger than any sample has none: an archive would refuse the batch.
     fn texts_of(&self, batch: &Batch, sent: &mut HashMap<BatchPoint, Micros>, now: Micros) -> Vec<PointText> {
         let of_spans = batch.point_spans.iter().map(|span| &span.point);
         let points: BTreeSet<_> = batch.point_samples.iter().map(|samples| &samples.point).chain(of_spans).collect();
@@ -289,7 +292,7 @@ impl PointRows<'_> {
                 continue;
             }
             let row = |code: &CodeText| PointText { point: point.clone(), value: code.number, text: code.text.clone() };
-            rows.extend(texts.iter().take(most).map(row));
+            rows.extend(texts.iter().filter(|code| code.number.abs() <= LARGEST).take(most).map(row));
             sent.insert(point.clone(), now);
         }
         rows

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A number beyond this is no quantity. chosen: far beyond any, and the sum of 2^32 of them is finite, which SQLite stores.
-const LARGEST: f64 = 1e290;
+pub(super) const LARGEST: f64 = 1e290;
 
 /// A point whose values are recorded. With another unit, or as another kind, it is another point: numbers in two units are never mixed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -145,8 +145,12 @@ pub fn cyclic_text(value: &CyclicValue, telegram: &[u8]) -> Option<String> {
         Value::Number(number) => (number, format_number(number)),
         Value::Text(_) | Value::Octets(_) => return None,
     };
-    Some(match value.codes {
-        Codes::Quantity(quantity) => format!("{} {}", rounded(number * quantity.factor), quantity.unit),
+    Some(match (&value.codes, value.data_type) {
+        (Codes::Quantity(quantity), DataType::Float) => {
+            format!("{} {}", format_number(number * quantity.factor), quantity.unit)
+        }
+        // Whole steps have all their digits, which a float of 32 bits has not.
+        (Codes::Quantity(quantity), _) => format!("{} {}", rounded(number * quantity.factor), quantity.unit),
         _ => plain,
     })
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::names::{ParameterNames, Target};
 use profivac_devices::catalog::model_named;
-use profivac_devices::model::{DataType, NumberType};
+use profivac_devices::model::{DataType, NumberType, Quantity};
 
 fn with<T>(device: &str, target: &str, unit: &str, ask: impl FnOnce(&ValueFormat<'_>) -> T) -> T {
     let model = model_named(device).unwrap();
@@ -69,6 +69,20 @@ fn a_number_of_a_table_has_the_unit_and_the_step_of_its_manual() {
             assert_eq!(format.parse(text, NumberType::Float).unwrap(), octets, "{device} {target}");
         });
     }
+}
+
+/// A float of 32 bits has the digits that it was written with.
+#[test]
+fn a_cyclic_value_in_a_unit_has_the_digits_of_its_type() {
+    let text = |data_type: DataType, factor: f64, octets: &[u8]| {
+        let codes = Codes::Quantity(Quantity { unit: "sccm", factor, range: None });
+        let flow = CyclicValue { name: "flow", is_output: false, telegram: 1, octet: 0, bit: 0, data_type, codes };
+        cyclic_text(&flow, octets)
+    };
+    assert_eq!(text(DataType::Float, 1.0, &23.4_f32.to_be_bytes()).as_deref(), Some("23.4 sccm"));
+    assert_eq!(text(DataType::Float, 0.1, &23.4_f32.to_be_bytes()).as_deref(), Some("2.34 sccm"));
+    assert_eq!(text(DataType::Uint32, 0.25, &u32::MAX.to_be_bytes()).as_deref(), Some("1073741823.75 sccm"));
+    assert_eq!(text(DataType::Int16, 0.1, &(-3_i16).to_be_bytes()).as_deref(), Some("-0.3 sccm"));
 }
 
 /// Tenths of a percent are a detail of the record.

@@ -21,6 +21,12 @@ pub(crate) const DESCRIBED: bool = cfg!(feature = "texts");
 /// The end of a name on a device with PROFIBUS and switching outputs; the name in profivac does not have it.
 const SUFFIX: &str = "-SP";
 
+/// The octets of DPV1_Status_1 to 3, at the front of the user parameters.
+const DPV1_STATUS_OCTETS: usize = 3;
+
+/// These octets alone. They activate nothing.
+const DPV1_STATUS: UserPrm = UserPrm { name: "", octets: &[0; DPV1_STATUS_OCTETS] };
+
 /// The characters of a name that count: small letters, no separators.
 fn letters(name: &str) -> impl Iterator<Item = char> {
     name.chars().filter(|letter| !matches!(letter, ' ' | '-' | '_')).map(|letter| letter.to_ascii_lowercase())
@@ -118,7 +124,12 @@ impl Model {
     /// The user parameter string with these octets.
     #[must_use]
     pub fn user_prm(&self, user: &[u8]) -> Option<&'static UserPrm> {
-        self.user_prm.iter().find(|prm| prm.matches(user, self.free_bits()))
+        // Two octets are too short for DPV1_Status_1 to 3: they can be the code of the unit.
+        let free = if user.len() < DPV1_STATUS_OCTETS { [self.dpv1_status, 0] } else { self.free_bits() };
+        let given = self.user_prm.iter().find(|prm| prm.matches(user, free));
+        // A master sends these octets to each DP-V1 slave, also where its GSD file has none.
+        let is_status = self.features.dpv1 && DPV1_STATUS.matches(user, free);
+        given.or_else(|| self.user_prm.iter().find(|prm| is_status && prm.octets.is_empty()))
     }
 
     /// The bits that a master may add to the first two octets of a printed string: those of `dpv1_status`. chosen: a DP-V1 device takes
@@ -251,11 +262,11 @@ pub struct UserPrm {
 }
 
 impl UserPrm {
-    /// Whether `user` is this string, apart from the `free` bits of its first octets.
+    /// Whether `user` is this string, apart from the `free` bits that its first octets may have besides their own.
     fn matches(&self, user: &[u8], free: [u8; 2]) -> bool {
         let mut free = free.into_iter();
         let mut pairs = self.octets.iter().zip(user);
-        self.octets.len() == user.len() && pairs.all(|(own, user)| *own == *user & !free.next().unwrap_or(0))
+        self.octets.len() == user.len() && pairs.all(|(own, user)| *own == *user & !(free.next().unwrap_or(0) & !*own))
     }
 
     /// The last two octets: the code of the unit.
@@ -320,6 +331,7 @@ pub struct Gsd {
 
 #[cfg(test)]
 mod tests {
+    use super::UserPrm;
     use crate::catalog::model_named;
     use crate::model::{Counts, Location};
 
@@ -327,6 +339,17 @@ mod tests {
         let location = Location { slot, instance, name: "" };
         let range = model_named(device).unwrap().measuring_range_at(&location)?;
         Some((range.lowest_pa / 100.0, range.highest_pa / 100.0))
+    }
+
+    /// A string of a device file can have DPV1_Enable, Fail_Safe or Check_Cfg_Mode itself.
+    #[test]
+    fn a_master_may_add_free_bits_to_a_string_and_leaves_the_bits_that_it_has() {
+        let matches = |own: &'static [u8], user: &[u8]| UserPrm { name: "", octets: own }.matches(user, [0x40, 0x01]);
+        assert!(matches(&[0x80, 0, 0], &[0x80, 0, 0]) && matches(&[0x80, 0, 0], &[0xC0, 1, 0]));
+        assert!(matches(&[0xC0, 1, 0], &[0xC0, 1, 0]));
+        assert!(!matches(&[0xC0, 1, 0], &[0x80, 1, 0]) && !matches(&[0xC0, 1, 0], &[0xC0, 0, 0]));
+        assert!(!matches(&[0x80, 0, 0], &[0x84, 0, 0]) && !matches(&[0x80, 0, 0], &[0x80, 0, 1]));
+        assert!(!matches(&[0x80, 0, 0], &[0x80, 0]));
     }
 
     #[test]

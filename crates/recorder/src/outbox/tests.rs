@@ -328,6 +328,19 @@ fn a_batch_has_at_most_a_thousand_texts_and_the_others_are_in_the_next_one() {
     assert_eq!(sent, [600, 600]);
 }
 
+/// An archive puts a batch with such a value aside, with all that is in it.
+#[test]
+fn a_text_of_a_value_that_no_sample_has_is_not_sent() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    let mut database = open(&path, Forward::All);
+    let state = point("state", None, PointKind::Code);
+    database.set_point_texts(vec![described(&state, &[(-1e300, "far"), (3.0, "at speed"), (1e300, "farther")])]);
+    write_points(&mut database, DAY, &state, &[number(DAY, 3.0)]);
+    let texts: Vec<_> = batches(&path).iter().flat_map(|batch| &batch.point_texts).map(|row| row.value).collect();
+    assert_eq!(texts, [3.0]);
+}
+
 #[test]
 fn the_deadband_passes_changes_of_five_percent_of_a_number_and_each_change_of_a_code() {
     let five_percent = Forward::Deadband(1.05_f64.log10());
@@ -361,6 +374,7 @@ fn many_values_of_points_are_batches_of_their_own_and_each_is_in_one() {
     let path = folder.path().join("plant.db");
     let mut database = open(&path, Forward::All);
     let speed = point("speed", Some("Hz"), PointKind::Number);
+    database.set_point_texts(vec![described(&speed, &[(1.0, "slow")])]);
     let (series, index) = (database.series_index("chamber"), database.point_index(&speed));
     let count = MAX_SAMPLES as i64 + 1;
     let samples = (0..count).map(|at| (index, number(DAY + at, 1.0))).collect();
@@ -369,8 +383,9 @@ fn many_values_of_points_are_batches_of_their_own_and_each_is_in_one() {
     database.set_time(Micros(DAY));
     let alarms = AlarmBatch::default();
     database.write_with_points(&pressures, &PendingSpans::default(), &points, &[], &alarms).unwrap();
-    let counts: Vec<_> = batches(&path).iter().map(Batch::sample_count).collect();
-    assert_eq!(counts, [1, MAX_SAMPLES, 1]);
+    let of = |batch: &Batch| (batch.sample_count(), batch.point_texts.len(), batch.first_number);
+    let counts: Vec<_> = batches(&path).iter().map(of).collect();
+    assert_eq!(counts, [(1, 0, 1), (MAX_SAMPLES, 1, 1), (1, 0, 1)], "samples, texts, number of the first batch");
 }
 
 #[test]
