@@ -124,7 +124,7 @@ impl WatchedParameters {
             *place = value.unwrap_or_else(|| WatchedParameter { lost_at, ..absent(parameter) });
         }
         if parameter.parameter.row.role == Some(Role::DegasStatus) {
-            self.follow_degas(index, is_on, now);
+            self.follow_degas(index, is_on, now.at);
         }
     }
 
@@ -410,7 +410,7 @@ mod tests {
         let (emission, degas) = (named(&watched, "ba.emission-status"), named(&watched, "ba.degas-status"));
         let reads = |watched: &mut WatchedParameters, number, now| {
             for parameter in [emission, degas] {
-                watched.take(parameter, Some(WatchedParameter { number, ..read_value(parameter) }), now);
+                watched.take(parameter, Some(WatchedParameter { number, ..read_value(parameter) }), decided(now));
             }
         };
         reads(&mut watched, Some(3.0), begin);
@@ -418,7 +418,7 @@ mod tests {
         for _ in 0..9 {
             assert_eq!(turns(&mut watched, now + DEGAS_INTERVAL / 2), Vec::<&str>::new());
             now += DEGAS_INTERVAL;
-            watched.expire(now);
+            watched.expire(decided(now));
             let values = watched.values();
             assert!([emission, degas].iter().all(|it| value(&values, &it.name).quality == Quality::Valid));
             assert_eq!(turns(&mut watched, now), ["ba.emission-status", "ba.degas-status"]);
@@ -427,7 +427,7 @@ mod tests {
         // An answer that is missing does not end it, a degas that is off does.
         now += DEGAS_INTERVAL;
         assert_eq!(turns(&mut watched, now).len(), 2);
-        watched.take(degas, None, now);
+        watched.take(degas, None, decided(now));
         now += DEGAS_INTERVAL;
         assert_eq!(turns(&mut watched, now).len(), 2);
         reads(&mut watched, Some(0.0), now);
