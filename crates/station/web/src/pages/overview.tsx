@@ -254,7 +254,9 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       <CardAlarms alarms={alarms} />
       <Overdue labels={labels} />
       <p class="card-foot">
-        <span>{gauge.device}</span>
+        <span class="device" title={gauge.device}>
+          {gauge.device}
+        </span>
         <Age gauge={gauge} live={live} />
       </p>
       {!several && gauge.readings[0] && <Sparkline series={gauge.readings[0].series} />}

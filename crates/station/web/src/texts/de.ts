@@ -114,6 +114,7 @@ export const de: Texts = {
     withAccuracy: (percent) => `mit einer Genauigkeit des Messgeräts von ±${percent} %`,
     withoutAccuracy: 'ohne die Unsicherheit des Messgeräts',
     decades: 'Dekaden',
+    gauges: (count) => counted(count, 'Messgerät', 'Messgeräte'),
     telegramsPerMinute: 'Telegramme je Minute',
     lessThan1s: 'weniger als 1 s',
     momentForm: 'JJJJ-MM-TT hh:mm:ss',
@@ -723,6 +724,9 @@ export const de: Texts = {
     notMonitored: (problem) => `Alarme nicht überwacht: ${problem}`,
     noAlarms: 'keine anstehenden Alarme',
     noneActive: (unacknowledged) => `keine anstehenden Alarme, nicht quittiert: ${unacknowledged}`,
+    suppressed: (count) => `${count} unterdrückt`,
+    shelved: (count) => `${count} zurückgestellt`,
+    outOfService: (count) => `${count} außer Betrieb`,
     others: 'Alarme ohne Messgerät',
     whole: 'ganzes Gerät',
     lowest: 'min.',
@@ -1114,6 +1118,7 @@ export const de: Texts = {
   },
 
   audit: {
+    notInFile: 'nicht in der Datei',
     actions: {
       execute: 'gesendet',
       outcome: 'Ergebnis',

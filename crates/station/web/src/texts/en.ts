@@ -105,6 +105,7 @@ export const en = {
     withAccuracy: (percent: string) => `with an accuracy of the gauge of ±${percent} %`,
     withoutAccuracy: 'without the uncertainty of the gauge',
     decades: 'decades',
+    gauges: (count: number) => counted(count, 'gauge', 'gauges'),
     telegramsPerMinute: 'telegrams per minute',
     lessThan1s: 'less than 1 s',
     momentForm: 'YYYY-MM-DD hh:mm:ss',
@@ -711,6 +712,10 @@ export const en = {
     notMonitored: (problem: string) => `alarms not monitored: ${problem}`,
     noAlarms: 'no active alarms',
     noneActive: (unacknowledged: string) => `no active alarms, not acknowledged: ${unacknowledged}`,
+    /** The numbers of alarms that raise nothing. */
+    suppressed: (count: number) => `${count} suppressed`,
+    shelved: (count: number) => `${count} shelved`,
+    outOfService: (count: number) => `${count} out of service`,
     others: 'Alarms without a gauge',
     whole: 'whole gauge',
     lowest: 'lowest',
@@ -1095,6 +1100,8 @@ export const en = {
   },
 
   audit: {
+    /** What a key of the station’s file was before it came, or is after it went. */
+    notInFile: 'not in the file',
     actions: {
       execute: 'sent',
       outcome: 'outcome',
