@@ -1,7 +1,7 @@
 // Alarms in a browser: raised, acknowledged, cleared; and what each role may do.
 
 import assert from 'node:assert/strict'
-import { mkdtemp, rm, writeFile } from 'node:fs/promises'
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
@@ -76,6 +76,55 @@ test('an alarm is raised, acknowledged and cleared', async () => {
     ])
     await history.getByLabel('Change').selectOption('raised')
     await becomes(() => rows.count(), 1)
+  })
+})
+
+test('the history is of the chosen time, sorted by a press on the head of a column, and saved as CSV', async () => {
+  await as('vera', async (page) => {
+    const history = page.getByRole('region', { name: 'History' })
+    const rows = history.locator('tbody tr')
+    const priorities = () => rows.evaluateAll((rows) => rows.map(({ cells }) => cells[1].innerText.slice(0, 1)))
+    await rows.nth(1).waitFor()
+    await history.getByRole('button', { name: 'Priority', exact: true }).click()
+    await history.locator('th[aria-sort="ascending"]', { hasText: 'Priority' }).waitFor()
+    await history.getByRole('button', { name: 'Priority', exact: true }).click()
+    await history.locator('th[aria-sort="descending"]', { hasText: 'Priority' }).waitFor()
+    const shown = await priorities()
+    assert.deepEqual(shown, [...shown].sort().reverse())
+    const saved = page.waitForEvent('download')
+    await history.getByRole('button', { name: 'Save as CSV' }).click()
+    const file = await saved
+    assert.match(file.suggestedFilename(), /^alarms \d{4}-\d\d-\d\d\.csv$/)
+    const [head, ...lines] = (await readFile(await file.path(), 'utf8')).trimEnd().split('\n')
+    assert.match(head, /^time,alarm,subject,priority,change/)
+    assert.ok(lines.length >= shown.length, `${lines.length} of ${shown.length}`)
+    await history.getByLabel('Time').selectOption('between two times')
+    await history.getByLabel('To', { exact: true }).fill('2020-01-31 14:00')
+    await history.getByLabel('To', { exact: true }).press('Enter')
+    await history.getByText('No entry matches.').waitFor()
+    await history.getByLabel('Time').selectOption('last day')
+    await rows.nth(1).waitFor()
+  })
+})
+
+test('a press on the head of a column sorts the active alarms, and the choice of the order follows', async () => {
+  await as('vera', async (page) => {
+    const list = page.getByRole('region', { name: 'Active alarms' })
+    const order = list.getByLabel('Order')
+    const head = (name) => list.locator('.alarm-head button', { hasText: name })
+    await head('Alarm').click()
+    await becomes(() => order.inputValue(), 'alarm')
+    const names = await list.locator('.alarm-item').evaluateAll((items) => items.map(({ dataset }) => dataset.alarm))
+    assert.deepEqual(
+      names,
+      [...names].sort((one, other) => one.localeCompare(other)),
+    )
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'newest')
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'oldest')
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'urgency')
   })
 })
 

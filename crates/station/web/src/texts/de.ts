@@ -279,6 +279,7 @@ export const de: Texts = {
       newest: 'neueste zuerst',
       oldest: 'älteste zuerst',
       priority: 'nach Priorität',
+      state: 'nach Zustand',
       gauge: 'nach Messgerät',
       alarm: 'nach Alarm',
     },
@@ -320,6 +321,9 @@ export const de: Texts = {
     searchHistory: 'Historie durchsuchen',
     change: 'Änderung',
     allChanges: 'alle Änderungen',
+    between: 'zwischen zwei Zeitpunkten',
+    historyCut: (most) =>
+      `Nur die neuesten ${most} Einträge dieser Zeit werden durchsucht, sortiert und gespeichert: einen kürzeren Zeitraum wählen.`,
   },
 
   suppress: {
@@ -619,6 +623,8 @@ export const de: Texts = {
 
   log: {
     older: 'Ältere Einträge zeigen',
+    more: (count) => `Mehr von ${count} weiteren Einträgen zeigen`,
+    sort: (column) => `Nach ${column} sortieren`,
     loading: 'Wird geladen …',
     again: 'Erneut versuchen',
     noValues: 'Keine Werte in diesem Zeitraum.',

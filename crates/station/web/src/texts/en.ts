@@ -268,6 +268,7 @@ export const en = {
       newest: 'newest first',
       oldest: 'oldest first',
       priority: 'by priority',
+      state: 'by state',
       gauge: 'by gauge',
       alarm: 'by alarm',
     } satisfies Record<Order, string>,
@@ -310,6 +311,10 @@ export const en = {
     searchHistory: 'Search the history',
     change: 'Change',
     allChanges: 'all changes',
+    /** The choice of two times that are typed. */
+    between: 'between two times',
+    historyCut: (most: string) =>
+      `Only the latest ${most} entries of this time are searched, sorted and saved: choose a shorter one.`,
   },
 
   suppress: {
@@ -605,6 +610,8 @@ export const en = {
 
   log: {
     older: 'Show older entries',
+    more: (count: number) => `Show more of ${count} further entries`,
+    sort: (column: string) => `Sort by ${column}`,
     loading: 'Loading …',
     again: 'Try again',
     noValues: 'No values in this time range.',
