@@ -128,6 +128,52 @@ test('a press on the head of a column sorts the active alarms, and the choice of
   })
 })
 
+/** A browser that plays into `tones`. */
+const withTones = () => {
+  window.tones = []
+  window.AudioContext = class extends EventTarget {
+    state = 'running'
+    currentTime = 0
+    destination = {}
+    resume = () => Promise.resolve()
+    createGain = () => {
+      const gain = { value: 0, setValueAtTime: () => {}, linearRampToValueAtTime: () => {} }
+      return { gain, connect: (to) => to }
+    }
+    createOscillator = () => {
+      const frequency = { value: 0 }
+      return { frequency, connect: (to) => to, start: () => window.tones.push(frequency.value), stop: () => {} }
+    }
+  }
+}
+
+test('alarms sound where the user wants it, until he silences them, and the next alarm sounds again, on the wall too', async () => {
+  await as('olga', async (page) => {
+    await page.addInitScript(withTones)
+    await page.reload()
+    const sound = page.getByRole('region', { name: 'Active alarms' }).getByLabel('Sound')
+    const sounds = page.locator('.alarm-sound[data-sounds="high"]')
+    assert.equal(await sound.isChecked(), false)
+    await sound.check()
+    await sounds.waitFor()
+    await becomes(() => page.evaluate(() => window.tones[0]), 880)
+    await sounds.getByRole('button', { name: 'Silence' }).click()
+    await page.locator('.alarm-sound').waitFor({ state: 'detached' })
+    plant.tell('vessel=5e4')
+    await sounds.waitFor()
+    await page.goto(`${plant.url}/wall`)
+    await page.locator('.wall-head').locator(sounds).getByRole('button', { name: 'Silence' }).click()
+    await page.locator('.alarm-sound').waitFor({ state: 'detached' })
+    await page.goto(`${plant.url}/alarms`)
+    await item(page, 'vessel vented').waitFor()
+    assert.equal(await sound.isChecked(), true)
+    await becomes(() => page.locator('.alarm-sound').count(), 0)
+    plant.tell('vessel=1')
+    await item(page, 'vessel vented').getByRole('button', { name: 'Acknowledge' }).click()
+    await item(page, 'vessel vented').waitFor({ state: 'detached' })
+  })
+})
+
 test('an alarm that clears before it is acknowledged stays in the list until then', async () => {
   await as('olga', async (page) => {
     plant.tell('vessel=5e4')

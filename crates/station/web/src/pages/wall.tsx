@@ -5,6 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
 import type { ActiveAlarms, Gauge, Quality, Reading, Segment } from '../api/types.ts'
 import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
+import { AlarmSound } from '../components/alarm-sound.tsx'
 import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
@@ -204,7 +205,7 @@ function WallAlarms(): JSX.Element {
   return (
     <span>
       <AlarmNumbers alarms={alarms} />
-      {silent && <span class="wall-silent"> · {silent}</span>}
+      {silent && <span class="wall-silent"> · {silent}</span>} <AlarmSound />
     </span>
   )
 }

@@ -326,6 +326,15 @@ export const de: Texts = {
       `Nur die neuesten ${most} Einträge dieser Zeit werden durchsucht, sortiert und gespeichert: einen kürzeren Zeitraum wählen.`,
   },
 
+  sound: {
+    label: 'Ton',
+    sentence: 'Ein Ton für nicht quittierte Alarme, für jede Priorität ein anderer. Dieser Browser merkt es sich.',
+    none: 'Dieser Browser kann keine Töne spielen.',
+    sounds: (priority) => `Ein Alarm der Priorität ${priority} ertönt.`,
+    silence: 'Stumm',
+    allow: 'Ton erlauben',
+  },
+
   suppress: {
     shelve: 'Zurückstellen',
     outOfService: 'Außer Betrieb',

@@ -317,6 +317,17 @@ export const en = {
       `Only the latest ${most} entries of this time are searched, sorted and saved: choose a shorter one.`,
   },
 
+  /** The sound of alarms. */
+  sound: {
+    label: 'Sound',
+    sentence: 'A tone for alarms that are not acknowledged, another one for each priority. This browser remembers it.',
+    none: 'This browser cannot play sounds.',
+    sounds: (priority: string) => `An alarm of ${priority} priority sounds.`,
+    silence: 'Silence',
+    /** The browser waits for a press. */
+    allow: 'Allow the sound',
+  },
+
   suppress: {
     shelve: 'Shelve',
     outOfService: 'Out of service',

@@ -5,6 +5,7 @@ import type { ComponentChildren, JSX, TargetedEvent } from 'preact'
 import { useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks'
 import type { Alarm } from '../../api/types.ts'
 import { AlarmSummaryText } from '../../components/alarm-marks.tsx'
+import { SoundSwitch } from '../../components/alarm-sound.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { labelsOf, useDirectory } from '../../components/gauge-filter.tsx'
 import { usePlant } from '../../components/plant-picture.tsx'
@@ -127,6 +128,7 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
           options={ORDERS.map((one) => [one, t.alarms.orders[one]] as const)}
           onChange={(value) => sortBy(ORDERS.find((one) => one === value) ?? 'urgency')}
         />
+        <SoundSwitch />
         {waiting > 0 && (
           <button type="button" onClick={release}>
             {t.alarms.newOnes(waiting)}
