@@ -16,6 +16,7 @@ import {
   rangeText,
   SEARCH_MS,
   tableTimes,
+  toggled,
   windowOf,
   zoomed,
 } from '../dist/test/lib/range.js'
@@ -81,6 +82,13 @@ test('the address of the page holds the range', () => {
     assert.deepEqual(rangeOf(new URLSearchParams(wrong)), { last: 3_600_000 }, wrong)
   }
   assert.deepEqual(windowOf({ last: 10 }, 100), [90, 100])
+})
+
+test('a live chart is held where it is, and a held one goes on with a span that is as long', () => {
+  assert.deepEqual(toggled({ last: 60_000 }, 100_000), { from: 40_000, to: 100_000 })
+  assert.deepEqual(toggled({ from: 40_000, to: 100_000 }, 500_000), { last: 60_000 })
+  assert.deepEqual(toggled({ from: 0, to: 61_000 }, 500_000), { last: 600_000 })
+  assert.deepEqual(toggled({ from: 0, to: 1e12 }, 2e12), { last: 604_800_000 })
 })
 
 test('a recording that has just begun fills the chart', () => {

@@ -755,6 +755,10 @@ export const de: Texts = {
   trends: {
     time: 'Zeit',
     spans: { '1m': '1 min', '10m': '10 min', '1h': '1 Stunde', '1d': '1 Tag', '1w': '1 Woche' },
+    live: 'Aktuell',
+    liveTitle: 'Das Diagramm läuft mit der Zeit. Drücken hält es an.',
+    held: 'Angehalten',
+    heldTitle: 'Das Diagramm steht. Drücken lässt es mit der Zeit laufen.',
     earlier: 'Früher',
     zoomIn: 'Vergrößern',
     zoomOut: 'Verkleinern',

@@ -748,6 +748,10 @@ export const en = {
   trends: {
     time: 'Time',
     spans: { '1m': '1 min', '10m': '10 min', '1h': '1 hour', '1d': '1 day', '1w': '1 week' },
+    live: 'Live',
+    liveTitle: 'The chart moves with the time. Press to hold it.',
+    held: 'Held',
+    heldTitle: 'The chart stands still. Press to move it with the time.',
     earlier: 'Earlier',
     zoomIn: 'Zoom in',
     zoomOut: 'Zoom out',
