@@ -6,7 +6,7 @@ import { useEffect, useRef, useState } from 'preact/hooks'
 import type { ActiveAlarms, Gauge, Quality, Reading, Segment } from '../api/types.ts'
 import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
 import { AlarmSound } from '../components/alarm-sound.tsx'
-import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import { labelsOf, passesNow, UnknownState, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { countsText, summary } from '../lib/alarms.ts'
@@ -93,6 +93,7 @@ export function Wall(): JSX.Element {
           {turning.length > MOST_NAMES && ' …'}
         </p>
       )}
+      <UnknownState />
       {isWaiting && <p>{t.overview.waiting}</p>}
       {!isWaiting && shown.length === 0 && <p>{t.wall.noneFiltered}</p>}
       <div

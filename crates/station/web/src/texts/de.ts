@@ -613,6 +613,8 @@ export const de: Texts = {
       'no-data': 'Keine Daten',
       'calibration-overdue': 'Kalibrierung überfällig',
     },
+    unknownState: (state, known) =>
+      `Die Adresse dieser Seite verlangt den Zustand ${state}, den es nicht gibt. Erwartet wird einer von ${known}.`,
   },
 
   views: {

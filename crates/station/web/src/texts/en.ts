@@ -602,6 +602,9 @@ export const en = {
       'no-data': 'No data',
       'calibration-overdue': 'Calibration overdue',
     },
+    /** A state in the address of the page that does not exist. */
+    unknownState: (state: string, known: string) =>
+      `The address of this page asks for the state ${state}, which does not exist. Expected one of ${known}.`,
   },
 
   views: {
