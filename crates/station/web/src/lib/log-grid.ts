@@ -2,8 +2,8 @@
 
 const DIGITS = [2, 3, 4, 5, 6, 7, 8, 9]
 
-/** Lines that are closer make the plot grey. chosen: the last two of a decade are then a pixel and a half apart. */
-const LEAST_DECADE_PX = 32
+/** Lines that are closer make the plot grey. chosen: the last two of a decade are then a pixel apart. */
+const LEAST_DECADE_PX = 24
 
 /** The part of a decade from 1 to 2, and from 5 to 10: the smallest one between two names. */
 const CLOSEST = Math.log10(2)
