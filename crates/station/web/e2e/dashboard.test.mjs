@@ -574,8 +574,10 @@ test('a state in the address that does not exist is told, on the overview and on
   for (const path of ['/', '/wall']) {
     const { page, close } = await openContext(browser)
     try {
-      await page.goto(`${plant.url}${path}?state=offen`)
-      await page.getByText('the state offen, which does not exist. Expected one of problems, alarms, fault').waitFor()
+      await page.goto(`${plant.url}${path}?state=nonsense`)
+      await page
+        .getByText('the state nonsense, which does not exist. Expected one of problems, alarms, fault')
+        .waitFor()
     } finally {
       await close()
     }

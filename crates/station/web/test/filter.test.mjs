@@ -30,8 +30,8 @@ test('the address of the page holds the filter', () => {
 test('a state in the address that does not exist is told', () => {
   const unknown = (text) => unknownState(new URLSearchParams(text))
   assert.deepEqual(
-    [unknown('state=offen'), unknown('state=fault'), unknown('state='), unknown('')],
-    ['offen', null, null, null],
+    [unknown('state=nonsense'), unknown('state=fault'), unknown('state='), unknown('')],
+    ['nonsense', null, null, null],
   )
 })
 
