@@ -206,7 +206,7 @@ test('each action of an alarm has a place of its own', async () => {
   await as('ada', async (page) => {
     for (const width of [1920, 1280, 900, 360]) {
       await page.setViewportSize({ width, height: 800 })
-      for (const place of ['button.acknowledge', 'input[type=checkbox]']) {
+      for (const place of ['button.acknowledge', '.tick input']) {
         const places = page.getByRole('region', { name: 'Active alarms' }).locator(place)
         const lefts = await places.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
         assert.ok(lefts.length > 1, place)

@@ -320,6 +320,7 @@ export const de: Texts = {
     historyCaption: 'Historie der Alarme, der neueste Eintrag zuerst',
     searchHistory: 'Historie durchsuchen',
     change: 'Änderung',
+    sortHistory: 'Historie sortieren',
     allChanges: 'alle Änderungen',
     between: 'zwischen zwei Zeitpunkten',
     historyCut: (most) =>

@@ -309,6 +309,7 @@ export const en = {
     history: 'History',
     historyCaption: 'Alarm history, the latest entry first',
     searchHistory: 'Search the history',
+    sortHistory: 'Sort the history',
     change: 'Change',
     allChanges: 'all changes',
     /** The choice of two times that are typed. */

@@ -164,7 +164,7 @@ export function AlarmHistory(): JSX.Element {
         <SearchField label={t.alarms.searchHistory} value={text} onInput={setText} />
         <span class="history-order">
           <Choice
-            label={t.alarms.order}
+            label={t.alarms.sortHistory}
             value={order.column === 'time' && !order.isDescending ? 'oldest' : order.column}
             options={orders()}
             onChange={(value) => setOrder(orderOf(value))}
