@@ -477,14 +477,10 @@ fn a_number_in_front_of_one_line_is_an_octet() {
 fn a_line_that_continues_the_line_before_has_no_number() {
     let (first, second) = ("68 0E 0E 68 02 05 08 00 00 00 00", "80 00 02 38 51 B7 17 E8 16");
     let octets = [REQUEST, REQUEST, REQUEST, first, second].join(" ");
-    let fronts: [(fn(usize) -> String, &str); 5] = [
-        (|at| format!("{at}:"), "    "),
-        (|at| format!("{at}:"), ""),
-        (|at| format!("#{at}"), ""),
-        (|at| format!("{at:>4}"), "     "),
-        (|at| format!("{at}\t"), "\t\t"),
-    ];
-    for (front, indentation) in fronts {
+    for (before, after, indentation) in
+        [("", ":", "    "), ("", ":", ""), ("#", "", ""), ("  ", "", "     "), ("", "\t", "\t\t")]
+    {
+        let front = |at: usize| format!("{before}{at}{after}");
         let mut text: String = (17..20).map(|at| front(at) + " " + REQUEST + "\n").collect();
         text += &format!("{} {first}\n{indentation}{second}\n", front(20));
         let (_, read, left_over) = read(text.as_bytes());

@@ -1,7 +1,7 @@
 // Alarms in a browser: raised, acknowledged, cleared; and what each role may do.
 
 import assert from 'node:assert/strict'
-import { mkdtemp, rm, writeFile } from 'node:fs/promises'
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
@@ -79,6 +79,101 @@ test('an alarm is raised, acknowledged and cleared', async () => {
   })
 })
 
+test('the history is of the chosen time, sorted by a press on the head of a column, and saved as CSV', async () => {
+  await as('vera', async (page) => {
+    const history = page.getByRole('region', { name: 'History' })
+    const rows = history.locator('tbody tr')
+    const priorities = () => rows.evaluateAll((rows) => rows.map(({ cells }) => cells[1].innerText.slice(0, 1)))
+    await rows.nth(1).waitFor()
+    await history.getByRole('button', { name: 'Priority', exact: true }).click()
+    await history.locator('th[aria-sort="ascending"]', { hasText: 'Priority' }).waitFor()
+    await history.getByRole('button', { name: 'Priority', exact: true }).click()
+    await history.locator('th[aria-sort="descending"]', { hasText: 'Priority' }).waitFor()
+    const shown = await priorities()
+    assert.deepEqual(shown, [...shown].sort().reverse())
+    const saved = page.waitForEvent('download')
+    await history.getByRole('button', { name: 'Save as CSV' }).click()
+    const file = await saved
+    assert.match(file.suggestedFilename(), /^alarms \d{4}-\d\d-\d\d\.csv$/)
+    const [head, ...lines] = (await readFile(await file.path(), 'utf8')).trimEnd().split('\n')
+    assert.match(head, /^time,alarm,subject,priority,change/)
+    assert.ok(lines.length >= shown.length, `${lines.length} of ${shown.length}`)
+    await history.getByLabel('Time').selectOption('between two times')
+    await history.getByLabel('To', { exact: true }).fill('2020-01-31 14:00')
+    await history.getByLabel('To', { exact: true }).press('Enter')
+    await history.getByText('No entry matches.').waitFor()
+    await history.getByLabel('Time').selectOption('last day')
+    await rows.nth(1).waitFor()
+  })
+})
+
+test('a press on the head of a column sorts the active alarms, and the choice of the order follows', async () => {
+  await as('vera', async (page) => {
+    const list = page.getByRole('region', { name: 'Active alarms' })
+    const order = list.getByLabel('Order')
+    const head = (name) => list.locator('.alarm-head button', { hasText: name })
+    await head('Alarm').click()
+    await becomes(() => order.inputValue(), 'alarm')
+    const names = await list.locator('.alarm-item').evaluateAll((items) => items.map(({ dataset }) => dataset.alarm))
+    assert.deepEqual(
+      names,
+      [...names].sort((one, other) => one.localeCompare(other)),
+    )
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'newest')
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'oldest')
+    await head('Raised').click()
+    await becomes(() => order.inputValue(), 'urgency')
+  })
+})
+
+/** A browser that plays into `tones`. */
+const withTones = () => {
+  window.tones = []
+  window.AudioContext = class extends EventTarget {
+    state = 'running'
+    currentTime = 0
+    destination = {}
+    resume = () => Promise.resolve()
+    createGain = () => {
+      const gain = { value: 0, setValueAtTime: () => {}, linearRampToValueAtTime: () => {} }
+      return { gain, connect: (to) => to }
+    }
+    createOscillator = () => {
+      const frequency = { value: 0 }
+      return { frequency, connect: (to) => to, start: () => window.tones.push(frequency.value), stop: () => {} }
+    }
+  }
+}
+
+test('alarms sound where the user wants it, until he silences them, and the next alarm sounds again, on the wall too', async () => {
+  await as('olga', async (page) => {
+    await page.addInitScript(withTones)
+    await page.reload()
+    const sound = page.getByRole('region', { name: 'Active alarms' }).getByLabel('Sound')
+    const sounds = page.locator('.alarm-sound[data-sounds="high"]')
+    assert.equal(await sound.isChecked(), false)
+    await sound.check()
+    await sounds.waitFor()
+    await becomes(() => page.evaluate(() => window.tones[0]), 880)
+    await sounds.getByRole('button', { name: 'Silence' }).click()
+    await page.locator('.alarm-sound').waitFor({ state: 'detached' })
+    plant.tell('vessel=5e4')
+    await sounds.waitFor()
+    await page.goto(`${plant.url}/wall`)
+    await page.locator('.wall-head').locator(sounds).getByRole('button', { name: 'Silence' }).click()
+    await page.locator('.alarm-sound').waitFor({ state: 'detached' })
+    await page.goto(`${plant.url}/alarms`)
+    await item(page, 'vessel vented').waitFor()
+    assert.equal(await sound.isChecked(), true)
+    await becomes(() => page.locator('.alarm-sound').count(), 0)
+    plant.tell('vessel=1')
+    await item(page, 'vessel vented').getByRole('button', { name: 'Acknowledge' }).click()
+    await item(page, 'vessel vented').waitFor({ state: 'detached' })
+  })
+})
+
 test('an alarm that clears before it is acknowledged stays in the list until then', async () => {
   await as('olga', async (page) => {
     plant.tell('vessel=5e4')
@@ -111,7 +206,7 @@ test('each action of an alarm has a place of its own', async () => {
   await as('ada', async (page) => {
     for (const width of [1920, 1280, 900, 360]) {
       await page.setViewportSize({ width, height: 800 })
-      for (const place of ['button.acknowledge', 'input[type=checkbox]']) {
+      for (const place of ['button.acknowledge', '.tick input']) {
         const places = page.getByRole('region', { name: 'Active alarms' }).locator(place)
         const lefts = await places.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().left))
         assert.ok(lefts.length > 1, place)

@@ -97,6 +97,31 @@ test('a setting that differs from another gauge of the model is taken over, and 
   }
 })
 
+test('settings that the other gauge does not give say why, and are read again on request', async () => {
+  const { page, close } = await openPage(browser, `${station.url}/gauge/pcg550%206`)
+  try {
+    const json = {
+      type: 'about:blank',
+      status: 503,
+      title: 'Service Unavailable',
+      detail: 'The gauge does not answer.',
+    }
+    let isFailing = true
+    await page.route('**/api/gauges/pcg550%205/blocks', (route) =>
+      isFailing ? route.fulfill({ status: 503, json }) : route.continue(),
+    )
+    await page.getByLabel('Compare settings with').selectOption('pcg550 5')
+    const state = page.locator('.query-state.failed', { hasText: 'The gauge does not answer.' })
+    await state.waitFor()
+    isFailing = false
+    await state.getByRole('button', { name: 'Try again' }).click()
+    await page.getByRole('region', { name: 'Settings beside those of pcg550 5' }).waitFor()
+    await becomes(() => state.count(), 0)
+  } finally {
+    await close()
+  }
+})
+
 test('a gauge without another one of its model is compared with none', async () => {
   const { page, close } = await openPage(browser, `${station.url}/gauge/bcg450%207`)
   try {

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict'
 import { after, before, test } from 'node:test'
-import { becomes, drawn, openPage, startBrowser, startPlant } from './setup.mjs'
+import { becomes, drawn, openContext, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -543,6 +543,45 @@ test('dragging sets start and end of a rise, and the fit separates leak and outg
     await page.locator('.result h2').waitFor()
     assert.match(page.url(), /begin=\d+&end=\d+/)
   })
+})
+
+test('labels and a fit that could not be fetched say why, and are fetched again on request', async () => {
+  const { started_ms } = await plant.json('/api/station')
+  const json = { type: 'about:blank', status: 503, title: 'Service Unavailable', detail: 'The disk does not answer.' }
+  const rise = `/rise?s=vessel&begin=${started_ms - 600_000}&end=${started_ms}`
+  for (const [path, api, failed, there] of [
+    ['/', '**/api/directory', 'The labels of the gauges were not loaded: The disk does not answer.', '.card'],
+    [rise, '**/api/rise?**', 'The disk does not answer.', '.result h2'],
+  ]) {
+    const { page, close } = await openContext(browser)
+    try {
+      let isFailing = true
+      await page.route(api, (route) => (isFailing ? route.fulfill({ status: 503, json }) : route.continue()))
+      await page.goto(plant.url + path)
+      const state = page.locator('.query-state.failed')
+      await state.getByText(failed).waitFor()
+      isFailing = false
+      await state.getByRole('button', { name: 'Try again' }).click()
+      await page.locator(there).first().waitFor()
+      await becomes(() => page.locator('.query-state').count(), 0)
+    } finally {
+      await close()
+    }
+  }
+})
+
+test('a state in the address that does not exist is told, on the overview and on the wall', async () => {
+  for (const path of ['/', '/wall']) {
+    const { page, close } = await openContext(browser)
+    try {
+      await page.goto(`${plant.url}${path}?state=nonsense`)
+      await page
+        .getByText('the state nonsense, which does not exist. Expected one of problems, alarms, fault')
+        .waitFor()
+    } finally {
+      await close()
+    }
+  }
 })
 
 test('events are found by kind and by word', async () => {

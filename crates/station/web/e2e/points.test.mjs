@@ -72,6 +72,10 @@ type = "i16"
 scale = 0.01
 unit = "A"
 
+[[segment.slave.point.alarm]]
+above = 0.8
+delay = "0 s"
+
 [[segment.slave.point]]
 name = "state"
 octet = 4
@@ -138,6 +142,34 @@ test('the overview shows a gauge, a pump controller and a valve of one segment',
     await value('gate', 'position').getByText('40 mm').waitFor()
     await value('gate', 'limit switch').getByText('closed').waitFor()
     await page.locator('[data-gauge="chamber"]').getByText('mbar').first().waitFor()
+  })
+})
+
+test('an alarm about a point has its value in the line of the overview, and the wall names the point of its tile', async () => {
+  await visit('/', async (page) => {
+    const line = page.getByRole('list', { name: 'Active alarms' }).getByRole('listitem')
+    await line.getByText('turbo: current above 0.8 A').waitFor()
+    assert.equal(await line.locator('.condition').innerText(), 'turbo: current is 1 A')
+    await page.goto(`${station.url}/wall`)
+    const tile = page.locator('.wall-tile[data-series="turbo"]')
+    await tile.getByText('1000 Hz').waitFor()
+    assert.equal(await tile.locator('.wall-quality').innerText(), 'speed')
+    assert.match(await page.locator('.wall-tile[data-series="gate"] .wall-state').innerText(), /^position/)
+  })
+})
+
+test('the card of a slave does not cut the name of its device without a sign', async () => {
+  await visit('/', async (page) => {
+    const device = page.locator('[data-gauge="turbo"] .card-foot .device')
+    await device.evaluate((one) => {
+      one.textContent = 'A name that is longer than the card of a gauge has room for on any page'
+    })
+    const [style, inside] = await device.evaluate((one) => {
+      const [own, card] = [one, one.closest('.card')].map((it) => it.getBoundingClientRect().right)
+      return [getComputedStyle(one).textOverflow, own <= card]
+    })
+    assert.deepEqual([style, inside], ['ellipsis', true])
+    assert.ok(await device.getAttribute('title'))
   })
 })
 

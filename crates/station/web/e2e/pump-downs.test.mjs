@@ -35,6 +35,8 @@ test('a late pump-down lies over the last ten, with its deviation in words and i
     await page.locator('svg polyline.shown').waitFor()
     await becomes(() => page.locator('nav [aria-current]').innerText(), 'Trends')
     await becomes(() => page.locator('svg polyline').count(), 11)
+    const minor = await page.locator('.log-chart line.minor').count()
+    assert.ok(minor > 0 && minor % 8 === 0, `${minor} lines for 2 to 9`)
     const verdict = await page.locator('.verdict').innerText()
     assert.match(
       verdict,

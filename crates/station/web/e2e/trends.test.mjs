@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict'
 import { readFile } from 'node:fs/promises'
 import { after, before, test } from 'node:test'
-import { drawn, openPage, startBrowser, startPlant } from './setup.mjs'
+import { becomes, drawn, openPage, startBrowser, startPlant } from './setup.mjs'
 
 let browser
 let plant
@@ -59,6 +59,17 @@ test('a press in the chart sets a reference, and the list compares the cursor wi
     await page.getByRole('button', { name: 'Remove reference' }).click()
     await page.getByText('Press in the chart to set a reference').waitFor()
     assert.equal(new URL(page.url()).searchParams.has('reference'), false)
+  })
+})
+
+test('a chart that is held goes on with the time at a press, and is held again at the next', async () => {
+  await visit(async (page) => {
+    const parameters = () => [...new URL(page.url()).searchParams.keys()].filter((key) => /^(range|from|to)$/.test(key))
+    await page.getByRole('button', { name: 'Held', exact: true }).click()
+    await becomes(parameters, ['range'])
+    await page.getByRole('button', { name: 'Live', exact: true }).click()
+    await becomes(parameters, ['from', 'to'])
+    await page.getByRole('button', { name: 'Held', exact: true }).waitFor()
   })
 })
 

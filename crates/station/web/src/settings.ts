@@ -1,4 +1,4 @@
-// Settings that the browser keeps: unit, theme, single-key shortcuts.
+// Settings that the browser keeps: unit, theme, single-key shortcuts, sound of alarms.
 
 import { isUnit, type Unit } from './lib/units.ts'
 import { read, write } from './storage.ts'
@@ -12,6 +12,8 @@ interface Settings {
   theme: Theme
   /** Whether single keys change pages, unit and theme. */
   shortcuts: boolean
+  /** Whether alarms sound. */
+  sound: boolean
   /** Whether the system asks for dark colours. */
   systemDark: boolean
 }
@@ -26,6 +28,7 @@ function load(): Settings {
     unit: isUnit(unit) ? unit : 'mbar',
     theme: isTheme(theme) ? theme : 'auto',
     shortcuts: read('shortcuts') !== 'off',
+    sound: read('sound') === 'on',
     systemDark: systemTheme.matches,
   }
 }
@@ -57,8 +60,11 @@ export function applyTheme(): void {
 export const areShortcutsOn = (): boolean => store.get().shortcuts
 export const setShortcuts = (shortcuts: boolean): void => save('shortcuts', shortcuts ? 'on' : 'off', { shortcuts })
 
+export const setSound = (sound: boolean): void => save('sound', sound ? 'on' : 'off', { sound })
+
 export const useUnit = (): Unit => useStore(store, ({ unit }) => unit)
 export const useTheme = (): Theme => useStore(store, ({ theme }) => theme)
 export const useShortcuts = (): boolean => useStore(store, ({ shortcuts }) => shortcuts)
+export const useSound = (): boolean => useStore(store, ({ sound }) => sound)
 export const useDark = (): boolean =>
   useStore(store, ({ theme, systemDark }) => theme === 'dark' || (theme === 'auto' && systemDark))

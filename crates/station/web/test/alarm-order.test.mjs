@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
-import { held, inOrder } from '../dist/test/lib/alarm-order.js'
+import { afterHead, headDirection, held, inOrder } from '../dist/test/lib/alarm-order.js'
 
 const alarm = (name, priority, raised_ms, gauge, state = 'unacknowledged') => ({
   name,
@@ -20,7 +20,7 @@ test('alarms are listed by urgency, time, priority, gauge and name', () => {
     alarm('d', 'medium', 2, 'a'),
     alarm('b', 'high', 4, null),
   ]
-  const orders = ['urgency', 'newest', 'oldest', 'priority', 'gauge', 'alarm'].map((order) => [
+  const orders = ['urgency', 'newest', 'oldest', 'priority', 'state', 'gauge', 'alarm'].map((order) => [
     order,
     names(inOrder(list, order)),
   ])
@@ -29,10 +29,26 @@ test('alarms are listed by urgency, time, priority, gauge and name', () => {
     newest: 'b c d a',
     oldest: 'a d c b',
     priority: 'b a d c',
+    state: 'b d c a',
     gauge: 'b d a c',
     alarm: 'a b c d',
   })
   assert.equal(names(list), 'c a d b', 'the given list stays')
+})
+
+test('a press on the head of a column sorts by it, a further one turns it round or goes back to the groups', () => {
+  const presses = (column) => {
+    const first = afterHead('urgency', column)
+    const second = afterHead(first, column)
+    return [first, second, afterHead(second, column)]
+  }
+  assert.deepEqual(presses('raised'), ['newest', 'oldest', 'urgency'])
+  assert.deepEqual(presses('gauge'), ['gauge', 'urgency', 'gauge'])
+  assert.equal(afterHead('newest', 'priority'), 'priority')
+  assert.deepEqual(
+    ['newest', 'oldest', 'priority'].map((order) => headDirection(order, 'raised')),
+    ['descending', 'ascending', null],
+  )
 })
 
 test('while a user works in the list, no alarm changes its place', () => {

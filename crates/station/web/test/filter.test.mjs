@@ -9,6 +9,7 @@ import {
   NO_LABELS,
   needsLabels,
   passes,
+  unknownState,
 } from '../dist/test/lib/filter.js'
 
 const ALL = { text: '', group: '', tag: '', location: '', state: '' }
@@ -24,6 +25,14 @@ test('the address of the page holds the filter', () => {
   assert.equal(filterQuery(ALL).toString(), '')
   assert.deepEqual(filterOf(new URLSearchParams('state=nonsense')), ALL)
   assert.ok(!isFiltered(ALL) && isFiltered({ ...ALL, tag: 'x' }))
+})
+
+test('a state in the address that does not exist is told', () => {
+  const unknown = (text) => unknownState(new URLSearchParams(text))
+  assert.deepEqual(
+    [unknown('state=nonsense'), unknown('state=fault'), unknown('state='), unknown('')],
+    ['nonsense', null, null, null],
+  )
 })
 
 test('a gauge passes by its group, tag, location and words, and all of them must hold', () => {

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict'
 import { test } from 'node:test'
 import { csvAddress } from '../dist/test/api/calls.js'
-import { summary } from '../dist/test/lib/alarms.js'
+import { quantity, summary } from '../dist/test/lib/alarms.js'
 import { moment } from '../dist/test/lib/format.js'
 import { gatewayState, gatewayTitle } from '../dist/test/lib/gateways.js'
 import { baud, changeText, gas, lostSentence, segmentSentence } from '../dist/test/lib/labels.js'
@@ -16,6 +16,7 @@ import {
   rangeText,
   SEARCH_MS,
   tableTimes,
+  toggled,
   windowOf,
   zoomed,
 } from '../dist/test/lib/range.js'
@@ -83,6 +84,13 @@ test('the address of the page holds the range', () => {
   assert.deepEqual(windowOf({ last: 10 }, 100), [90, 100])
 })
 
+test('a live chart is held where it is, and a held one goes on with a span that is as long', () => {
+  assert.deepEqual(toggled({ last: 60_000 }, 100_000), { from: 40_000, to: 100_000 })
+  assert.deepEqual(toggled({ from: 40_000, to: 100_000 }, 500_000), { last: 60_000 })
+  assert.deepEqual(toggled({ from: 0, to: 61_000 }, 500_000), { last: 600_000 })
+  assert.deepEqual(toggled({ from: 0, to: 1e12 }, 2e12), { last: 604_800_000 })
+})
+
 test('a recording that has just begun fills the chart', () => {
   const now = 10_000_000
   const ages = [0, 7_000, 45_000, 75_000, 300_000, 3_000_000]
@@ -112,12 +120,27 @@ test('the scale of a rise is not that of the pump-down before it', () => {
 })
 
 test('the audit trail names states of alarms as the other pages, and values as they are', () => {
-  assert.equal(changeText('unacknowledged', 'out-of-service'), 'not acknowledged → out of service')
-  assert.equal(changeText('5 Pa', null), '5 Pa → unknown')
+  const changed = (before, after, action = 'outcome') => changeText({ action, before, after })
+  assert.equal(changed('unacknowledged', 'out-of-service'), 'not acknowledged → out of service')
+  assert.equal(changed('5 Pa', null), '5 Pa → unknown')
   const utc = '2026-11-28T18:52:58Z'
-  assert.equal(changeText(null, `declared until ${utc}`), `declared until ${moment(Date.parse(utc))}`)
-  assert.equal(changeText(null, 'toString'), 'toString')
-  assert.equal(changeText(null, null), '')
+  assert.equal(changed(null, `declared until ${utc}`), `declared until ${moment(Date.parse(utc))}`)
+  assert.equal(changed(null, 'toString'), 'toString')
+  assert.equal(changed(null, null), '')
+})
+
+test('a key that comes into the station’s file or leaves it says so in the audit trail', () => {
+  const changed = (before, after) => changeText({ action: 'file-changed', before, after })
+  assert.equal(changed('0.2', null), '0.2 → not in the file')
+  assert.equal(changed(null, '0.2'), 'not in the file → 0.2')
+  assert.equal(changed('0.2', '0.3'), '0.2 → 0.3')
+  assert.equal(changed('normal', 'shelved'), 'normal → shelved', 'a value of the file, not a state')
+  assert.equal(changed(null, null), '', 'the number of further keys')
+})
+
+test('a number of gauges in an alarm has words, and one gauge its singular', () => {
+  assert.equal(quantity(3, 'gauges', 'mbar'), '3\u00a0gauges')
+  assert.equal(quantity(1, 'gauges', 'mbar'), '1\u00a0gauge')
 })
 
 test('a number that cannot be told from zero is its upper bound', () => {

@@ -30,13 +30,17 @@ test('a point whose number is bad says why', () => {
   assert.equal(pointText(point('bad, status 00h', 'fault'), false), 'bad, status 00h')
 })
 
-test('the wall shows the first point of a slave, its fault, or that it gives no data', () => {
+test('the wall shows the first point of a slave with its name, its fault, or that it gives no data', () => {
   const slave = (state, quality = 'valid') => ({ state, parameters: [point('1000 Hz', quality), point('2')] })
-  assert.deepEqual(slaveValue(slave('data-exchange'), false), { text: '1000 Hz', isFault: false })
-  assert.deepEqual(slaveValue(slave('fault'), false), { text: '1000 Hz', isFault: true })
-  assert.deepEqual(slaveValue(slave('fault'), true), { text: null, isFault: false })
-  assert.deepEqual(slaveValue(slave('missing', 'stale'), false), { text: null, isFault: false })
-  assert.deepEqual(slaveValue({ state: 'data-exchange', parameters: [] }, false), { text: null, isFault: false })
+  assert.deepEqual(slaveValue(slave('data-exchange'), false), { point: 'speed', text: '1000 Hz', isFault: false })
+  assert.deepEqual(slaveValue(slave('fault'), false), { point: '', text: '1000 Hz', isFault: true })
+  assert.deepEqual(slaveValue(slave('fault'), true), { point: '', text: null, isFault: false })
+  assert.deepEqual(slaveValue(slave('missing', 'stale'), false), { point: '', text: null, isFault: false })
+  assert.deepEqual(slaveValue({ state: 'data-exchange', parameters: [] }, false), {
+    point: '',
+    text: null,
+    isFault: false,
+  })
 })
 
 test('the points of a slave keep the order of the file through the live stream', () => {

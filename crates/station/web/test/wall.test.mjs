@@ -8,6 +8,7 @@ import {
   pageAt,
   pagesOf,
   sharedTiles,
+  silentText,
   TURN_MS,
   tilesOf,
 } from '../dist/test/lib/wall.js'
@@ -123,4 +124,13 @@ test('alarms without a tile have lines, the most urgent first, and the rest is c
   const { lines, more } = alarmLines(others)
   assert.deepEqual([names(lines), more], [['b', 'removed', 'a'], 2])
   assert.deepEqual(alarmLines(others.slice(0, 1)), { lines: [all[1]], more: 0 })
+})
+
+test('the head of the wall names declared plant states and counts the alarms that are silent', () => {
+  const silent = (names, suppressed, shelved, out_of_service) =>
+    silentText({ plant_states: names.map((name) => ({ name })), suppressed, shelved, out_of_service })
+  assert.equal(silent([], 0, 0, 0), '')
+  assert.equal(silent(['Vented'], 4, 1, 1), 'Plant state: Vented · 4 suppressed, 1 shelved, 1 out of service')
+  assert.equal(silent([], 0, 0, 2), '2 out of service')
+  assert.equal(silent(['Vented', 'Bakeout'], 0, 0, 0), 'Plant state: Vented, Bakeout')
 })

@@ -2,6 +2,7 @@
 
 import type uPlot from 'uplot'
 import type { Quality } from '../api/types.ts'
+import { minorValues } from '../lib/log-grid.ts'
 import type { Stretch } from '../lib/series.ts'
 import { tokenColour } from './palette.ts'
 
@@ -127,6 +128,22 @@ export function edges(chart: uPlot, stretch: Stretch, laneBottom: number): [numb
   }
   const end = Math.min(y, height - LEAST_BAND_PX)
   return [end, Math.min(height, end + BAND_PX)]
+}
+
+/** The numbers between the powers of ten, paler than these. */
+export function drawMinorGrid(chart: uPlot): void {
+  const { ctx, bbox, scales } = chart
+  const { min, max } = scales.y ?? {}
+  if (min == null || max == null) return
+  ctx.save()
+  ctx.lineWidth = devicePixelRatio
+  ctx.globalAlpha = 0.6
+  ctx.strokeStyle = tokenColour('grid')
+  for (const value of minorValues(min, max, bbox.height / devicePixelRatio)) {
+    const y = Math.round(chart.valToPos(value, 'y', true)) + 0.5
+    stroke(ctx, bbox.left, y, bbox.left + bbox.width, y)
+  }
+  ctx.restore()
 }
 
 /** The unit of the pressure axis, above its numbers. */

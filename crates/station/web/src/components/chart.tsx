@@ -8,12 +8,14 @@ import uPlot from 'uplot'
 import 'uplot/dist/uPlot.min.css'
 import { useLanguage } from '../language.ts'
 import { decade, number } from '../lib/format.ts'
+import { digitOf, namedValues } from '../lib/log-grid.ts'
 import { shortNumber } from '../lib/point-trends.ts'
 import type { Curve } from '../lib/series.ts'
 import { drawNames } from './chart-names.ts'
 import {
   drawAllStretches,
   drawMarks,
+  drawMinorGrid,
   drawUnit,
   type Level,
   type Line,
@@ -242,19 +244,10 @@ function pressureAxis(log: boolean): uPlot.Axis {
   if (!log) return { ...axis, values: (_, splits) => splits.map(number), size: AXIS_PX.linear }
   return {
     ...axis,
-    splits: (chart, _, low, high) => powers(low, high, chart.bbox.height / devicePixelRatio),
+    splits: (chart, _, low, high) => namedValues(low, high, chart.bbox.height / devicePixelRatio, LABEL_PX),
     filter: (_, splits) => splits,
-    values: (_, splits) => splits.map(decade),
+    values: (_, splits) => splits.map((value) => digitOf(value)?.toString() ?? decade(value)),
   }
-}
-
-/** The powers of ten between two, as many as fit. */
-function powers(low: number, high: number, height: number): number[] {
-  const [from, to] = [Math.round(Math.log10(low)), Math.round(Math.log10(high))]
-  const step = Math.max(1, Math.ceil(((to - from) * LABEL_PX) / height))
-  const made: number[] = []
-  for (let exponent = from; exponent <= to; exponent += step) made.push(10 ** exponent)
-  return made
 }
 
 /** The names are drawn last, over all curves. */
@@ -263,7 +256,10 @@ const nameAll = (chart: uPlot, { lines, levels = [], marks = [], times, curves }
 
 function hooks(latest: { current: ChartProps }): uPlot.Hooks.Arrays {
   return {
-    drawAxes: [(chart) => drawAllStretches(chart, latest.current.lines)],
+    drawAxes: [
+      (chart) => latest.current.log && drawMinorGrid(chart),
+      (chart) => drawAllStretches(chart, latest.current.lines),
+    ],
     draw: [
       (chart) => drawMarks(chart, latest.current.levels ?? [], latest.current.marks ?? []),
       (chart) => drawUnit(chart, latest.current.unit),

@@ -14,6 +14,7 @@ import {
   passes,
   STATE_FILTERS,
   stateFilter,
+  unknownState,
 } from '../lib/filter.ts'
 import { day } from '../lib/format.ts'
 import { currentQuality, isStale } from '../lib/stale.ts'
@@ -21,14 +22,20 @@ import { type Live, useLive, useSnapshot } from '../live.ts'
 import { setQuery, useLocation } from '../router.tsx'
 import { t } from '../texts/texts.ts'
 import { Choice, SearchField } from './fields.tsx'
-import { useQuery } from './hooks.ts'
+import { type Query, useQuery } from './hooks.ts'
 
 /** The directory of the station; fetched again when it changes, after a restart, and after a connection that was lost while it came. */
-export function useDirectory(): { directory: Directory | null; error: string | null } {
+export function useDirectory(): {
+  directory: Directory | null
+  error: string | null
+  query: Pick<Query<Directory>, 'value' | 'error' | 'again'>
+} {
   const { connected } = useLive()
   const { directory_revision: revision, station } = useSnapshot()
-  const { value, error } = useQuery(`${station.started_ms} ${revision} ${connected}`, null, fetchDirectory)
-  return { directory: value, error: connected ? error : null }
+  const { value, error, again } = useQuery(`${station.started_ms} ${revision} ${connected}`, null, fetchDirectory)
+  const shown = connected ? error : null
+  const query = { value, error: shown === null ? null : t.overview.labelsFailed(shown), again }
+  return { directory: value, error: shown, query }
 }
 
 export const labelsOf = (directory: Directory | null, gauge: string): GaugeLabels =>
@@ -39,6 +46,17 @@ export function useFilter(): [Filter, (change: Partial<Filter>) => void] {
   const { query } = useLocation()
   const filter = filterOf(query)
   return [filter, (change) => setQuery(filterQuery({ ...filter, ...change }))]
+}
+
+/** Says that the address has a state that does not exist: it selects all gauges. Nothing otherwise. */
+export function UnknownState(): JSX.Element | null {
+  const state = unknownState(useLocation().query)
+  if (state === null) return null
+  return (
+    <p class="muted unknown-state" role="status">
+      {t.filter.unknownState(state, STATE_FILTERS.filter((known) => known !== '').join(', '))}
+    </p>
+  )
 }
 
 /** Whether a gauge passes the filter now. */

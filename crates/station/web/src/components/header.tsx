@@ -14,6 +14,7 @@ import { nextTheme, setUnit, useShortcuts, useTheme, useUnit } from '../settings
 import { LANGUAGES, type Language, t } from '../texts/texts.ts'
 import { AccountMenu } from './account-menu.tsx'
 import { AlarmBadge } from './alarm-marks.tsx'
+import { AlarmSound } from './alarm-sound.tsx'
 import { ControlStatus } from './control.tsx'
 import { Choice, sameText } from './fields.tsx'
 import { PlantStateMark } from './plant-state-mark.tsx'
@@ -36,6 +37,7 @@ export function Header({ current, live, showHelp }: Props): JSX.Element {
         <strong>{snapshot?.station.name ?? 'profivac'}</strong>
         {!isLoggedOut && <Connection live={live} />}
         {!isLoggedOut && snapshot && <AlarmBadge snapshot={snapshot} current={live.connected} />}
+        {!isLoggedOut && snapshot && <AlarmSound />}
         {!isLoggedOut && snapshot && <PlantStateMark snapshot={snapshot} />}
         {!isLoggedOut && snapshot && <StoppedMark snapshot={snapshot} />}
       </div>

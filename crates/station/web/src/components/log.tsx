@@ -21,9 +21,13 @@ export interface Log<T> {
 }
 
 /** The latest entries, fetched again when `key` changes and every few seconds. */
-export function useLog<T>(key: string, fetch: (most: number, signal: AbortSignal) => Promise<T[]>): Log<T> {
+export function useLog<T>(
+  key: string,
+  fetch: (most: number, signal: AbortSignal) => Promise<T[]>,
+  periodMs = REFRESH_MS,
+): Log<T> {
   const [most, setMost] = useState(PAGE)
-  const query = useQuery(`${most} ${key}`, REFRESH_MS, (signal) => fetch(most, signal))
+  const query = useQuery(`${most} ${key}`, periodMs, (signal) => fetch(most, signal))
   const { value } = query
   const showOlder = value?.length === most ? () => setMost(most + PAGE) : null
   return { entries: value ?? [], query, showOlder }
@@ -33,6 +37,27 @@ export interface Column<T> {
   title: string
   class?: string
   cell: (entry: T) => ComponentChildren
+  /** A press on the head of the column sorts by it. */
+  sort?: Sort
+}
+
+export interface Sort {
+  /** Whether the table is sorted by this column, and how. */
+  order: 'ascending' | 'descending' | null
+  press: () => void
+}
+
+/** The head of a column; with a mark of the direction if the table is sorted by it. */
+function Head({ title, sort }: { title: string; sort: Sort | undefined }): JSX.Element {
+  if (!sort) return <th scope="col">{title}</th>
+  return (
+    <th scope="col" aria-sort={sort.order ?? undefined}>
+      <button type="button" class="sort" title={t.log.sort(title)} onClick={sort.press}>
+        {title}
+        {sort.order && <span aria-hidden="true">{sort.order === 'ascending' ? ' ▴' : ' ▾'}</span>}
+      </button>
+    </th>
+  )
 }
 
 interface Props<T> {
@@ -55,10 +80,8 @@ export function LogTable<T>({ caption, columns, log, shown, keyOf, kindOf, empty
         <caption class="visually-hidden">{caption}</caption>
         <thead>
           <tr>
-            {columns.map(({ title }) => (
-              <th scope="col" key={title}>
-                {title}
-              </th>
+            {columns.map(({ title, sort }) => (
+              <Head title={title} sort={sort} key={title} />
             ))}
           </tr>
         </thead>

@@ -44,13 +44,20 @@ function More({ count, width }: { count: number; width: 'wide' | 'narrow' }): JS
 function Line({ alarm }: { alarm: Alarm }): JSX.Element {
   const { name, priority, gauge, condition, text } = alarm
   const unit = useUnit()
-  // The station says in English which fault it is.
+  // The station says in English which fault it is. The name of an alarm about a point is its condition: its text has the value.
   const isEnglish = useLanguage() === 'en'
-  const cause = condition === 'fault' && text && isEnglish ? readable(text) : conditionText(alarm, unit)
+  const isStations = text !== '' && (condition === 'point' || (condition === 'fault' && isEnglish))
   return (
     <li>
       <PriorityMark priority={priority} active={true} />{' '}
-      <strong>{gauge ? <Link to={gaugePath(gauge)}>{name}</Link> : name}</strong> <span class="condition">{cause}</span>
+      <strong>{gauge ? <Link to={gaugePath(gauge)}>{name}</Link> : name}</strong>{' '}
+      {isStations ? (
+        <span class="condition" lang="en">
+          {readable(text)}
+        </span>
+      ) : (
+        <span class="condition">{conditionText(alarm, unit)}</span>
+      )}
     </li>
   )
 }

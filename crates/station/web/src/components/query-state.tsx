@@ -8,11 +8,13 @@ import type { Query } from './hooks.ts'
 interface Props {
   /** The data are there when all of these are. The first failure is shown, also above data that are there: they may be old. */
   of: Pick<Query<unknown>, 'value' | 'error' | 'again'>[]
+  /** The words while they are being fetched, where more is known than that. */
+  loading?: string
   /** The words if the data are there and there is nothing to show. */
   empty?: ComponentChildren
 }
 
-export function QueryState({ of, empty }: Props): JSX.Element | null {
+export function QueryState({ of, loading = t.log.loading, empty }: Props): JSX.Element | null {
   const failed = of.find(({ error }) => error !== null)
   if (failed) {
     return (
@@ -27,7 +29,7 @@ export function QueryState({ of, empty }: Props): JSX.Element | null {
   if (of.some(({ value }) => value === null)) {
     return (
       <p class="progress busy query-state loading" role="status">
-        {t.log.loading}
+        {loading}
       </p>
     )
   }

@@ -90,6 +90,7 @@ export function quantity(value: number | null, unit: string | null, shown: Unit)
   if (unit === 'Pa') return unbroken(`${number(inUnit(value, shown))} ${shown}`)
   if (unit === 'decades/min') return unbroken(`${rounded(value)} ${t.common.decades}/min`)
   if (unit === 'telegrams/min') return unbroken(`${Number(value.toPrecision(3))} ${t.common.telegramsPerMinute}`)
+  if (unit === 'gauges') return unbroken(t.common.gauges(value))
   return unbroken(`${Number(value.toPrecision(3))} ${unit ?? ''}`.trim())
 }
 

@@ -50,6 +50,12 @@ export function filterOf(query: URLSearchParams): Filter {
   }
 }
 
+/** A state in the address that does not exist, and so selects nothing; `null` if there is none. */
+export function unknownState(query: URLSearchParams): string | null {
+  const text = query.get(KEYS.state) ?? ''
+  return text !== '' && stateFilter(text) === '' ? text : null
+}
+
 /** The address of a filter. */
 export function filterQuery(filter: Filter): URLSearchParams {
   const given = Object.entries(KEYS).filter(([name]) => filter[name as keyof Filter] !== '')

@@ -1,6 +1,6 @@
 // Words for what the API says in codes, and for the state of a segment and the recorder.
 
-import type { AlarmState, Recorder, Segment } from '../api/types.ts'
+import type { AlarmState, AuditEntry, Recorder, Segment } from '../api/types.ts'
 import { t } from '../texts/texts.ts'
 import { withLocalTimes } from './format.ts'
 
@@ -28,7 +28,11 @@ export function lostSentence({ lost_samples, lost_events }: Recorder): string | 
 }
 
 /** The value before and after an entry of the audit trail; states of alarms in the language of the page. */
-export function changeText(before: string | null, after: string | null): string {
+export function changeText({ action, before, after }: Pick<AuditEntry, 'action' | 'before' | 'after'>): string {
+  // A key of the station's file without a value is not in the file. Without both the entry counts more keys.
+  if (action === 'file-changed' && (before ?? after) !== null) {
+    return `${before ?? t.audit.notInFile} → ${after ?? t.audit.notInFile}`
+  }
   const text = (value: string): string =>
     Object.hasOwn(t.alarms.states, value) ? t.alarms.states[value as AlarmState].label : withLocalTimes(value)
   const changed = after === null ? t.common.unknown : text(after)

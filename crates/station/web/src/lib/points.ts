@@ -12,11 +12,13 @@ export function pointCause({ text, quality }: Point): string | null {
   return quality === 'stale' && text !== '' ? text : null
 }
 
-/** What the wall shows of a slave: that it reports a fault, or its first point, which is the most important one of the station's file. */
+/** What the wall shows of a slave: that it reports a fault, or its first point, which is the most important one of the station's file, with its name. */
 export function slaveValue(
   { state, parameters }: Pick<Gauge, 'state' | 'parameters'>,
   isStale: boolean,
-): { text: string | null; isFault: boolean } {
+): { point: string; text: string | null; isFault: boolean } {
   const [first] = parameters
-  return { text: first ? pointText(first, isStale) : null, isFault: state === 'fault' && !isStale }
+  const text = first ? pointText(first, isStale) : null
+  const isFault = state === 'fault' && !isStale
+  return { point: first && text !== null && !isFault ? first.target : '', text, isFault }
 }

@@ -86,6 +86,13 @@ export function moved([from, to]: [number, number], part: number): Range {
   return { from: from + by, to: to + by }
 }
 
+/** A live range stands still, and a fixed one becomes the shortest live one that is as long. */
+export function toggled(range: Range, now: number): Range {
+  if (isLive(range)) return { from: Math.round(now - range.last), to: Math.round(now) }
+  const longest = SPANS[SPANS.length - 1] as (typeof SPANS)[number]
+  return { last: (SPANS.find(({ ms }) => ms >= range.to - range.from) ?? longest).ms }
+}
+
 /** The range in the address of a page. */
 export function rangeText(range: Range): Record<string, string> {
   if (!isLive(range)) return { from: String(range.from), to: String(range.to) }

@@ -1,7 +1,9 @@
 // The arrangement of the wall display: how many tiles fit, which page has which, and where an alarm stands.
 
-import type { Alarm } from '../api/types.ts'
+import type { ActiveAlarms, Alarm } from '../api/types.ts'
+import { t } from '../texts/texts.ts'
 import { byUrgency, isActive } from './alarms.ts'
+import { declaredNames } from './plant-states.ts'
 
 /** The narrowest tile in pixels. chosen: its digits are 35 pixels high, readable from three metres on a usual screen. */
 const NARROWEST = 340
@@ -128,4 +130,17 @@ export const hasNoGauge = ({ gauge }: Alarm, gauges: readonly { name: string }[]
 export function alarmLines(alarms: Alarm[]): { lines: Alarm[]; more: number } {
   const active = alarms.filter(isActive).sort(byUrgency)
   return { lines: active.slice(0, MOST_LINES), more: Math.max(0, active.length - MOST_LINES) }
+}
+
+type Silent = Pick<ActiveAlarms, 'plant_states' | 'suppressed' | 'shelved' | 'out_of_service'>
+
+/** `Plant state: Vented · 4 suppressed, 1 shelved`: without it a display without active alarms would say that all is well. */
+export function silentText({ plant_states, suppressed, shelved, out_of_service }: Silent): string {
+  const counts = [
+    suppressed > 0 && t.wall.suppressed(suppressed),
+    shelved > 0 && t.wall.shelved(shelved),
+    out_of_service > 0 && t.wall.outOfService(out_of_service),
+  ]
+  const states = plant_states.length > 0 && t.plantStates.prefix + declaredNames(plant_states)
+  return [states, counts.filter(Boolean).join(', ')].filter(Boolean).join(' · ')
 }

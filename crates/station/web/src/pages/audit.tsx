@@ -35,9 +35,12 @@ const columns = (): Column<AuditEntry>[] => [
   },
   {
     title: t.common.user,
-    cell: ({ user, role, peer }) => (
+    cell: ({ action, user, role, peer }) => (
       <>
-        {user} <span class="muted">{[t.roles[role] ?? role, peer].filter(Boolean).join(', ')}</span>
+        {user} {/* The file is no user, and has no role. */}
+        {action !== 'file-changed' && (
+          <span class="muted">{[t.roles[role] ?? role, peer].filter(Boolean).join(', ')}</span>
+        )}
       </>
     ),
   },
@@ -63,7 +66,7 @@ const columns = (): Column<AuditEntry>[] => [
   { title: t.audit.target, cell: ({ target }) => target },
   {
     title: t.audit.beforeAfter,
-    cell: ({ before, after }) => changeText(before, after),
+    cell: changeText,
   },
   { title: t.audit.outcome, cell: ({ outcome }) => outcome && <span lang="en">{withLocalTimes(outcome)}</span> },
 ]

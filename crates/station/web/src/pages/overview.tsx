@@ -7,11 +7,20 @@ import type { Alarm, Gauge, GaugeLabels, Reading, Segment } from '../api/types.t
 import { CardAlarms } from '../components/alarm-marks.tsx'
 import { GaugeStatus } from '../components/bus-status.tsx'
 import { FailingNotifications } from '../components/failing-notifications.tsx'
-import { FilterFields, labelsOf, Overdue, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import {
+  FilterFields,
+  labelsOf,
+  Overdue,
+  passesNow,
+  UnknownState,
+  useDirectory,
+  useFilter,
+} from '../components/gauge-filter.tsx'
 import { AlarmLines, OtherAlarms } from '../components/other-alarms.tsx'
 import { hasPicture, Picture, Story, usePlant } from '../components/plant-picture.tsx'
 import { Points } from '../components/points.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../components/pressure.tsx'
+import { QueryState } from '../components/query-state.tsx'
 import { Age, Faults } from '../components/reading-state.tsx'
 import { Sparkline } from '../components/sparkline.tsx'
 import { Views } from '../components/views.tsx'
@@ -40,7 +49,7 @@ export function Overview(): JSX.Element {
   const live = useLive()
   const unit = useUnit()
   const [filter, change] = useFilter()
-  const { directory, error } = useDirectory()
+  const { directory, error, query } = useDirectory()
   const { segments, gauges, alarms, plant: now } = useSnapshot()
   const { plant } = usePlant()
   const isLarge = gauges.length > MOST_CARDS
@@ -67,11 +76,8 @@ export function Overview(): JSX.Element {
         <Views page="/" directory={directory} />
         <Link to={`/wall${location.search}`}>{t.overview.wall}</Link>
       </div>
-      {error && (
-        <p class="error" role="alert">
-          {t.overview.labelsFailed(error)}
-        </p>
-      )}
+      {error && <QueryState of={[query]} />}
+      <UnknownState />
       {!isFiltered && isLarge && <OtherAlarms alarms={alarms.alarms} gauges={gauges} />}
       {!isFiltered && !isLarge && <AlarmLines alarms={alarms.alarms} label={t.alarms.active} />}
       <FailingNotifications />
@@ -91,7 +97,7 @@ export function Overview(): JSX.Element {
         </div>
       </div>
       {segments.length === 0 && <p class="waiting">{t.overview.noSegments}</p>}
-      {isWaiting && <p class="waiting">{t.overview.waiting}</p>}
+      {isWaiting && <QueryState of={[query]} loading={t.overview.waiting} />}
       {isFiltered && !isWaiting && shown.length === 0 && (
         <p class="muted">{filter.text === '' ? t.overview.noneFiltered : t.overview.noMatch(filter.text)}</p>
       )}
@@ -254,7 +260,9 @@ function Card({ gauge, labels, alarms, live, unit }: GaugeProps): JSX.Element {
       <CardAlarms alarms={alarms} />
       <Overdue labels={labels} />
       <p class="card-foot">
-        <span>{gauge.device}</span>
+        <span class="device" title={gauge.device}>
+          {gauge.device}
+        </span>
         <Age gauge={gauge} live={live} />
       </p>
       {!several && gauge.readings[0] && <Sparkline series={gauge.readings[0].series} />}

@@ -3,9 +3,10 @@
 import './wall.css'
 import type { JSX } from 'preact'
 import { useEffect, useRef, useState } from 'preact/hooks'
-import type { Gauge, Quality, Reading, Segment } from '../api/types.ts'
+import type { ActiveAlarms, Gauge, Quality, Reading, Segment } from '../api/types.ts'
 import { AlarmSummaryText, PriorityMark } from '../components/alarm-marks.tsx'
-import { labelsOf, passesNow, useDirectory, useFilter } from '../components/gauge-filter.tsx'
+import { AlarmSound } from '../components/alarm-sound.tsx'
+import { labelsOf, passesNow, UnknownState, useDirectory, useFilter } from '../components/gauge-filter.tsx'
 import { OtherAlarms } from '../components/other-alarms.tsx'
 import { boundOf, ReadingText } from '../components/pressure.tsx'
 import { countsText, summary } from '../lib/alarms.ts'
@@ -23,6 +24,7 @@ import {
   pagesOf,
   type QuietSegment,
   sharedTiles,
+  silentText,
   stayingOf,
   type Tile,
   tilesOf,
@@ -91,6 +93,7 @@ export function Wall(): JSX.Element {
           {turning.length > MOST_NAMES && ' …'}
         </p>
       )}
+      <UnknownState />
       {isWaiting && <p>{t.overview.waiting}</p>}
       {!isWaiting && shown.length === 0 && <p>{t.wall.noneFiltered}</p>}
       <div
@@ -128,7 +131,7 @@ function WallTile(tile: TileProps): JSX.Element {
   const stale = isStale(gauge, live.since)
   const [first, ...more] = alarms
   const quality = reading && currentQuality(gauge, reading, live.since)
-  const words = beyondWords(quality)
+  const words = gauge.kind === 'slave' ? slaveValue(gauge, stale).point : beyondWords(quality)
   return (
     <article class={`wall-tile ${stale ? 'stale' : ''}`} data-series={reading?.series ?? gauge.name}>
       <h2>{reading?.series ?? gauge.name}</h2>
@@ -196,20 +199,30 @@ const beyondWords = (quality: Quality | null): string =>
 
 const stateText = ({ state, problem }: Gauge): string => problem ?? t.busStatus[state].label
 
-/** The number of alarms, as text. */
+/** The number of alarms, as text, and what silences others. */
 function WallAlarms(): JSX.Element {
   const { alarms } = useSnapshot()
-  const { connected } = useLive()
-  const counts = summary(alarms)
-  if (alarms.problem) return <span>{t.wall.notMonitored(alarms.problem)}</span>
-  if (!counts) return <span>{t.wall.noAlarms}</span>
-  if (counts.active.length === 0) return <span>{t.wall.noneActive(countsText(counts.unacknowledgedCounts))}</span>
+  const silent = silentText(alarms)
   return (
     <span>
+      <AlarmNumbers alarms={alarms} />
+      {silent && <span class="wall-silent"> · {silent}</span>} <AlarmSound />
+    </span>
+  )
+}
+
+function AlarmNumbers({ alarms }: { alarms: ActiveAlarms }): JSX.Element {
+  const { connected } = useLive()
+  const counts = summary(alarms)
+  if (alarms.problem) return <>{t.wall.notMonitored(alarms.problem)}</>
+  if (!counts) return <>{t.wall.noAlarms}</>
+  if (counts.active.length === 0) return <>{t.wall.noneActive(countsText(counts.unacknowledgedCounts))}</>
+  return (
+    <>
       <span class="visually-hidden">{t.alarms.badge.prefix}</span>
       {!connected && `${t.alarms.badge.lastKnown} `}
       <AlarmSummaryText summary={counts} />
-    </span>
+    </>
   )
 }
 

@@ -114,6 +114,7 @@ export const de: Texts = {
     withAccuracy: (percent) => `mit einer Genauigkeit des Messgeräts von ±${percent} %`,
     withoutAccuracy: 'ohne die Unsicherheit des Messgeräts',
     decades: 'Dekaden',
+    gauges: (count) => counted(count, 'Messgerät', 'Messgeräte'),
     telegramsPerMinute: 'Telegramme je Minute',
     lessThan1s: 'weniger als 1 s',
     momentForm: 'JJJJ-MM-TT hh:mm:ss',
@@ -278,6 +279,7 @@ export const de: Texts = {
       newest: 'neueste zuerst',
       oldest: 'älteste zuerst',
       priority: 'nach Priorität',
+      state: 'nach Zustand',
       gauge: 'nach Messgerät',
       alarm: 'nach Alarm',
     },
@@ -318,7 +320,20 @@ export const de: Texts = {
     historyCaption: 'Historie der Alarme, der neueste Eintrag zuerst',
     searchHistory: 'Historie durchsuchen',
     change: 'Änderung',
+    sortHistory: 'Historie sortieren',
     allChanges: 'alle Änderungen',
+    between: 'zwischen zwei Zeitpunkten',
+    historyCut: (most) =>
+      `Nur die neuesten ${most} Einträge dieser Zeit werden durchsucht, sortiert und gespeichert: einen kürzeren Zeitraum wählen.`,
+  },
+
+  sound: {
+    label: 'Ton',
+    sentence: 'Ein Ton für nicht quittierte Alarme, für jede Priorität ein anderer. Dieser Browser merkt es sich.',
+    none: 'Dieser Browser kann keine Töne spielen.',
+    sounds: (priority) => `Ein Alarm der Priorität ${priority} ertönt.`,
+    silence: 'Stumm',
+    allow: 'Ton erlauben',
   },
 
   suppress: {
@@ -599,6 +614,8 @@ export const de: Texts = {
       'no-data': 'Keine Daten',
       'calibration-overdue': 'Kalibrierung überfällig',
     },
+    unknownState: (state, known) =>
+      `Die Adresse dieser Seite verlangt den Zustand ${state}, den es nicht gibt. Erwartet wird einer von ${known}.`,
   },
 
   views: {
@@ -618,6 +635,8 @@ export const de: Texts = {
 
   log: {
     older: 'Ältere Einträge zeigen',
+    more: (count) => `Mehr von ${count} weiteren Einträgen zeigen`,
+    sort: (column) => `Nach ${column} sortieren`,
     loading: 'Wird geladen …',
     again: 'Erneut versuchen',
     noValues: 'Keine Werte in diesem Zeitraum.',
@@ -723,6 +742,9 @@ export const de: Texts = {
     notMonitored: (problem) => `Alarme nicht überwacht: ${problem}`,
     noAlarms: 'keine anstehenden Alarme',
     noneActive: (unacknowledged) => `keine anstehenden Alarme, nicht quittiert: ${unacknowledged}`,
+    suppressed: (count) => `${count} unterdrückt`,
+    shelved: (count) => `${count} zurückgestellt`,
+    outOfService: (count) => `${count} außer Betrieb`,
     others: 'Alarme ohne Messgerät',
     whole: 'ganzes Gerät',
     lowest: 'min.',
@@ -736,6 +758,10 @@ export const de: Texts = {
   trends: {
     time: 'Zeit',
     spans: { '1m': '1 min', '10m': '10 min', '1h': '1 Stunde', '1d': '1 Tag', '1w': '1 Woche' },
+    live: 'Aktuell',
+    liveTitle: 'Das Diagramm läuft mit der Zeit. Drücken hält es an.',
+    held: 'Angehalten',
+    heldTitle: 'Das Diagramm steht. Drücken lässt es mit der Zeit laufen.',
     earlier: 'Früher',
     zoomIn: 'Vergrößern',
     zoomOut: 'Verkleinern',
@@ -1114,6 +1140,7 @@ export const de: Texts = {
   },
 
   audit: {
+    notInFile: 'nicht in der Datei',
     actions: {
       execute: 'gesendet',
       outcome: 'Ergebnis',

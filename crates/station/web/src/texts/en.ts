@@ -105,6 +105,7 @@ export const en = {
     withAccuracy: (percent: string) => `with an accuracy of the gauge of ±${percent} %`,
     withoutAccuracy: 'without the uncertainty of the gauge',
     decades: 'decades',
+    gauges: (count: number) => counted(count, 'gauge', 'gauges'),
     telegramsPerMinute: 'telegrams per minute',
     lessThan1s: 'less than 1 s',
     momentForm: 'YYYY-MM-DD hh:mm:ss',
@@ -267,6 +268,7 @@ export const en = {
       newest: 'newest first',
       oldest: 'oldest first',
       priority: 'by priority',
+      state: 'by state',
       gauge: 'by gauge',
       alarm: 'by alarm',
     } satisfies Record<Order, string>,
@@ -307,8 +309,24 @@ export const en = {
     history: 'History',
     historyCaption: 'Alarm history, the latest entry first',
     searchHistory: 'Search the history',
+    sortHistory: 'Sort the history',
     change: 'Change',
     allChanges: 'all changes',
+    /** The choice of two times that are typed. */
+    between: 'between two times',
+    historyCut: (most: string) =>
+      `Only the latest ${most} entries of this time are searched, sorted and saved: choose a shorter one.`,
+  },
+
+  /** The sound of alarms. */
+  sound: {
+    label: 'Sound',
+    sentence: 'A tone for alarms that are not acknowledged, another one for each priority. This browser remembers it.',
+    none: 'This browser cannot play sounds.',
+    sounds: (priority: string) => `An alarm of ${priority} priority sounds.`,
+    silence: 'Silence',
+    /** The browser waits for a press. */
+    allow: 'Allow the sound',
   },
 
   suppress: {
@@ -585,6 +603,9 @@ export const en = {
       'no-data': 'No data',
       'calibration-overdue': 'Calibration overdue',
     },
+    /** A state in the address of the page that does not exist. */
+    unknownState: (state: string, known: string) =>
+      `The address of this page asks for the state ${state}, which does not exist. Expected one of ${known}.`,
   },
 
   views: {
@@ -604,6 +625,8 @@ export const en = {
 
   log: {
     older: 'Show older entries',
+    more: (count: number) => `Show more of ${count} further entries`,
+    sort: (column: string) => `Sort by ${column}`,
     loading: 'Loading …',
     again: 'Try again',
     noValues: 'No values in this time range.',
@@ -711,6 +734,10 @@ export const en = {
     notMonitored: (problem: string) => `alarms not monitored: ${problem}`,
     noAlarms: 'no active alarms',
     noneActive: (unacknowledged: string) => `no active alarms, not acknowledged: ${unacknowledged}`,
+    /** The numbers of alarms that raise nothing. */
+    suppressed: (count: number) => `${count} suppressed`,
+    shelved: (count: number) => `${count} shelved`,
+    outOfService: (count: number) => `${count} out of service`,
     others: 'Alarms without a gauge',
     whole: 'whole gauge',
     lowest: 'lowest',
@@ -725,6 +752,10 @@ export const en = {
   trends: {
     time: 'Time',
     spans: { '1m': '1 min', '10m': '10 min', '1h': '1 hour', '1d': '1 day', '1w': '1 week' },
+    live: 'Live',
+    liveTitle: 'The chart moves with the time. Press to hold it.',
+    held: 'Held',
+    heldTitle: 'The chart stands still. Press to move it with the time.',
     earlier: 'Earlier',
     zoomIn: 'Zoom in',
     zoomOut: 'Zoom out',
@@ -1095,6 +1126,8 @@ export const en = {
   },
 
   audit: {
+    /** What a key of the station’s file was before it came, or is after it went. */
+    notInFile: 'not in the file',
     actions: {
       execute: 'sent',
       outcome: 'outcome',

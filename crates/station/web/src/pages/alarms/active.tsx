@@ -5,6 +5,7 @@ import type { ComponentChildren, JSX, TargetedEvent } from 'preact'
 import { useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks'
 import type { Alarm } from '../../api/types.ts'
 import { AlarmSummaryText } from '../../components/alarm-marks.tsx'
+import { SoundSwitch } from '../../components/alarm-sound.tsx'
 import { Choice, SearchField } from '../../components/fields.tsx'
 import { labelsOf, useDirectory } from '../../components/gauge-filter.tsx'
 import { usePlant } from '../../components/plant-picture.tsx'
@@ -26,7 +27,7 @@ import {
   summaryOf,
   valuesOf,
 } from '../../lib/alarm-groups.ts'
-import { held, inOrder, ORDERS, type Order } from '../../lib/alarm-order.ts'
+import { afterHead, held, inOrder, ORDERS, type Order } from '../../lib/alarm-order.ts'
 import { countsText, isUnacknowledged, PRIORITIES } from '../../lib/alarms.ts'
 import { day } from '../../lib/format.ts'
 import { volumesOfAlarms } from '../../lib/picture.ts'
@@ -103,6 +104,10 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
     hold()
     pressed(event)
   }
+  const sortBy = (next: Order): void => {
+    release()
+    setOrder(next)
+  }
   const today = day(now)
   return (
     <section class="panel active-alarms" aria-label={t.alarms.active}>
@@ -121,11 +126,9 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
           label={t.alarms.order}
           value={order}
           options={ORDERS.map((one) => [one, t.alarms.orders[one]] as const)}
-          onChange={(value) => {
-            release()
-            setOrder(ORDERS.find((one) => one === value) ?? 'urgency')
-          }}
+          onChange={(value) => sortBy(ORDERS.find((one) => one === value) ?? 'urgency')}
         />
+        <SoundSwitch />
         {waiting > 0 && (
           <button type="button" onClick={release}>
             {t.alarms.newOnes(waiting)}
@@ -144,7 +147,7 @@ export function ActiveAlarmList({ all, error, run, suppress, ask, edit }: Props)
       )}
       {list.length === 0 && <p class="muted no-alarms">{t.alarms.noneActive}</p>}
       {list.length > 0 && shown.length === 0 && <p class="muted">{t.alarms.noMatch}</p>}
-      {shown.length > 0 && <AlarmHead />}
+      {shown.length > 0 && <AlarmHead sorting={{ order, press: (column) => sortBy(afterHead(order, column)) }} />}
       <ul
         class="alarm-list"
         ref={lines}

@@ -8,6 +8,7 @@ import { AlarmStateMark, PriorityMark } from '../../components/alarm-marks.tsx'
 import { DrawnFor } from '../../components/drawn-for.tsx'
 import { Unbroken } from '../../components/unbroken.tsx'
 import { useLanguage } from '../../language.ts'
+import { type HeadColumn, headDirection, type Order } from '../../lib/alarm-order.ts'
 import { conditionText, isActive, isUnacknowledged, quantity } from '../../lib/alarms.ts'
 import { age, readable } from '../../lib/format.ts'
 import type { Unit } from '../../lib/units.ts'
@@ -44,21 +45,44 @@ interface Props extends LineActions {
   today: string
 }
 
-/** The heads of the columns. */
-export function AlarmHead(): JSX.Element {
+/** Sorts the list by its heads; without it they are words. */
+interface Sorting {
+  order: Order
+  press: (column: HeadColumn) => void
+}
+
+/** The heads of the columns. A press sorts; by keyboard and for a screen reader the choice of the order does the same. */
+export function AlarmHead({ sorting = null }: { sorting?: Sorting | null }): JSX.Element {
   const { columns } = t.alarms
   return (
     <div class="alarm-head" aria-hidden="true">
       <span />
-      <span>{t.common.priority}</span>
-      <span>{t.common.state}</span>
-      <span>{columns.raised}</span>
-      <span>{t.common.gauge}</span>
-      <span>{t.common.alarm}</span>
+      <Head column="priority" text={t.common.priority} sorting={sorting} />
+      <Head column="state" text={t.common.state} sorting={sorting} />
+      <Head column="raised" text={columns.raised} sorting={sorting} />
+      <Head column="gauge" text={t.common.gauge} sorting={sorting} />
+      <Head column="alarm" text={t.common.alarm} sorting={sorting} />
       <span>{columns.limit}</span>
       <span>{columns.now}</span>
       <span class="when-raised">{columns.whenRaised}</span>
     </div>
+  )
+}
+
+interface HeadProps {
+  column: HeadColumn
+  text: string
+  sorting: Sorting | null
+}
+
+function Head({ column, text, sorting }: HeadProps): JSX.Element {
+  if (!sorting) return <span>{text}</span>
+  const direction = headDirection(sorting.order, column)
+  return (
+    <button type="button" tabIndex={-1} data-direction={direction} onClick={() => sorting.press(column)}>
+      {text}
+      {direction && (direction === 'ascending' ? ' ▴' : ' ▾')}
+    </button>
   )
 }
 

@@ -6,6 +6,7 @@ import { readBlocks } from '../../api/calls.ts'
 import type { Block, Gauge, Request } from '../../api/types.ts'
 import { Choice, sameText } from '../../components/fields.tsx'
 import { errorText } from '../../components/hooks.ts'
+import { QueryState } from '../../components/query-state.tsx'
 import { compared, type Difference } from '../../lib/compare-settings.ts'
 import { useSnapshot } from '../../live.ts'
 import { hasRole, useSession } from '../../session.ts'
@@ -54,12 +55,12 @@ export function Compare({ gauge, blocks, open }: Props): JSX.Element | null {
           options={[['', `${t.compare.with} …`], ...sameText(names)]}
           onChange={(name) => void choose(name)}
         />
-        {other && !other.blocks && !other.error && <span role="status">{t.compare.reading(other.name)}</span>}
       </div>
-      {other?.error && (
-        <p class="error" role="alert">
-          {other.error}
-        </p>
+      {other && (
+        <QueryState
+          of={[{ value: other.blocks, error: other.error, again: () => void choose(other.name) }]}
+          loading={t.compare.reading(other.name)}
+        />
       )}
       {other?.blocks && <Result gauge={gauge} own={blocks} name={other.name} other={other.blocks} open={open} />}
     </>

@@ -7,6 +7,7 @@ import { GaugeStatus } from '../../components/bus-status.tsx'
 import { labelsOf, Overdue, useDirectory } from '../../components/gauge-filter.tsx'
 import { Points } from '../../components/points.tsx'
 import { boundOf, ReadingDetails, ReadingText } from '../../components/pressure.tsx'
+import { QueryState } from '../../components/query-state.tsx'
 import { Age, Faults } from '../../components/reading-state.tsx'
 import { Sparkline } from '../../components/sparkline.tsx'
 import { currentQuality, isStale } from '../../lib/stale.ts'
@@ -18,6 +19,7 @@ import { t } from '../../texts/texts.ts'
 export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
   const live = useLive()
   const stale = isStale(gauge, live.since)
+  const { directory, error, query } = useDirectory()
   return (
     <section class={`panel readings ${stale ? 'stale' : ''}`} aria-label={t.gauge.readings}>
       <div class="readings-head">
@@ -36,7 +38,8 @@ export function Readings({ gauge }: { gauge: Gauge }): JSX.Element {
         {gauge.kind === 'gauge' && gauge.readings.length === 0 && <p class="big none">{t.common.noData}</p>}
       </div>
       <Faults gauge={gauge} />
-      <Labels labels={labelsOf(useDirectory().directory, gauge.name)} />
+      {error && <QueryState of={[query]} />}
+      <Labels labels={labelsOf(directory, gauge.name)} />
     </section>
   )
 }

@@ -3,7 +3,9 @@
 import './result.css'
 import type { ComponentChildren, JSX } from 'preact'
 import type { FlowUnits, Interval, Rise } from '../../api/types.ts'
+import type { Query } from '../../components/hooks.ts'
 import { Pressure } from '../../components/pressure.tsx'
+import { QueryState } from '../../components/query-state.tsx'
 import { age, number } from '../../lib/format.ts'
 import { verdict } from '../../lib/rise.ts'
 import { useUnit } from '../../settings.ts'
@@ -15,12 +17,13 @@ interface Props {
   /** Start and end are set. */
   isReady: boolean
   gauge: GasDependence
-  error: string | null
+  query: Pick<Query<Rise | null>, 'value' | 'error' | 'again'>
 }
 
-export function Result({ fit, isReady, gauge, error }: Props): JSX.Element {
-  if (error) return <p class="error">{error}</p>
-  if (!fit) return <p class="panel muted">{isReady ? t.rise.calculating : t.rise.waiting}</p>
+export function Result({ fit, isReady, gauge, query }: Props): JSX.Element {
+  if (!isReady) return <p class="panel muted">{t.rise.waiting}</p>
+  // A fit beside a failure would be that of other times.
+  if (!fit || query.error) return <QueryState of={[{ ...query, value: fit }]} loading={t.rise.calculating} />
   const { title, sentence } = verdict(fit)
   return (
     <section class="panel result" aria-label={t.rise.result} role="status">

@@ -48,7 +48,7 @@ export function RateOfRise(): JSX.Element {
       </p>
       <Steps names={names} measurement={measurement} change={change} />
       <RiseChart measurement={measurement} fit={fit} select={(begin, end) => change({ ...measurement, begin, end })} />
-      <Result fit={fit} isReady={isReady} gauge={gauge} error={isReady ? query.error : null} />
+      <Result fit={fit} isReady={isReady} gauge={gauge} query={query} />
     </div>
   )
 }

@@ -1,5 +1,6 @@
 // The chart as a picture in PNG: what is drawn, with the names of the curves, the window and the reference.
 
+import { download } from '../../components/download.ts'
 import { tokenColour } from '../../components/palette.ts'
 import { t } from '../../texts/texts.ts'
 
@@ -56,9 +57,5 @@ export async function savePng(box: HTMLElement | null, name: string, text: Pictu
   const picture = composed(chart, text)
   const octets = await new Promise<Blob | null>((done) => picture.toBlob(done, 'image/png'))
   if (!octets) throw new Error(t.trends.noPng)
-  const link = document.createElement('a')
-  link.href = URL.createObjectURL(octets)
-  link.download = name
-  link.click()
-  URL.revokeObjectURL(link.href)
+  download(octets, name)
 }

@@ -5,7 +5,7 @@ import type { JSX } from 'preact'
 import { useEffect, useState } from 'preact/hooks'
 import { MomentField } from '../../components/fields.tsx'
 import { moment, momentOf } from '../../lib/format.ts'
-import { isLive, moved, type Range, SHORTEST_MS, SPANS, windowOf, zoomed } from '../../lib/range.ts'
+import { isLive, moved, type Range, SHORTEST_MS, SPANS, toggled, windowOf, zoomed } from '../../lib/range.ts'
 import { useLive } from '../../live.ts'
 import { t } from '../../texts/texts.ts'
 import type { TrendChoice } from './choice.ts'
@@ -16,7 +16,8 @@ interface ToolbarProps {
 }
 
 export function Toolbar({ choice: { range, isAllDecades }, change }: ToolbarProps): JSX.Element {
-  const window = windowOf(range, useLive().now)
+  const { now } = useLive()
+  const window = windowOf(range, now)
   const middle = (window[0] + window[1]) / 2
   const steps: [symbol: string, label: string, range: () => Range][] = [
     ['‹', t.trends.earlier, () => moved(window, -0.5)],
@@ -26,6 +27,15 @@ export function Toolbar({ choice: { range, isAllDecades }, change }: ToolbarProp
   ]
   return (
     <div class="bar" role="toolbar" aria-label={t.trends.time}>
+      <button
+        type="button"
+        class="live"
+        title={isLive(range) ? t.trends.liveTitle : t.trends.heldTitle}
+        onClick={() => change({ range: toggled(range, now) })}
+      >
+        <span aria-hidden="true">{isLive(range) ? '▶ ' : '❚❚ '}</span>
+        {isLive(range) ? t.trends.live : t.trends.held}
+      </button>
       <div class="buttons">
         {SPANS.map(({ name, ms }) => (
           <button
