@@ -11,7 +11,8 @@ use profivac_wire::{DataTelegram, MAX_TELEGRAM, Telegram};
 use std::fmt::Write as _;
 use std::io::Read;
 
-const STREAMS: u64 = 10_000;
+/// The streams of each notation of [`text`], which loses no octet.
+const STREAMS: u64 = 1_000;
 
 /// The streams of each notation whose text may have octets that are left over; `PROFIVAC_CASES` is another number.
 const FEW_STREAMS: u64 = 200;
@@ -202,6 +203,11 @@ fn text(number: u64, random: &mut Random, groups: &[Vec<u8>]) -> (String, Notati
     }
 }
 
+/// The number of streams: `usual`, or `PROFIVAC_CASES`.
+fn cases(usual: u64) -> u64 {
+    std::env::var("PROFIVAC_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(usual)
+}
+
 /// The notation, the octets and the number of octets that are left over.
 fn read(file: &[u8]) -> (Option<Notation>, Vec<u8>, usize) {
     let mut source = Source::open(file, Baud::B19200).unwrap();
@@ -212,10 +218,10 @@ fn read(file: &[u8]) -> (Option<Notation>, Vec<u8>, usize) {
 }
 
 #[test]
-fn every_octet_of_10000_random_streams_is_read_in_each_notation() {
-    let mut random = Random::new(46);
+fn every_octet_of_random_streams_is_read_in_each_notation() {
+    let (count_of_streams, mut random) = (cases(STREAMS), Random::new(46));
     let mut counts = [0; KINDS as usize];
-    for number in 0..STREAMS {
+    for number in 0..count_of_streams {
         let groups = groups(&mut random);
         for (kind, count) in (0..KINDS).zip(&mut counts) {
             let (text, expected) = text(kind, &mut random, &groups);
@@ -226,7 +232,7 @@ fn every_octet_of_10000_random_streams_is_read_in_each_notation() {
         }
     }
     for (kind, count) in counts.iter().enumerate() {
-        assert!(*count * 2 >= STREAMS, "notation {kind} is found {count} times of {STREAMS}");
+        assert!(*count * 2 >= count_of_streams, "notation {kind} is found {count} times of {count_of_streams}");
     }
 }
 
@@ -751,9 +757,8 @@ fn caret(octets: &[u8]) -> String {
 /// Some octets of these texts may be left over; each one that is read is right, or the reader asks for the notation.
 #[test]
 fn no_octet_of_random_streams_becomes_another_one() {
-    let count = std::env::var("PROFIVAC_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(FEW_STREAMS);
     let mut random = Random::new(48);
-    for number in 0..count {
+    for number in 0..cases(FEW_STREAMS) {
         let groups = several_groups(&mut random);
         let octets = groups.concat();
         let programs = NOTATIONS.into_iter().map(|(name, line)| {

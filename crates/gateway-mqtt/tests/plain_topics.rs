@@ -302,7 +302,10 @@ fn the_state_in_home_assistant_is_one_of_the_words_of_the_states() {
     for message in described(&snapshot, false).iter().filter(|message| message.topic.ends_with("/state/config")) {
         let description: Value = serde_json::from_slice(&message.payload).unwrap();
         assert_eq!(description["value_template"], "{{ value_json.state }}");
-        assert_eq!((&description["device_class"], &description["options"]), (&json!("enum"), &json!(State::LABELS)));
+        assert_eq!(
+            (&description["device_class"], &description["options"]),
+            (&json!("enum"), &json!(State::READING_LABELS))
+        );
     }
     let state = object(&all(&snapshot), "profivac/target-hall/chamber/state")["state"].clone();
     assert_eq!(state, "OK");

@@ -124,7 +124,7 @@ impl Page {
             .skip(1)
             .map(|cells| octets(&cells[1].replace("none", "")))
             .collect();
-        let bits = page.lines().find(|line| line.starts_with("The first octet may have"));
+        let bits = page.lines().find(|line| line.starts_with("The device also accepts the bits"));
         let bits = |position: usize| bits.map_or(0, |line| octets(line.split('`').nth(position).expect("bits"))[0]);
         let instructions = cells(page, "## Parameter channel");
         let reasons = cells(page, "## Refusals").iter().skip(1).map(|cells| Self::reason(cells)).collect();

@@ -4,7 +4,7 @@
 //! in every line, in two lines at least, and if no telegram is lost without it.
 
 use super::rows::MIN_OCTETS;
-use super::word::{Commas, PREFIXES, is_separator};
+use super::word::{Commas, PREFIXES, has_number_behind, is_separator};
 use std::ops::Range;
 
 /// The words in front of the octets of each line.
@@ -150,11 +150,14 @@ impl Columns {
         }
         let has_all = words.len() >= self.columns.len();
         let run = Run::of(words.get(self.columns.len()..).unwrap_or_default());
+        // Without its number, `Length 3:` would take the first octet for it.
+        let before: Vec<bool> = self.columns.iter().skip(1).map(Column::is_number).chain([false]).collect();
         let (mut cleaned, mut from) = (Cleaned::default(), 0);
-        for ((column, word), place) in self.columns.iter_mut().zip(words).zip(places) {
+        for (((column, word), place), is_before_number) in self.columns.iter_mut().zip(words).zip(places).zip(before) {
             cleaned.text += line.get(from..place.start).unwrap_or_default();
             from = place.end;
             match column {
+                Column::Word if is_before_number && has_number_behind(word) => cleaned.numbers.push(word),
                 Column::Word if self.commas == Commas::Numbers => cleaned.text += &word.replace(',', "."),
                 Column::Word => cleaned.text += word,
                 Column::Number(number) => {
@@ -166,6 +169,12 @@ impl Columns {
         self.end = self.end.or(has_all.then_some(from));
         cleaned.text += line.get(from..).unwrap_or_default();
         Some(cleaned)
+    }
+}
+
+impl Column {
+    const fn is_number(&self) -> bool {
+        matches!(self, Self::Number(_))
     }
 }
 

@@ -318,6 +318,11 @@ fn seconds_since_1970(word: &Word<'_>) -> Option<f64> {
 const NUMBERS: [&str; 7] = ["length", "len", "size", "count", "from", "to", "offset"];
 const CERTAIN: usize = 4;
 
+/// Whether a number without a sign between follows this word: `Length 3:`.
+pub(super) fn has_number_behind(word: &str) -> bool {
+    NUMBERS.contains(&word.trim_end_matches(':').to_ascii_lowercase().as_str())
+}
+
 /// Whether the word that begins at `from` is the number of a name: `length=6`, `Length: 0006`, `Length 11:`, `octets_len = 27`, the size in
 /// `octets[27] =`, or a number of three digits and more alone in parentheses.
 fn is_named_number(line: &str, from: usize, text: &str, before: Option<&Word<'_>>) -> bool {
