@@ -127,8 +127,8 @@ impl Model {
         // Two octets are too short for DPV1_Status_1 to 3: they can be the code of the unit.
         let free = if user.len() < DPV1_STATUS_OCTETS { [self.dpv1_status, 0] } else { self.free_bits() };
         let given = self.user_prm.iter().find(|prm| prm.matches(user, free));
-        // A master sends these octets to each DP-V1 slave, also where its GSD file has none.
-        let is_status = self.features.dpv1 && DPV1_STATUS.matches(user, free);
+        // A master sends these octets to each DP-V1 slave, also where its GSD file has none: the built-in devices have some.
+        let is_status = DESCRIBED && self.features.dpv1 && DPV1_STATUS.matches(user, free);
         given.or_else(|| self.user_prm.iter().find(|prm| is_status && prm.octets.is_empty()))
     }
 
