@@ -36,6 +36,10 @@ def printed(program, *arguments):
     return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
 
 
+# These devices send no pressure, so they have no blocks.
+WITHOUT_PRESSURE = {"tic253"}
+
+
 def faults(node):
     """The places that tree-sitter skips or adds."""
     if node.type == "ERROR" or node.is_missing:
@@ -90,6 +94,8 @@ def main():
         for device in devices:
             name = Path(device).stem
             text = printed(program, "st", device)
+            if name in WITHOUT_PRESSURE and "FUNCTION_BLOCK" not in text:
+                continue
             tree_sitter_reads(name, text)
             if without_heads(name, printed(program, "st", device, "--dialect", "tia")) != text:
                 sys.exit(f"{name}: the dialects differ in more than their heads")

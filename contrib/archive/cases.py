@@ -871,7 +871,8 @@ class Sender:
         return field(3, field(1, series) + field(2, varint(2 * self.now)) + field(3, bytes([128])) + field(4, struct.pack("<d", pressure)) + later)
 
     def span(self, series, log10_sum, later=b"", level=2):
-        return field(4, field(1, series) + field(2, level) + field(3, self.now) + field(6, log10_sum) + field(7, 1) + later)
+        """A span of one valid sample."""
+        return field(4, field(1, series) + field(2, level) + field(3, self.now) + field(6, log10_sum) + field(7, 1) + field(8, 1) + later)
 
     @staticmethod
     def point(name, unit, kind):

@@ -100,7 +100,7 @@ impl Encoder {
                 Content::One(self.of_gauge(index, snapshot, |point, gauge| bits(point, State::Stale, gauge, snapshot)))
             }
             Source::Known(index) => Content::One(self.of_gauge(index, snapshot, |point, gauge| {
-                word(emission_and_degas(point, state(index), gauge, snapshot).map(|it| it.is_some()))
+                word(emission_and_degas(point, gauge, snapshot).map(|it| it.is_some()))
             })),
             Source::Age(index) => Content::One(age(time(value(index)), now)),
             Source::Readings(index) => Content::One(self.count(index, time(value(index)))),
@@ -210,7 +210,7 @@ fn word<const COUNT: usize>(flags: [bool; COUNT]) -> u16 {
 }
 
 /// Whether emission and degas of a reading are on; `None` where the station does not know it.
-fn emission_and_degas(point: &Point, state: State, gauge: &Gauge, snapshot: &Snapshot) -> [Option<bool>; 2] {
+fn emission_and_degas(point: &Point, gauge: &Gauge, snapshot: &Snapshot) -> [Option<bool>; 2] {
     let channel = match point.subject {
         Subject::Reading { channel, .. } => channel,
         _ => None,
@@ -220,16 +220,13 @@ fn emission_and_degas(point: &Point, state: State, gauge: &Gauge, snapshot: &Sna
         let value = parameter.of(channel).and_then(|index| snapshot.values.get(index));
         value.and_then(|it| it.value.float()).map(|code| code != 0.0)
     };
-    // The status may have been read too long ago, but the pressure shows the emission.
-    let measures = point.is_hot_cathode && state == State::Ok;
-    let emission = if measures { Some(true) } else { is_on(&gauge.emission) };
-    [emission, is_on(&gauge.degas)]
+    [is_on(&gauge.emission), is_on(&gauge.degas)]
 }
 
 fn bits(point: &Point, state: State, gauge: &Gauge, snapshot: &Snapshot) -> u16 {
     let number = |index: Option<usize>| index.and_then(|index| snapshot.values.get(index)).map(|it| whole(&it.value));
     let has_priority = |priority: u16| number(gauge.alarm_priority) == Some(priority.into());
-    let [emission, degas] = emission_and_degas(point, state, gauge, snapshot).map(|it| it == Some(true));
+    let [emission, degas] = emission_and_degas(point, gauge, snapshot).map(|it| it == Some(true));
     let flags = [
         matches!(state, State::Stale | State::Starting),
         state == State::Fault,

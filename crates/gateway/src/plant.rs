@@ -225,8 +225,6 @@ pub struct PointOf {
     pub is_writable: bool,
     /// Its number is a code, bits or another integer without a unit.
     pub is_whole: bool,
-    /// A hot cathode gives its readings at present.
-    pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
     pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it.
@@ -245,7 +243,6 @@ impl PointOf {
             is_simulated,
             is_writable: false,
             is_whole: false,
-            is_hot_cathode: false,
             vendor: None,
             recorded: None,
         }
@@ -267,7 +264,7 @@ impl Sink for Collector {
     fn point(&mut self, signal: Signal, _: Raw, _: State, _: Option<Micros>) {
         let Some(of) = self.present.clone() else { return };
         let PointOf { subject, segment, range_pa, limits, own_unit, stale_after_ms, .. } = of;
-        let PointOf { is_simulated, is_writable, is_whole, is_hot_cathode, vendor, recorded, .. } = of;
+        let PointOf { is_simulated, is_writable, is_whole, vendor, recorded, .. } = of;
         let has_own_unit =
             matches!(signal, Signal::AlarmValue | Signal::AlarmLimit | Signal::RaisedValue | Signal::ParameterNumber);
         self.points.push(Point {
@@ -281,7 +278,6 @@ impl Sink for Collector {
             is_simulated,
             is_writable,
             is_whole,
-            is_hot_cathode,
             vendor,
             recorded: recorded.filter(|_| signal.kind() == Kind::Float),
         });
@@ -507,7 +503,6 @@ fn reading(inputs: &Inputs, gauge: &Gauge, reading: &Reading, sink: &mut impl Si
         is_simulated: inputs.is_simulated(&gauge.segment),
         is_writable: false,
         is_whole: false,
-        is_hot_cathode: reading.principle == Some(Principle::HotCathode),
         vendor: None,
         recorded: None,
     });

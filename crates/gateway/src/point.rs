@@ -110,8 +110,6 @@ pub struct Point {
     pub is_writable: bool,
     /// Its number is a code, bits or another integer without a unit.
     pub is_whole: bool,
-    /// A hot cathode gives its readings at present: it measures with emission only.
-    pub is_hot_cathode: bool,
     /// The manufacturer of its gauge.
     pub vendor: Option<Arc<str>>,
     /// The point of a slave as the recorder knows it, of its number; `None` for all others.

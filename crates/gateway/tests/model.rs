@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test")]
 
 use profivac_client::cyclic::IntegerRange;
+use profivac_devices::Principle;
 use profivac_gateway::model::Modeller;
 use profivac_gateway::{Inputs, Signal, Snapshot, State, Subject, Value};
 use profivac_recorder::{Micros, Quality};
@@ -131,6 +132,21 @@ fn a_change_is_a_new_version_with_the_time_of_the_reading_and_a_missed_one_is_co
     assert_eq!(missed, Some((index, 1)), "one update was missed");
     assert_eq!(third.values[index].value, Value::Float(3.0));
     assert_eq!(third.values[index].at, Some(Micros(4_000)), "the time of the reading, not of the snapshot");
+}
+
+/// A combined gauge changes its sensor with the pressure. Sparkplug would publish new births each time if the points were others.
+#[test]
+fn another_sensor_of_a_combined_gauge_keeps_the_points() {
+    let measured_by = |principle| {
+        let mut inputs = measuring(1.0, 1_000);
+        let gauge = inputs.gauges.iter_mut().find(|gauge| gauge.name == "chamber").unwrap();
+        gauge.readings.iter_mut().for_each(|reading| reading.principle = Some(principle));
+        inputs
+    };
+    let mut modeller = Modeller::default();
+    let before = modeller.next(measured_by(Principle::Pirani), Micros(5_000));
+    let after = modeller.next(measured_by(Principle::HotCathode), Micros(6_000));
+    assert!(after.points == before.points, "the points are described as before");
 }
 
 #[test]
