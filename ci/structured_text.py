@@ -36,7 +36,7 @@ def printed(program, *arguments):
     return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
 
 
-# These devices send no pressure, so they have no blocks.
+# The program refuses to make blocks for these devices.
 WITHOUT_PRESSURE = {"tic253"}
 
 
@@ -89,13 +89,12 @@ def main():
         devices = sorted(path.stem.lower() for path in Path(folder).glob("*.GSD"))
         awkward = Path(folder) / "awkward.toml"
         awkward.write_text(AWKWARD)
-        devices += [str(path) for path in [*sorted(FILES.glob("*.toml")), awkward]]
+        files = [path for path in sorted(FILES.glob("*.toml")) if path.stem not in WITHOUT_PRESSURE]
+        devices += [str(path) for path in [*files, awkward]]
         read, read_by_blark, known = 0, 0, set()
         for device in devices:
             name = Path(device).stem
             text = printed(program, "st", device)
-            if name in WITHOUT_PRESSURE and "FUNCTION_BLOCK" not in text:
-                continue
             tree_sitter_reads(name, text)
             if without_heads(name, printed(program, "st", device, "--dialect", "tia")) != text:
                 sys.exit(f"{name}: the dialects differ in more than their heads")

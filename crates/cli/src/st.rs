@@ -75,6 +75,13 @@ Examples:
 /// Prints the blocks.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = named(&arguments.device)?;
+    if !st::has_blocks(model) {
+        let device = &arguments.device;
+        return Err(Failure::usage(format!(
+            "{device} sends no pressure and has no parameter channel, so it has no function blocks; `profivac gsd {device}` prints its \
+             GSD file"
+        )));
+    }
     let blocks = match (arguments.plcopen, arguments.dialect) {
         (None, dialect) => st::st(model, dialect.into()),
         (Some(tool), Dialect::Standard) => st::plcopen(model, tool.into()),

@@ -411,6 +411,18 @@ fn a_text_of_a_device_file_is_no_code_of_a_function_block() {
 }
 
 #[test]
+fn a_device_without_a_pressure_and_a_channel_has_no_function_blocks() {
+    let folder = Folder::new();
+    let file = folder.name("tic253.toml");
+    fs::write(&file, include_str!("../../../docs/devices/files/tic253.toml")).unwrap();
+    for options in [&[][..], &["--dialect", "tia"], &["--plcopen"]] {
+        let refused = run(&[&["st", &file], options].concat());
+        assert_eq!((refused.status.code(), stdout(&refused)), (Some(2), ""), "{options:?}");
+        assert!(stderr(&refused).contains("so it has no function blocks; `profivac gsd "), "{}", stderr(&refused));
+    }
+}
+
+#[test]
 fn the_function_blocks_of_a_device_file_are_plcopen_xml() {
     let folder = Folder::new();
     let file = folder.name("mine.toml");

@@ -58,6 +58,12 @@ pub fn st(model: &Model, dialect: Dialect) -> String {
     source.text
 }
 
+/// Whether a device has function blocks: it sends a pressure, or has a parameter channel.
+#[must_use]
+pub fn has_blocks(model: &Model) -> bool {
+    !telegrams(model).is_empty() || has_channel(model)
+}
+
 /// The text with nothing that begins or ends a comment, and in ASCII: tools read a file without a mark in the code page of the computer.
 fn in_comment(text: &str) -> String {
     text.replace("*)", "* )").replace("(*", "( *").replace(|letter: char| !letter.is_ascii(), "?")
