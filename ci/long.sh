@@ -15,7 +15,7 @@ proofs=(
     'octets   | a slave answers only what it must among 10^9 random octets and 10^7 services of three masters'
     'model    | a slave of each kind answers as a model of the specification does, in 100 times as many conversations as in ./test'
     'receiver | the receiver divides 100 times as many changed streams as in ./test'
-    'notations | no octet of 10 000 random streams becomes another one in 61 notations of programs'
+    'notations | no octet of 10 000 random streams becomes another one in 62 notations of programs'
     'firmware | a gauge in QEMU survives 10^7 random octets and a power cut at every flash operation of a write'
     'ring     | two and three masters form a ring again after every sequence of four faults'
     'power    | every disk that a power cut can leave keeps what a gauge, the file of users and the record have acknowledged'

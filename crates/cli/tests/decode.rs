@@ -331,6 +331,8 @@ fn what_each_tool_prints_has_every_telegram() {
         ("json.txt", "octets in decimal", false),
         ("tshark-x.txt", "octets in hexadecimal", false),
         ("tshark-fields.txt", "octets in hexadecimal", true),
+        ("od-c.txt", "letters and octal numbers, as od -c and hexdump -c print them", false),
+        ("hexdump-c.txt", "letters and octal numbers, as od -c and hexdump -c print them", false),
     ] {
         let file = std::fs::read(std::path::Path::new("tests/data/recordings").join(name)).unwrap();
         let (code, output, notices) = decode(&folder, name, &file, &["--json", "--raw"]);

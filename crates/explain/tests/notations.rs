@@ -18,7 +18,7 @@ const STREAMS: u64 = 1_000;
 const FEW_STREAMS: u64 = 200;
 
 /// The notations of [`text`].
-const KINDS: u64 = 11;
+const KINDS: u64 = 13;
 
 fn telegram(random: &mut Random) -> Vec<u8> {
     let du: Vec<u8> = (0..random.below(12)).map(|_| random.octet()).collect();
@@ -185,6 +185,8 @@ fn text(number: u64, random: &mut Random, groups: &[Vec<u8>]) -> (String, Notati
             });
             (text, Notation::Decimal)
         }
+        10 => (with_letters(&octets, LettersOf::Od), Notation::Letters),
+        11 => (with_letters(&octets, LettersOf::Hexdump), Notation::Letters),
         _ => {
             text += "06:48:59.9 openat(AT_FDCWD, \"/dev/ttyUSB0\", O_RDWR|O_NOCTTY) = 3\n";
             for group in groups {
@@ -723,20 +725,99 @@ fn is_accounted_for(text: &str, expected: &[u8]) -> bool {
     !source.is_notation_shown() || (is_part && read.len() + left_over >= expected.len())
 }
 
-/// Octets as od -c and hexdump -c print them: letters, and octal numbers.
-fn with_letters(octets: &[u8]) -> String {
+/// The programs that print letters in place of octets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LettersOf {
+    /// `od -c` of the GNU coreutils.
+    Od,
+    /// `hexdump -c` of util-linux.
+    Hexdump,
+}
+
+/// Octets as `od -c` and `hexdump -c` print them: letters, escapes and octal numbers, `*` in place of lines like the one before.
+fn with_letters(octets: &[u8], program: LettersOf) -> String {
     let letter = |octet: u8| match octet {
         0 => "\\0".to_owned(),
+        7 => "\\a".to_owned(),
+        8 => "\\b".to_owned(),
+        b'\t' => "\\t".to_owned(),
         b'\n' => "\\n".to_owned(),
+        11 => "\\v".to_owned(),
+        12 => "\\f".to_owned(),
+        b'\r' => "\\r".to_owned(),
         0x20..0x7F => char::from(octet).to_string(),
         _ => format!("{octet:03o}"),
     };
-    let rows = octets.chunks(16).zip(0_usize..);
-    let line = |(row, number): (&[u8], usize)| {
-        let letters: String = row.iter().map(|octet| format!(" {:>3}", letter(*octet))).collect();
-        format!("{:07o}{letters}\n", 16 * number)
+    let address = |at: usize| match program {
+        LettersOf::Od => format!("{at:07o}"),
+        LettersOf::Hexdump => format!("{at:07x}"),
     };
-    rows.map(line).collect::<String>() + &format!("{:07o}\n", octets.len())
+    let (mut text, mut before, mut is_omitting) = (String::new(), None, false);
+    for (row, number) in octets.chunks(16).zip(0_usize..) {
+        if before == Some(row) {
+            text += if is_omitting { "" } else { "*\n" };
+            is_omitting = true;
+            continue;
+        }
+        (before, is_omitting) = (Some(row), false);
+        let letters: String = row.iter().map(|octet| format!(" {:>3}", letter(*octet))).collect();
+        text += &address(16 * number);
+        text += &match program {
+            LettersOf::Od => letters + "\n",
+            // It fills its last line with spaces.
+            LettersOf::Hexdump => format!("{letters:64} \n"),
+        };
+    }
+    text + &address(octets.len()) + "\n"
+}
+
+#[test]
+fn a_dump_with_letters_is_read_whatever_its_addresses() {
+    let octets = [0x68, 0x05, 0x05, 0x68, 0x88, 0x82, 0x6D, 0x3C, 0x3E, 0xF1, 0x16, 0x20, 0x0D, 0x0A, 0x5C, 0x2A, 0xE5];
+    let od = "0000000   h 005 005   h 210 202   m   <   > 361 026      \\r  \\n   \\   *\n";
+    for (text, left_over) in [
+        (format!("{od}0000020 345\n0000021\n"), 0),
+        (format!("$ od -c line\n{od}0000020 345\n0000021\n$\n"), 0),
+        // od -A x and od -A d.
+        (format!("{}000010 345\n000011\n", &od[1..]), 0),
+        (format!("{od}0000016 345\n0000017\n"), 0),
+        // Without the last line.
+        (format!("{od}0000020 345\n"), 0),
+    ] {
+        assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets.to_vec(), left_over), "{text}");
+    }
+}
+
+/// `hexdump -c` prints letters of UTF-8, and `**` for their further octets.
+#[test]
+fn a_letter_of_several_octets_has_a_cell_for_each() {
+    let cells = " 020  \\b 002   I   S 026   \u{e9}  ** 026";
+    let text = format!("0000000{cells:64} \n0000009\n");
+    let octets = [0x10, 0x08, 0x02, 0x49, 0x53, 0x16, 0xC3, 0xA9, 0x16];
+    assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets.to_vec(), 0), "{text}");
+}
+
+#[test]
+fn the_lines_that_a_dump_with_letters_omits_are_read() {
+    for program in [LettersOf::Od, LettersOf::Hexdump] {
+        let octets = [vec![0x10, 0x08, 0x02, 0x49, 0x53, 0x16], vec![0; 150], vec![0xE5; 70], vec![0x16]].concat();
+        let text = with_letters(&octets, program);
+        assert!(text.contains("*\n"), "{text}");
+        assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets, 0), "{program:?}:\n{text}");
+    }
+}
+
+/// Numbers in columns of four and octal octets have no letters: they keep their notation.
+#[test]
+fn numbers_in_columns_are_no_letters() {
+    let decimal = "0000000  16   8   2  73  83  22 104   5   5 104 136 130 109  60  62 241\n0000016  22\n0000017\n";
+    let octal = "0000000 020 010 002 111 123 026 150 005 005 150 210 202 155 074 076 361\n0000020 026\n0000021\n";
+    let octets = hex("10 08 02 49 53 16 68 05 05 68 88 82 6D 3C 3E F1 16");
+    for text in [decimal, octal] {
+        let (notation, read, left_over) = read(text.as_bytes());
+        assert_eq!((read, left_over), (octets.clone(), 0), "{notation:?}:\n{text}");
+        assert_ne!(notation, Some(Notation::Letters), "{text}");
+    }
 }
 
 /// Octets as cat -v prints them: a line end stands for itself, and `^` for itself and for a control character.
@@ -768,8 +849,8 @@ fn no_octet_of_random_streams_becomes_another_one() {
         let fronts = FRONTS.into_iter().enumerate();
         let columns: Vec<(String, String)> =
             fronts.map(|(at, front)| (format!("columns {at}"), columns(&mut random, &groups, front))).collect();
-        let letters = [("od -c".to_owned(), with_letters(&octets)), ("cat -v".to_owned(), caret(&octets))];
-        for (name, text) in programs.chain(columns).chain(letters) {
+        let letters = ("cat -v".to_owned(), caret(&octets));
+        for (name, text) in programs.chain(columns).chain([letters]) {
             assert!(is_accounted_for(&text, &octets), "stream {number}, {name}:\n{text}");
         }
     }

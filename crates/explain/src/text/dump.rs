@@ -26,7 +26,7 @@ pub(super) struct Address {
 }
 
 /// Number systems of an address column: `xxd` and `hexdump`, `od`, `od -A d`.
-const RADICES: [u32; 3] = [16, 8, 10];
+pub(super) const RADICES: [u32; 3] = [16, 8, 10];
 
 impl Address {
     /// Splits a line into address and rest.

@@ -4,6 +4,7 @@ use super::columns::{Cleaned, Columns};
 use super::decimal::Numbers;
 use super::escapes::{Calls, Quoted, Strings};
 use super::ignored::{Ignored, IgnoredKind, shortened};
+use super::letters::{Letters, Shown, are_letters};
 use super::radix::Radix;
 use super::single::{Lines, Table};
 use super::word::Commas;
@@ -15,6 +16,8 @@ use profivac_dp::link::Baud;
 pub enum Notation {
     /// Hexadecimal, several octets a line.
     Hexadecimal,
+    /// A dump with letters in place of octets.
+    Letters,
     /// One octet a line, in a notation of this name.
     Single(&'static str),
     /// A table with one octet a line, in a notation of this name.
@@ -33,6 +36,7 @@ impl std::fmt::Display for Notation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Hexadecimal => f.write_str("octets in hexadecimal"),
+            Self::Letters => f.write_str("letters and octal numbers, as od -c and hexdump -c print them"),
             Self::Single(radix) => write!(f, "one octet a line in {radix}"),
             Self::Table(radix) => write!(f, "a table with one octet a line in {radix}"),
             Self::Decimal => f.write_str("octets in decimal"),
@@ -67,6 +71,9 @@ const SEARCHED_PARTS: usize = 8;
 /// lines with octets show a column, and lines without octets may be between them.
 const WAITING_PARTS: usize = 8;
 
+/// The most parts that wait for the second line of a dump with letters: omitted lines may be between.
+const WAITING_FOR_LETTERS: usize = 3;
+
 /// Reads a text: holds its first lines until a telegram with a check octet shows the notation.
 #[derive(Clone, Debug)]
 pub(crate) struct Log {
@@ -82,6 +89,8 @@ pub(crate) struct Log {
     form: Option<Form>,
     /// The number of parts at which columns are no longer awaited.
     waits_until: Option<usize>,
+    /// The number of parts at which the second line of a dump with letters is no longer awaited.
+    letters_until: Option<usize>,
     /// The numbers in front of the octets.
     columns: Option<Columns>,
     /// A telegram, a token or the user has shown the notation.
@@ -100,6 +109,7 @@ struct Part {
 #[derive(Clone, Debug)]
 enum Form {
     Hexadecimal(Box<Reader>),
+    Letters(Letters),
     Single(Lines),
     Table(Table),
     Numbers(Numbers),
@@ -119,6 +129,7 @@ impl Log {
             search_at: 1,
             form: None,
             waits_until: None,
+            letters_until: None,
             columns: None,
             is_shown: false,
         }
@@ -149,6 +160,7 @@ impl Log {
     pub(crate) fn ignored(&self) -> Ignored {
         match &self.form {
             Some(Form::Hexadecimal(reader)) => reader.ignored().clone(),
+            Some(Form::Letters(letters)) => letters.ignored().clone(),
             _ => self.ignored.clone(),
         }
     }
@@ -188,6 +200,20 @@ impl Log {
 
     /// Searches the notation. `is_all` says that no more lines decide.
     fn choose(&mut self, is_all: bool) {
+        match are_letters(self.held.iter().map(|part| part.text.as_str())) {
+            Shown::Letters => {
+                (self.form, self.is_shown) = (Some(Form::Letters(Letters::new(self.reader(Commas::Octets)))), true);
+                return;
+            }
+            Shown::Undecided if !is_all => {
+                let parts = self.held.len();
+                if parts < *self.letters_until.get_or_insert(parts.saturating_add(WAITING_FOR_LETTERS)) {
+                    self.search_at = parts.saturating_add(1);
+                    return;
+                }
+            }
+            Shown::Undecided | Shown::No => {}
+        }
         self.form = self.search(&self.held);
         if self.find_columns() && !is_all {
             let parts = self.held.len();
@@ -347,7 +373,11 @@ impl Log {
     }
 
     fn hexadecimal(&self, commas: Commas) -> Form {
-        Form::Hexadecimal(Box::new(Reader::new(&self.ignored, commas)))
+        Form::Hexadecimal(self.reader(commas))
+    }
+
+    fn reader(&self, commas: Commas) -> Box<Reader> {
+        Box::new(Reader::new(&self.ignored, commas))
     }
 
     /// The form with commas between octets, or with decimal commas if these leave as many octets in telegrams and fewer besides: a decimal
@@ -404,6 +434,7 @@ impl Form {
     const fn notation(&self) -> Notation {
         match self {
             Self::Hexadecimal(_) => Notation::Hexadecimal,
+            Self::Letters(_) => Notation::Letters,
             Self::Single(lines) => Notation::Single(lines.radix().name()),
             Self::Table(table) => Notation::Table(table.radix().name()),
             Self::Numbers(numbers) if matches!(numbers.radix(), Radix::Binary) => Notation::Binary,
@@ -414,16 +445,17 @@ impl Form {
     }
 
     fn read(&mut self, line: usize, text: &str, is_last: bool, found: &mut Found, ignored: &mut Ignored) {
-        if let Self::Hexadecimal(reader) = self {
-            reader.read(text, is_last, found);
-            return;
+        match self {
+            Self::Hexadecimal(reader) => return reader.read(text, is_last, found),
+            Self::Letters(letters) => return letters.read(text, is_last, found),
+            _ => {}
         }
         let text = text.trim_end_matches(['\r', '\n']);
         if text.trim().is_empty() {
             return;
         }
         match self {
-            Self::Hexadecimal(_) => {}
+            Self::Hexadecimal(_) | Self::Letters(_) => {}
             Self::Single(lines) => lines.read(line, text, found, ignored),
             Self::Table(table) => table.read(line, text, found, ignored),
             Self::Numbers(numbers) => numbers.read(line, text, is_last, found, ignored),
@@ -435,6 +467,7 @@ impl Form {
     fn end(&mut self, found: &mut Found) {
         match self {
             Self::Hexadecimal(reader) => reader.end(found),
+            Self::Letters(letters) => letters.end(found),
             Self::Single(lines) => lines.end(found),
             Self::Table(table) => table.end(found),
             Self::Numbers(_) | Self::Strings(_) | Self::Calls(_) => {}

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | plain | `68 05 05 68 88 82 6D 3C 3E F1 16`, also with single digits, commas, `0x`, `h`, `\x` |
 //! | joined | `680505688882`, `68:05:05:68`, `68-05-05-68`, in lines of any length |
-//! | dumps | `xxd`, `hexdump`, `od` with any address column, words of 16 bits, and omitted lines (`*`) |
+//! | dumps | `xxd`, `hexdump`, `od` with any address column, words of 16 bits, letters (`od -c`), and omitted lines (`*`) |
 //! | logs | `PHY-serial: TX   10 08 02 49 53 16`, `12:00:00.5 2 -> 8 ; SRD ; 68 05 ...` |
 //!
 //! | one octet a line | `uart-1: 10`, `0-1100 UART: RX data: 10`, a table of Saleae Logic |
@@ -31,6 +31,7 @@ mod dump;
 mod dump_lines;
 mod escapes;
 mod ignored;
+mod letters;
 mod log;
 mod radix;
 mod rows;
