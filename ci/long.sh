@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The longest proofs, which `./test long` runs: each is a longer run of a test of `./test`, or one that it leaves out.
 #   ci/long.sh [NAME...]    all of them, or these
+#   ci/long.sh mutants ...  the mutants of some crates or of a change: ci/mutants.py --help
 #   ci/long.sh --list       their names, and how many seconds each took on this computer when it ran last
 # Prints the output of each proof while it runs, a line in each minute, and its duration; the last line counts passed and failed proofs.
 # Writes into the table of docs/conformance.md when a proof has passed at its full length.
@@ -31,6 +32,7 @@ proofs=(
     'rates    | an archive stores 50 000 samples a second of 1 000 stations, and draws a year of ten gauges in half a second, beside NATS and PostgreSQL'
     'kills    | 200 kills of stations, archives, servers of NATS and PostgreSQL lose no sample, with NATS and without'
     'containers | the examples for Compose and Kubernetes are valid, and the services of the composition run'
+    'mutants  | the tests of each crate notice as many changed lines as ci/mutants.toml says: days; also mutants CRATE ... and --changed REVISION'
     'pictures | every picture of the pages is taken from the running programs, with the names and widths of those in docs/pictures'
     'book     | the book of all pages and the documentation of all crates are built, and each link leads to a page and a heading'
 )
@@ -130,6 +132,7 @@ proof_containers() {
     python_environment && need_servers && program && target/venv/bin/python contrib/archive/containers.py "$program"
 }
 
+proof_mutants() { ci/mutants.py; }
 proof_pictures() { need_servers && ci/pictures.sh; }
 proof_book() { need_to_build && ci/book.py && RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps; }
 
@@ -158,6 +161,10 @@ watch() {
     while sleep 60 >/dev/null 2>&1; do minutes=$((minutes + 1)) && echo "-- $1: has been running for $minutes min"; done
 }
 
+if [ "${1:-}" = mutants ] && [ $# -gt 1 ]; then
+    need gcc cc --version
+    exec ci/mutants.py "${@:2}"
+fi
 names=()
 for line in "${proofs[@]}"; do read -r name _ <<<"$line" && names+=("$name"); done
 if [ "$*" = --list ]; then

@@ -257,6 +257,14 @@ fn rows_between_commas_and_numbers_with_names_lose_no_octet_and_add_none() {
     }
 }
 
+/// The last octet of a row and the first ones of the next one may be a telegram by chance.
+#[test]
+fn a_reading_with_the_telegram_in_one_row_is_preferred() {
+    let text = "12:00:00.1,Tx,4,83 ED 0E 10\n12:00:01.1,Rx,6,10 60 03 52 B5 16\n";
+    let (_, octets, left_over) = read(text.as_bytes());
+    assert_eq!((octets, left_over), (hex("83 ED 0E 10 10 60 03 52 B5 16"), 0), "{text}");
+}
+
 /// Returns few octets for each read.
 struct Pipe<'a>(&'a [u8], Random);
 
@@ -795,6 +803,14 @@ fn a_letter_of_several_octets_has_a_cell_for_each() {
     let text = format!("0000000{cells:64} \n0000009\n");
     let octets = [0x10, 0x08, 0x02, 0x49, 0x53, 0x16, 0xC3, 0xA9, 0x16];
     assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets.to_vec(), 0), "{text}");
+}
+
+/// An octal number has leading zeros, a decimal one of `od -t u1` has none.
+#[test]
+fn digits_are_the_letters_of_a_dump_with_octal_numbers() {
+    let text = "0000000 020   6 034 243 365 026 303 322 336 264 330 345\n0000014\n";
+    let octets = hex("10 36 1C A3 F5 16 C3 D2 DE B4 D8 E5");
+    assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets, 0), "{text}");
 }
 
 #[test]

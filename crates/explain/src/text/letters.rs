@@ -27,7 +27,7 @@ const ESCAPES: [(char, u8); 8] =
 struct LettersLine<'a> {
     address: &'a str,
     octets: Vec<u8>,
-    /// A cell is neither a digit nor octal: `od -b` and `od -t u1` have no such cell.
+    /// A cell is neither a digit nor octal, or one is a digit and one has leading zeros: neither `od -b` nor `od -t u1` prints such lines.
     has_letters: bool,
     /// `hexdump` prints a space behind the last cell.
     has_space_behind: bool,
@@ -124,18 +124,22 @@ impl<'a> LettersLine<'a> {
         let (address, cells) = line.split_at_checked(digits).filter(|_| ADDRESS_DIGITS.contains(&digits))?;
         let mut found = Self { address, octets: Vec::new(), has_letters: false, has_space_behind: false };
         let (mut rest, mut further) = (cells.chars().peekable(), VecDeque::new());
+        let (mut has_digits, mut has_zeros) = (false, false);
         while rest.peek().is_some() {
             let cell: Vec<char> = rest.by_ref().take(CELL).collect();
             match cell[..] {
                 [' '] => found.has_space_behind = true,
                 [' ', ..] if found.octets.len() < MOST_CELLS => {
+                    has_zeros |= cell.get(1) == Some(&'0');
                     let cell = Cell::of(cell.get(1..)?)?;
+                    has_digits |= matches!(cell, Cell::Letter('0'..='9'));
                     found.has_letters |= !matches!(cell, Cell::Octal(_) | Cell::Letter('0'..='9'));
                     found.octets.push(cell.octet(&mut further)?);
                 }
                 _ => return None,
             }
         }
+        found.has_letters |= has_digits && has_zeros;
         Some(found)
     }
 

@@ -380,16 +380,16 @@ impl Log {
         Box::new(Reader::new(&self.ignored, commas))
     }
 
-    /// The form with commas between octets, or with decimal commas if these leave as many octets in telegrams and fewer besides: a decimal
-    /// comma between octets is a number more.
+    /// The form with commas between octets, or with decimal commas if these leave as many octets in telegrams, as many of them within a row,
+    /// and fewer besides: a decimal comma between octets is a number more.
     fn with_commas(&self, held: &[Part], form: &dyn Fn(Commas) -> Form) -> (Form, Tried) {
         let plain = form(Commas::Octets);
         let tried = self.try_form(held, plain.clone());
         if held.iter().any(|part| Commas::may_be_in_numbers(&part.text)) {
             let other = form(Commas::Numbers);
             let of_other = self.try_form(held, other.clone());
-            let is_better =
-                of_other.score > tried.score || (of_other.score == tried.score && of_other.besides < tried.besides);
+            let is_better = of_other.in_telegrams() > tried.in_telegrams()
+                || (of_other.in_telegrams() == tried.in_telegrams() && of_other.besides < tried.besides);
             if of_other.score > 0 && is_better {
                 return (other, of_other);
             }
@@ -408,7 +408,8 @@ impl Log {
         let rows: Vec<Vec<u8>> = found.rows.into_iter().map(|row| row.octets).collect();
         let all = rows.concat();
         let score = checked_octets(&all);
-        Tried { rows, score, besides: all.len().saturating_sub(score).saturating_add(left_over) }
+        let in_rows = rows.iter().map(|row| checked_octets(row)).sum();
+        Tried { rows, score, in_rows, besides: all.len().saturating_sub(score).saturating_add(left_over) }
     }
 }
 
@@ -419,7 +420,16 @@ struct Tried {
     rows: Vec<Vec<u8>>,
     /// How many octets are in telegrams with a check octet, and how many may be outside of them.
     score: usize,
+    /// How many of these are in telegrams within one row.
+    in_rows: usize,
     besides: usize,
+}
+
+impl Tried {
+    /// By which readings are compared: the end of a row and the begin of the next one may be a telegram by chance.
+    const fn in_telegrams(&self) -> (usize, usize) {
+        (self.score, self.in_rows)
+    }
 }
 
 fn decimal(commas: Commas) -> Form {
