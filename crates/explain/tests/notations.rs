@@ -265,6 +265,15 @@ fn a_reading_with_the_telegram_in_one_row_is_preferred() {
     assert_eq!((octets, left_over), (hex("83 ED 0E 10 10 60 03 52 B5 16"), 0), "{text}");
 }
 
+/// The first lines of a table have a telegram of six octets by chance: `10 04 04 10 18 16` in the first two digits of decimal numbers.
+#[test]
+fn a_telegram_by_chance_among_many_other_octets_does_not_show_the_notation() {
+    let octets = hex("68 04 04 68 12 10 FE A6 C6 16 68 05 05 68 3C 4D 82 13 EB 09 16");
+    let rows: String = octets.iter().map(|octet| format!("0.0,'{octet}' (0x{octet:02X}),,\n")).collect();
+    let text = String::from("Time [s],Value,Parity Error,Framing Error\n") + &rows;
+    assert_eq!(read(text.as_bytes()), (Some(Notation::Table("hexadecimal")), octets, 0), "{text}");
+}
+
 /// Returns few octets for each read.
 struct Pipe<'a>(&'a [u8], Random);
 

@@ -71,6 +71,10 @@ const SEARCHED_PARTS: usize = 8;
 /// lines with octets show a column, and lines without octets may be between them.
 const WAITING_PARTS: usize = 8;
 
+/// The most parts that wait for a telegram more if most octets are outside of telegrams: a pipe may stay open. chosen: with one octet a line
+/// most telegrams of a gauge end before.
+const WAITING_IN_DOUBT: usize = 32;
+
 /// The most parts that wait for the second line of a dump with letters: omitted lines may be between.
 const WAITING_FOR_LETTERS: usize = 3;
 
@@ -91,6 +95,8 @@ pub(crate) struct Log {
     waits_until: Option<usize>,
     /// The number of parts at which the second line of a dump with letters is no longer awaited.
     letters_until: Option<usize>,
+    /// The number of parts at which a notation counts although most octets are outside of telegrams.
+    doubtful_until: Option<usize>,
     /// The numbers in front of the octets.
     columns: Option<Columns>,
     /// A telegram, a token or the user has shown the notation.
@@ -130,6 +136,7 @@ impl Log {
             form: None,
             waits_until: None,
             letters_until: None,
+            doubtful_until: None,
             columns: None,
             is_shown: false,
         }
@@ -224,6 +231,13 @@ impl Log {
                 return;
             }
         }
+        if !is_all && self.is_doubtful() {
+            let parts = self.held.len();
+            if parts < *self.doubtful_until.get_or_insert(parts.saturating_add(WAITING_IN_DOUBT)) {
+                self.form = None;
+                return;
+            }
+        }
         self.is_shown = self.form.is_some();
         if is_all && self.form.is_none() {
             self.form = Some(match self.is_decimal() {
@@ -231,6 +245,12 @@ impl Log {
                 false => self.hexadecimal(Commas::Octets),
             });
         }
+    }
+
+    /// Whether the notation has telegrams and leaves as many octets outside of them: a short telegram may be one by chance.
+    fn is_doubtful(&self) -> bool {
+        let tried = self.form.clone().map(|form| self.try_form(&self.held, form));
+        tried.is_some_and(|tried| tried.score > 0 && tried.besides >= tried.score)
     }
 
     /// Searches columns of numbers in front of the octets. Without the numbers as many octets are in telegrams, and not more are outside
