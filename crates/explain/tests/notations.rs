@@ -274,6 +274,14 @@ fn a_telegram_by_chance_among_many_other_octets_does_not_show_the_notation() {
     assert_eq!(read(text.as_bytes()), (Some(Notation::Table("hexadecimal")), octets, 0), "{text}");
 }
 
+/// Two numbers that could be seconds since 1970: the second one has the octets.
+#[test]
+fn joined_octets_behind_a_time_are_no_time() {
+    let text = "{\"ts\": 1764417605, \"hex\": \"100802495316\"}\n{\"ts\": 1764417606, \"hex\": \"1453592557\"}\n";
+    let (_, octets, left_over) = read(text.as_bytes());
+    assert_eq!((octets, left_over), (hex("10 08 02 49 53 16 14 53 59 25 57"), 0), "{text}");
+}
+
 /// Returns few octets for each read.
 struct Pipe<'a>(&'a [u8], Random);
 

@@ -237,7 +237,8 @@ fn find_numbers(words: &mut [Word<'_>]) {
     if !words.iter().any(is_plain) {
         return;
     }
-    let has_other_octets = words.iter().filter(|word| word.is_octet()).count() > 1;
+    // The last number of a line is no time: nothing else would be its octets.
+    let mut others = words.iter().filter(|word| word.is_octet()).count().saturating_sub(1);
     for word in words.iter_mut().filter(|word| matches!(word.meaning, Meaning::Octets(_))) {
         if sign(word.text) {
             match time(word.text, true).filter(|_| word.text.contains(':')) {
@@ -245,8 +246,9 @@ fn find_numbers(words: &mut [Word<'_>]) {
                 None if is_date(word.text) => word.meaning = Meaning::Other,
                 None => {}
             }
-        } else if let Some(seconds) = seconds_since_1970(word).filter(|_| has_other_octets) {
+        } else if let Some(seconds) = seconds_since_1970(word).filter(|_| others > 0) {
             word.meaning = Meaning::Time(seconds);
+            others = others.saturating_sub(1);
         }
     }
     for at in 0..words.len().saturating_sub(1) {
