@@ -14,6 +14,7 @@ use profivac_client::discover::CyclicError;
 use profivac_client::identify::reported_model;
 use profivac_client::ms2::Ms2;
 use profivac_devices::model::Model;
+use profivac_files::open_private;
 use profivac_host::scan::probe_all;
 use profivac_host::session::BusSession;
 use profivac_listen::gauge::Origin;
@@ -23,7 +24,6 @@ use profivac_wire::control::StationType;
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -231,7 +231,7 @@ fn write(path: &PathBuf, text: &str) -> Result<(), Failure> {
             _ => format!("{name} cannot be written: {error}"),
         })
     };
-    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(failed)?;
+    let mut file = open_private(OpenOptions::new().write(true).create_new(true), path).map_err(failed)?;
     let written = file.write_all(text.as_bytes());
     if written.is_err() {
         // A partial file would prevent the next attempt.

@@ -9,8 +9,8 @@
 
 use crate::OpcuaError;
 use opcua_crypto::{CertificateStore, X509Data};
-use std::fs::{self, Permissions};
-use std::os::unix::fs::PermissionsExt;
+use profivac_files::{make_folder_private, make_private};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -39,7 +39,7 @@ pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), O
     for part in ["own", "private", "trusted", "rejected"] {
         fs::create_dir_all(folder.join(part)).map_err(failed)?;
     }
-    fs::set_permissions(folder.join("private"), Permissions::from_mode(0o700)).map_err(failed)?;
+    make_folder_private(&folder.join("private")).map_err(failed)?;
     let (certificate, key) = (folder.join(OWN), folder.join(KEY));
     let missing = match (certificate.exists(), key.exists()) {
         (true, true) => return Ok(()),
@@ -53,7 +53,7 @@ pub fn prepare(folder: &Path, application_uri: &str, host: &str) -> Result<(), O
     }
     let made = CertificateStore::create_certificate_and_key(&data(application_uri, host), true, &certificate, &key);
     made.map_err(|error| OpcuaError::Certificates { folder: folder.to_owned(), error })?;
-    fs::set_permissions(&key, Permissions::from_mode(0o600)).map_err(failed)
+    make_private(&key).map_err(failed)
 }
 
 fn data(application_uri: &str, host: &str) -> X509Data {
@@ -88,6 +88,7 @@ pub fn prune(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt as _;
 
     #[test]
     fn a_certificate_without_its_key_stays_and_is_an_error() {

@@ -7,7 +7,6 @@ use profivac_sim::trace::pcapng::{Times, USER0, file_header, packet};
 use std::collections::VecDeque;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Limits of a flight recorder.
@@ -236,7 +235,7 @@ pub struct CaptureFolder {
 
 /// Writes a new file that only its owner may read, as the database: it holds the pressures and parameters of the plant.
 fn write_private(path: &Path, octets: &[u8]) -> io::Result<()> {
-    OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?.write_all(octets)
+    profivac_files::open_private(OpenOptions::new().write(true).create_new(true), path)?.write_all(octets)
 }
 
 /// The end of the name of a capture.

@@ -7,11 +7,11 @@
 use super::error::DatabaseError;
 use super::outbox::begin_epoch;
 use super::reader::Reader;
+use profivac_files::{free_octets, open_private, synchronise};
 use rusqlite::Connection;
 use rusqlite::backup::{Backup, StepResult};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -121,7 +121,7 @@ impl Reader {
     ) -> Result<(), BackupError> {
         let sql = |error| DatabaseError::Sql { path: self.path().to_owned(), error };
         let failed = |error| BackupError::File { path: part.to_owned(), error };
-        OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(part).map_err(failed)?;
+        open_private(OpenOptions::new().write(true).create(true).truncate(true), part).map_err(failed)?;
         let mut copy = Connection::open(part).map_err(sql)?;
         self.copy(&mut copy, part, free, progress)?;
         let found: String = copy.query_row("PRAGMA quick_check(1)", [], |row| row.get(0)).map_err(sql)?;
@@ -132,7 +132,7 @@ impl Reader {
         // One file: without its log the copy can be moved and sent.
         copy.pragma_update(None, "journal_mode", "DELETE").map_err(sql)?;
         copy.close().map_err(|(_, error)| sql(error))?;
-        File::open(part).and_then(|file| file.sync_all()).map_err(failed)
+        synchronise(part).map_err(failed)
     }
 
     fn copy(
@@ -174,12 +174,6 @@ impl Reader {
     }
 }
 
-/// The free octets on the disk of a file; `None` if the disk does not say.
-fn free_octets(file: &Path) -> Option<u64> {
-    let disk = rustix::fs::statvfs(file).ok()?;
-    Some(disk.f_bavail.saturating_mul(disk.f_frsize))
-}
-
 /// Whether both paths name one file.
 fn is_same(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
@@ -218,7 +212,7 @@ fn put(part: &Path, to: &Path, existing: Existing) -> Result<(), BackupError> {
         },
     }
     let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)
+    synchronise(folder).map_err(failed)
 }
 
 #[cfg(test)]

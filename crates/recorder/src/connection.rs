@@ -2,10 +2,10 @@
 
 use super::error::DatabaseError;
 use super::schema::{VERSION, is_own, read_as_current, upgrade, version};
+use profivac_files::open_private;
 use rusqlite::{Connection, OpenFlags};
 use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -68,7 +68,7 @@ fn checked_version(connection: &Connection, path: &Path) -> Result<i64, Database
 fn create_file(path: &Path) -> std::io::Result<()> {
     match fs::metadata(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(path).map(drop)
+            open_private(OpenOptions::new().write(true).create(true).truncate(false), path).map(drop)
         }
         found => found.map(drop),
     }

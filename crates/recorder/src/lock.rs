@@ -1,9 +1,9 @@
 //! Prevents other stations from writing to a database, and detects that its file was deleted or replaced.
 
 use super::error::DatabaseError;
-use std::fs::{self, File, OpenOptions, Permissions, TryLockError};
+use profivac_files::{FileIdentity, identity, make_private, open_private};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// A lock on a database, held until it is dropped.
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// file.
 pub struct DatabaseLock {
     _lock: File,
-    /// Device and inode of the database.
-    identity: Option<(u64, u64)>,
+    /// The file of the database.
+    identity: Option<FileIdentity>,
 }
 
 impl DatabaseLock {
@@ -29,8 +29,8 @@ impl DatabaseLock {
         let failed = |error: std::io::Error| DatabaseError::NotWritable { path: path.to_owned(), error };
         let name = sibling_path(path, "-lock");
         // Another user who could open the lock file could hold the lock for ever.
-        let lock = OpenOptions::new().create(true).append(true).mode(0o600).open(name).map_err(failed)?;
-        lock.set_permissions(Permissions::from_mode(0o600)).map_err(failed)?;
+        let lock = open_private(OpenOptions::new().create(true).append(true), &name).map_err(failed)?;
+        make_private(&name).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => Ok(Self { _lock: lock, identity: None }),
             Err(TryLockError::WouldBlock) => Err(DatabaseError::InUse(path.to_owned())),
@@ -43,13 +43,13 @@ impl DatabaseLock {
     /// # Errors
     /// [`DatabaseError::Gone`] when there is no file.
     pub fn record_file_identity(&mut self, path: &Path) -> Result<(), DatabaseError> {
-        self.identity = file_identity(path);
+        self.identity = identity(path);
         self.identity.map(drop).ok_or_else(|| DatabaseError::Gone(path.to_owned()))
     }
 
     /// Whether the file at `path` is still the database.
     pub fn is_same_file(&self, path: &Path) -> bool {
-        self.identity.is_some() && file_identity(path) == self.identity
+        self.identity.is_some() && identity(path) == self.identity
     }
 }
 
@@ -60,10 +60,6 @@ pub fn is_in_use(path: &Path) -> bool {
         Ok(lock) => matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)),
         Err(error) => error.kind() != ErrorKind::NotFound,
     }
-}
-
-fn file_identity(path: &Path) -> Option<(u64, u64)> {
-    fs::metadata(path).ok().map(|file| (file.dev(), file.ino()))
 }
 
 /// The path of the file beside `path` whose name ends with `ending`.

@@ -13,12 +13,12 @@ use crate::config::changes::{FileChange, changes};
 use crate::config::{AlarmSettings, Config, ConfigSource, DefaultAlarmSettings, SettingsError};
 use crate::known_file;
 use crate::recording::RecorderHandle;
+use profivac_files::{keep_owner, synchronise};
 use profivac_host::text_file;
 use profivac_web_server::auth::Actor;
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
-use std::os::unix::fs::{MetadataExt, fchown};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
@@ -204,14 +204,10 @@ fn write(file: &Path, text: &str) -> io::Result<()> {
     let folder = file.parent().unwrap_or(Path::new("/"));
     let mut new = NamedTempFile::new_in(folder)?;
     new.write_all(text.as_bytes())?;
-    let created = new.as_file().metadata()?;
-    if (created.uid(), created.gid()) != (metadata.uid(), metadata.gid()) {
-        fchown(new.as_file(), Some(metadata.uid()), Some(metadata.gid()))?;
-    }
-    new.as_file().set_permissions(metadata.permissions())?;
+    keep_owner(new.as_file(), &metadata)?;
     new.as_file().sync_all()?;
     new.persist(file)?;
-    fs::File::open(folder)?.sync_all()
+    synchronise(folder)
 }
 
 fn failed(file: &Path, error: io::Error) -> AlarmEditError {

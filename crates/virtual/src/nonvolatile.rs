@@ -16,7 +16,7 @@ use profivac_devices::store::{Key, MAX_STORED, Store, StoreError};
 use profivac_host::port::{Notice, StoreDamage};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -60,7 +60,7 @@ impl Disk for HostDisk {
     }
 
     fn synchronise(&mut self, path: &Path) -> io::Result<()> {
-        File::open(path)?.sync_all()
+        profivac_files::synchronise(path)
     }
 
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {

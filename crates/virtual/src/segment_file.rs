@@ -21,12 +21,12 @@ use crate::station_spec::{StationSpec, StationSpecError, VirtualStation};
 use profivac_client::pressure::Pressure;
 use profivac_dp::link::Baud;
 use profivac_host::port::{Notice, PortError, Stream};
+use profivac_host::readiness::{Local, pair};
 use profivac_host::segment::Segment;
 use profivac_host::text_file::{self, Parsed, baud, line_and_column, usual_baud};
 use profivac_vacuum::Gas;
 use serde::Deserialize;
 use std::ops::Range;
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
@@ -224,10 +224,10 @@ impl SegmentFile {
     ///
     /// # Errors
     /// [`PortError::System`] when the system has no socket or thread left.
-    pub fn run(self) -> Result<Stream<UnixStream>, PortError> {
+    pub fn run(self) -> Result<Stream<Local>, PortError> {
         let Self { name, baud, devices, notices } = self;
         let failed = |source| PortError::System { name: name.clone(), source };
-        let (ours, theirs) = UnixStream::pair().map_err(failed)?;
+        let (ours, theirs) = pair().map_err(failed)?;
         for socket in [&ours, &theirs] {
             socket.set_nonblocking(true).map_err(failed)?;
         }

@@ -9,10 +9,9 @@ use crate::auth::session_file;
 use crate::auth::sessions::{AuthenticatedUser, Sessions};
 use crate::auth::users::{Account, Users, UsersError};
 use crate::auth::{Access, User};
-use std::fs;
+use profivac_files::{Stamp, stamp};
 use std::net::{IpAddr, SocketAddr};
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant, SystemTime};
 use tokio::sync::Semaphore;
@@ -90,9 +89,6 @@ pub trait AccessObserver: Send + Sync {
     /// Sessions may have ended or roles changed: `ended` says why a user has no session of this role any more.
     fn sessions_changed(&self, ended: &dyn Fn(&User) -> Option<ReleaseReason>);
 }
-
-/// Inode, time of change in s and ns, and size of a file. A different value means different contents.
-type Stamp = (u64, i64, i64, u64);
 
 /// The users of a station and their sessions.
 struct UserDirectory {
@@ -569,10 +565,4 @@ impl UserDirectory {
         }
         sessions.begin_openid(identity, &users, now).map_err(AuthError::Random)
     }
-}
-
-/// `None` if the file does not exist.
-fn stamp(file: &Path) -> Option<Stamp> {
-    let metadata = fs::metadata(file).ok()?;
-    Some((metadata.ino(), metadata.ctime(), metadata.ctime_nsec(), metadata.size()))
 }

@@ -19,7 +19,6 @@ use profivac_web_server::problem::{Problem, task_failed};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io;
-use std::os::unix::fs::FileExt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -131,7 +130,7 @@ impl Iterator for Pieces {
             return None;
         }
         let mut octets = vec![0; length];
-        let read = self.copy.file.read_exact_at(&mut octets, self.at);
+        let read = profivac_files::read_exact_at(&self.copy.file, &mut octets, self.at);
         self.at = self.at.saturating_add(length as u64);
         Some(read.map(|()| octets))
     }

@@ -1,13 +1,10 @@
 //! Files that only their owner may read: the users' file, keys, and a configuration file that names them.
 
+use profivac_files::{access_of_others, make_private, synchronise};
 use std::fs;
 use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
-
-/// The mode bits of the group and of others.
-const OTHERS: u32 = 0o077;
 
 /// The reason why a file cannot be used for secrets.
 #[derive(Debug, thiserror::Error)]
@@ -32,8 +29,10 @@ pub fn check(file: &Path) -> Result<(), PermissionError> {
         let error = std::io::Error::other("expected a regular file");
         return Err(PermissionError::System(file.to_owned(), error));
     }
-    let mode = metadata.permissions().mode() & 0o7777;
-    if mode & OTHERS == 0 { Ok(()) } else { Err(PermissionError::Open(file.to_owned(), mode)) }
+    match access_of_others(file).map_err(|error| PermissionError::System(file.to_owned(), error))? {
+        None => Ok(()),
+        Some(mode) => Err(PermissionError::Open(file.to_owned(), mode)),
+    }
 }
 
 /// Writes a file that only its owner may access. The file is replaced as a whole or not at all.
@@ -42,17 +41,18 @@ pub fn check(file: &Path) -> Result<(), PermissionError> {
 /// The error of the operating system.
 pub fn write(file: &Path, text: &str) -> std::io::Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // A temporary file is created with mode 600.
     let mut new = NamedTempFile::new_in(folder)?;
+    make_private(new.path())?;
     new.write_all(text.as_bytes())?;
     new.as_file().sync_all()?;
     new.persist(file)?;
-    fs::File::open(folder)?.sync_all()
+    synchronise(folder)
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt as _;
 
     fn set_mode(file: &Path, mode: u32) {
         fs::set_permissions(file, fs::Permissions::from_mode(mode)).unwrap();

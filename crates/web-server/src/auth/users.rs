@@ -13,11 +13,11 @@ use super::file_permissions::{self, PermissionError};
 use super::password::{Hash, HashProblem};
 use super::{Role, User};
 use crate::visible_text::is_path;
+use profivac_files::{make_private, open_private};
 use profivac_host::text_file::line_and_column;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::fs::{self, File};
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
@@ -212,8 +212,9 @@ impl Users {
         let mut lock_path = file.as_os_str().to_owned();
         lock_path.push("-lock");
         // Another user who could open the lock file could hold the lock for ever.
-        let lock = File::options().create(true).append(true).mode(0o600).open(lock_path).map_err(system)?;
-        lock.set_permissions(fs::Permissions::from_mode(0o600)).map_err(system)?;
+        let lock_path = PathBuf::from(lock_path);
+        let lock = open_private(File::options().create(true).append(true), &lock_path).map_err(system)?;
+        make_private(&lock_path).map_err(system)?;
         lock.lock().map_err(system)?;
         let mut users = if file.exists() { Self::read(file)? } else { Self::default() };
         let changed = change(&mut users)?;
@@ -350,6 +351,7 @@ impl Users {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt as _;
 
     fn hash() -> Hash {
         Hash::of("tin whisker plateau").unwrap()
