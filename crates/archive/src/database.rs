@@ -206,6 +206,7 @@ fn advice(state: &SqlState) -> Option<&'static str> {
 /// Whether every server is on this computer. Where both are given, the library connects to `hostaddr`, and `host` is only a name.
 fn is_near(config: &Config) -> bool {
     let is_near_host = |host: &Host| match host {
+        #[cfg(unix)]
         Host::Unix(_) => true,
         Host::Tcp(host) => is_loopback(host),
     };

@@ -1,8 +1,7 @@
 //! Sockets: what EPICS expects of them beyond the standard library.
 
 use profivac_station::config::gateways::epics::Interface;
-use rustix::net::sockopt::{set_socket_broadcast, set_socket_reuseaddr};
-use rustix::net::{AddressFamily, SocketFlags, SocketType, bind, socket_with};
+use socket2::{Domain, Socket, Type};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use tokio::net::{TcpListener, UdpSocket};
@@ -12,11 +11,11 @@ use tokio::net::{TcpListener, UdpSocket};
 /// # Errors
 /// Of the operating system.
 pub fn search_socket(address: Ipv4Addr, port: u16) -> io::Result<UdpSocket> {
-    let socket =
-        socket_with(AddressFamily::INET, SocketType::DGRAM, SocketFlags::CLOEXEC | SocketFlags::NONBLOCK, None)?;
-    set_socket_reuseaddr(&socket, true)?;
-    set_socket_broadcast(&socket, true)?;
-    bind(&socket, &SocketAddrV4::new(address, port))?;
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, None)?;
+    socket.set_nonblocking(true)?;
+    socket.set_reuse_address(true)?;
+    socket.set_broadcast(true)?;
+    socket.bind(&SocketAddrV4::new(address, port).into())?;
     UdpSocket::from_std(socket.into())
 }
 

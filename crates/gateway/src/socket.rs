@@ -1,24 +1,19 @@
 //! Sockets of clients.
 
-use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
+use profivac_host::keep_alive::KeepAlive;
 use std::io;
 use std::time::Duration;
 use tokio::net::TcpStream;
 
 /// When the system asks a silent client whether it still exists, how often, and how long it waits.
-const KEEPALIVE_AFTER: Duration = Duration::from_secs(60);
-const KEEPALIVE_PERIOD: Duration = Duration::from_secs(15);
-const KEEPALIVE_COUNT: u32 = 4;
+const KEEP_ALIVE: KeepAlive = KeepAlive { after: Duration::from_secs(60), period: Duration::from_secs(15), count: 4 };
 
 /// Lets the system find out that a client has disappeared.
 ///
 /// # Errors
 /// Of the operating system.
 pub fn keep_alive(stream: &TcpStream) -> io::Result<()> {
-    set_socket_keepalive(stream, true)?;
-    set_tcp_keepidle(stream, KEEPALIVE_AFTER)?;
-    set_tcp_keepintvl(stream, KEEPALIVE_PERIOD)?;
-    set_tcp_keepcnt(stream, KEEPALIVE_COUNT)?;
+    KEEP_ALIVE.set(stream)?;
     stream.set_nodelay(true)
 }
 

@@ -2,6 +2,7 @@
 #![warn(missing_docs)]
 
 pub mod clock;
+pub mod keep_alive;
 pub mod line;
 pub mod port;
 pub mod rate;

@@ -1,13 +1,13 @@
 //! Waits for several sources at once, and wakes a thread that waits.
 //!
 //! File descriptors stay behind [`Readiness`]: ports, sockets, standard input and signal pipes are all waited for in the same
-//! way.
+//! way. Windows can wait so for sockets alone: what is none there, a serial port or standard input, has a thread that passes its octets on
+//! through a [`pair`].
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::io::Errno;
 use std::io::{self, Read, Write};
-use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,6 +19,26 @@ impl<'a> Readiness<'a> {
     /// The readiness of a file, a socket or a pipe.
     pub fn of(source: &'a impl AsFd) -> Self {
         Self(source.as_fd())
+    }
+
+    /// The same source, for as long as the caller wants.
+    ///
+    /// # Errors
+    /// The system has no descriptor left.
+    pub fn keep(&self) -> io::Result<KeptReadiness> {
+        self.0.try_clone_to_owned().map(KeptReadiness)
+    }
+}
+
+/// A source that outlives what it was borrowed from.
+#[derive(Debug)]
+pub struct KeptReadiness(OwnedFd);
+
+impl KeptReadiness {
+    /// Becomes readable with the source.
+    #[must_use]
+    pub fn readiness(&self) -> Readiness<'_> {
+        Readiness(self.0.as_fd())
     }
 }
 
@@ -47,6 +67,12 @@ impl AsFd for Readiness<'_> {
 /// # Errors
 /// The error of the system call.
 pub fn wait(sources: &[Readiness<'_>], timeout: Duration) -> io::Result<Vec<bool>> {
+    // Windows refuses to wait for nothing.
+    #[cfg(windows)]
+    if sources.is_empty() {
+        std::thread::sleep(timeout);
+        return Ok(Vec::new());
+    }
     let mut events: Vec<_> = sources.iter().map(|source| PollFd::from_borrowed_fd(source.0, PollFlags::IN)).collect();
     // A timeout that the system cannot represent is longer than any program runs: wait without a limit.
     let timeout = Timespec::try_from(timeout).ok();
@@ -65,8 +91,11 @@ pub(crate) fn wait_until_closed(source: Readiness<'_>, timeout: Duration) -> io:
     // Linux reports HUP only when both directions are closed.
     #[cfg(target_os = "linux")]
     let closed = PollFlags::RDHUP;
-    #[cfg(not(target_os = "linux"))]
+    #[cfg(not(any(target_os = "linux", windows)))]
     let closed = PollFlags::HUP;
+    // Windows reports HUP unasked, and refuses a question for it.
+    #[cfg(windows)]
+    let closed = PollFlags::empty();
     let mut event = [PollFd::from_borrowed_fd(source.0, closed)];
     let timeout = Timespec::try_from(timeout).ok();
     match poll(&mut event, timeout.as_ref()) {
@@ -76,20 +105,59 @@ pub(crate) fn wait_until_closed(source: Readiness<'_>, timeout: Duration) -> io:
     }
 }
 
+/// One end of a connection within this program.
+#[cfg(unix)]
+pub type Local = std::os::unix::net::UnixStream;
+
+/// One end of a connection within this program.
+#[cfg(windows)]
+pub type Local = std::net::TcpStream;
+
+/// Two ends of a connection within this program, which can be waited for.
+///
+/// # Errors
+/// The system has no socket left.
+#[cfg(unix)]
+pub fn pair() -> io::Result<(Local, Local)> {
+    Local::pair()
+}
+
+/// Two ends of a connection within this program, which can be waited for.
+///
+/// Windows has no such pair: it is a connection over the loopback address, to a listener that takes this one connection alone.
+///
+/// # Errors
+/// The system has no socket left.
+#[cfg(windows)]
+pub fn pair() -> io::Result<(Local, Local)> {
+    let listener = std::net::TcpListener::bind((std::net::Ipv4Addr::LOCALHOST, 0))?;
+    let near = Local::connect(listener.local_addr()?)?;
+    let ours = near.local_addr()?;
+    loop {
+        // Another program may connect first: its connection is closed.
+        let (far, from) = listener.accept()?;
+        if from == ours {
+            near.set_nodelay(true)?;
+            far.set_nodelay(true)?;
+            return Ok((near, far));
+        }
+    }
+}
+
 /// Wakes the thread that waits for the [`WakeSource`]. When the last clone is dropped, the source stays readable.
 #[derive(Clone, Debug)]
-pub struct Waker(Arc<UnixStream>);
+pub struct Waker(Arc<Local>);
 
 /// The end of a [`Waker`] that a thread waits for.
 #[derive(Debug)]
-pub struct WakeSource(UnixStream);
+pub struct WakeSource(Local);
 
 /// Creates a waker and the source that it makes readable.
 ///
 /// # Errors
 /// The system has no socket left.
 pub fn waker() -> io::Result<(Waker, WakeSource)> {
-    let (waker, source) = UnixStream::pair()?;
+    let (waker, source) = pair()?;
     waker.set_nonblocking(true)?;
     source.set_nonblocking(true)?;
     Ok((Waker(Arc::new(waker)), WakeSource(source)))

@@ -1,6 +1,7 @@
 //! Why a port cannot be used. Each message says what to do about it.
 
 use profivac_dp::link::Baud;
+#[cfg(unix)]
 use rustix::io::Errno;
 use std::error::Error;
 use std::fmt;
@@ -48,6 +49,8 @@ pub enum PortError {
         /// The rates that were tried.
         tried: Vec<Baud>,
     },
+    /// The system has no ptys.
+    NoPtys(String),
     /// The path of a pty belongs to another file.
     AlreadyExists(String),
     /// The system cannot create a link at the path of a pty.
@@ -156,7 +159,7 @@ fn is_host_and_port(name: &str) -> bool {
 }
 
 /// Whether a name is a port of Windows: `COM3`.
-fn is_windows_port(name: &str) -> bool {
+pub(super) fn is_windows_port(name: &str) -> bool {
     let number = name.get(..3).filter(|start| start.eq_ignore_ascii_case("com")).and_then(|_| name.get(3..));
     number.is_some_and(|number| number.parse::<u8>().is_ok())
 }
@@ -182,8 +185,14 @@ impl PortError {
                 Some("start the program that serves it, or check the address and the port of the serial server")
             }
             Self::NotFound(name) if is_host_and_port(name) => Some("a line over TCP has the name tcp://HOST:PORT"),
+            Self::NotFound(name) if name.starts_with("usb:") => {
+                Some("plug in the adapter with this serial number; `profivac doctor` lists the adapters")
+            }
+            Self::NotFound(name) if is_windows_port(name) && cfg!(windows) => {
+                Some("plug in the adapter; `profivac doctor` lists the ports of this computer")
+            }
             Self::NotFound(name) if is_windows_port(name) => Some(
-                "profivac runs on Linux, where a serial device is a path such as /dev/ttyUSB0; a line over TCP is tcp://HOST:PORT",
+                "COM ports exist on Windows; on Linux a serial device is a path such as /dev/ttyUSB0; a line over TCP is tcp://HOST:PORT",
             ),
             Self::NotFound(name) if is_path(name) => Some("plug in the adapter, or start the program that serves it"),
             Self::NotFound(_) => {
@@ -203,6 +212,7 @@ impl PortError {
             Self::NoTelegram { .. } => {
                 Some("detection needs another master that sends; otherwise give the rate as a number")
             }
+            Self::NoPtys(_) => Some("serve the line with --tcp and open it as tcp://HOST:PORT"),
             Self::AlreadyExists(_) => Some("remove it, or stop the program that serves it"),
             Self::NotCreatable { .. } => Some("choose a path in a folder that exists and takes new files"),
             Self::Unreachable { .. } => Some("check that the serial server is switched on and in this network"),
@@ -210,7 +220,7 @@ impl PortError {
                 Some("another program may be connected to it: end that program, or let the server take more clients")
             }
             Self::UnknownScheme(_) => Some(
-                "a port is a path such as /dev/ttyUSB0, tcp://HOST:PORT for raw octets, telnet://HOST:PORT, rfc2217://HOST:PORT for a server whose rate is set from here, or sim:FILE.toml",
+                "a port is a path such as /dev/ttyUSB0 or COM5, usb:SERIAL, tcp://HOST:PORT for raw octets, telnet://HOST:PORT, rfc2217://HOST:PORT for a server whose rate is set from here, or sim:FILE.toml",
             ),
             Self::NotSerial(_)
             | Self::UnsupportedCharacter { .. }
@@ -260,6 +270,7 @@ impl PortError {
             Self::NoTelegram { name, tried } => {
                 write!(f, "no telegram on {name} at any of {} bit/s", rates(tried))
             }
+            Self::NoPtys(path) => write!(f, "no pty can be made at {path}, Windows has none"),
             Self::AlreadyExists(path) => write!(f, "{path} exists already"),
             Self::NotCreatable { path, source } => {
                 write!(f, "no link to a pty can be created at {path} ({source})")
@@ -286,6 +297,7 @@ impl PortError {
     }
 
     /// The meaning of an error number when a port is opened.
+    #[cfg(unix)]
     pub(super) fn opening(name: &str, errno: Errno) -> Self {
         match errno {
             Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::NOTDIR => Self::NotFound(name.to_owned()),
@@ -298,7 +310,18 @@ impl PortError {
         }
     }
 
+    /// The meaning of an error of Windows when a port is opened: access is denied while another program has it open.
+    #[cfg(windows)]
+    pub(super) fn opening(name: &str, error: std::io::Error) -> Self {
+        match error.kind() {
+            std::io::ErrorKind::NotFound => Self::NotFound(name.to_owned()),
+            std::io::ErrorKind::PermissionDenied | std::io::ErrorKind::ResourceBusy => Self::InUse(name.to_owned()),
+            _ => Self::system(name, error),
+        }
+    }
+
     /// The meaning of an error number on a port that is open.
+    #[cfg(unix)]
     pub(super) fn using(name: &str, errno: Errno) -> Self {
         match errno {
             Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::BADF => {
@@ -325,7 +348,8 @@ mod tests {
             ("rfc2217://10.0.0.1:9", "rfc2217://10.0.0.1:9: connection refused, no program listens there: start"),
             ("192.168.1.5:4000", "there is no port 192.168.1.5:4000: a line over TCP has the name tcp://HOST:PORT"),
             ("server:4000", "there is no port server:4000: a line over TCP has the name"),
-            ("COM3", "there is no port COM3: profivac runs on Linux"),
+            ("COM3", "there is no port COM3: COM ports exist on Windows; on Linux a serial device is a path"),
+            ("usb:A1", "there is no port usb:A1: plug in the adapter with this serial number"),
             ("ttyUSB0", "there is no port ttyUSB0: give the path"),
             ("/dev/pci:1", "there is no port /dev/pci:1: plug in"),
             ("common", "there is no port common: give the path"),

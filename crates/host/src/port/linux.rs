@@ -151,6 +151,21 @@ fn terminal_of(device: &Path) -> Option<PathBuf> {
     Some(Path::new(TERMINALS).join(device.file_name()?))
 }
 
+/// The port of the USB adapter with this serial number.
+pub fn port_of_serial(serial: &str) -> Option<String> {
+    let of_adapter = |terminal: &Path| {
+        let device = fs::canonicalize(terminal.join("device")).ok()?;
+        let text = |folder: &Path| fs::read_to_string(folder.join("serial")).ok();
+        device.ancestors().find_map(text).map(|text| text.trim().to_owned())
+    };
+    let terminals = fs::read_dir(TERMINALS).ok()?.flatten().map(|terminal| terminal.path());
+    let is_it = |terminal: &PathBuf| is_usb(terminal) && of_adapter(terminal).as_deref() == Some(serial);
+    let mut found: Vec<PathBuf> = terminals.filter(is_it).collect();
+    // An adapter with several ports: its first one.
+    found.sort();
+    Some(format!("/dev/{}", found.first()?.file_name()?.to_string_lossy()))
+}
+
 fn is_usb(terminal: &Path) -> bool {
     let device = fs::canonicalize(terminal.join("device"));
     device.is_ok_and(|path| path.components().any(|part| part.as_os_str().to_string_lossy().starts_with("usb")))

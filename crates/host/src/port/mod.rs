@@ -21,11 +21,17 @@ mod doubled_ff;
 mod driver_rates;
 mod echo;
 mod error;
+#[cfg(windows)]
+pub mod list;
+#[cfg(unix)]
 mod marks;
 mod notice;
+#[cfg_attr(windows, path = "windows/pty.rs")]
 mod pty;
+mod rate;
 mod recorded;
 mod reopening;
+#[cfg_attr(windows, path = "windows/serial.rs")]
 mod serial;
 mod server;
 mod stream;
@@ -36,7 +42,10 @@ mod time;
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
 mod system;
-#[cfg(not(target_os = "linux"))]
+#[cfg(windows)]
+#[path = "windows/system.rs"]
+mod system;
+#[cfg(not(any(target_os = "linux", windows)))]
 #[path = "other.rs"]
 mod system;
 
@@ -47,7 +56,7 @@ pub use notice::{LateAnswerRemedy, Notice, StoreDamage};
 pub use pty::Pty;
 pub use recorded::{Direction, Recorded, RecordedChunk, Recording};
 pub use reopening::{Opener, Reopening};
-pub use serial::Serial;
+pub use serial::{Serial, check_access, is_serial_port};
 pub use stream::Stream;
 pub use system::{adapter_facts, delivery as delivery_of, open_elsewhere};
 pub use tcp::{TcpClient, TcpServer};
@@ -135,7 +144,16 @@ pub trait Port: Send {
     }
 }
 
-/// Opens the port `name`: `tcp://`, `telnet://` or `rfc2217://` with HOST:PORT, or the name of a serial device or pty.
+/// How the name of a port begins that is the serial number of its USB adapter: `usb:A50285BI`.
+const USB: &str = "usb:";
+
+/// The present name of the port of a USB adapter, which changes when the adapter is plugged in elsewhere.
+fn port_of_adapter(name: &str, serial: &str) -> Result<String, PortError> {
+    system::port_of_serial(serial).ok_or_else(|| PortError::NotFound(name.to_owned()))
+}
+
+/// Opens the port `name`: `tcp://`, `telnet://` or `rfc2217://` with HOST:PORT, `usb:` with the serial number of an adapter, or the name
+/// of a serial device or pty.
 ///
 /// # Errors
 /// A [`PortError`] that names the port and says what to do.
@@ -149,6 +167,9 @@ pub fn open(name: &str, baud: Baud) -> Result<Box<dyn Port>, PortError> {
 /// # Errors
 /// As [`open`], and [`PortError::Interrupted`].
 pub fn open_unless(name: &str, baud: Baud, is_cancelled: &dyn Fn() -> bool) -> Result<Box<dyn Port>, PortError> {
+    if let Some(serial) = name.strip_prefix(USB) {
+        return Ok(Box::new(Serial::open(&port_of_adapter(name, serial)?, baud)?));
+    }
     Ok(match name.split_once("://") {
         Some(("tcp", address)) => Box::new(server::open(name, is_cancelled, || TcpClient::connect(address))?),
         Some((scheme @ ("telnet" | "rfc2217"), address)) => {
@@ -181,6 +202,9 @@ pub fn open_to_listen_unless(
 ) -> Result<Box<dyn Port>, PortError> {
     if name.contains("://") {
         return open_unless(name, baud, is_cancelled);
+    }
+    if let Some(serial) = name.strip_prefix(USB) {
+        return Ok(Box::new(Serial::open_to_listen(&port_of_adapter(name, serial)?, baud)?));
     }
     Ok(Box::new(Serial::open_to_listen(name, baud)?))
 }

@@ -39,6 +39,11 @@ pub fn adapter_facts(_name: &str) -> AdapterFacts {
     AdapterFacts::default()
 }
 
+/// Nothing is known about adapters.
+pub fn port_of_serial(_serial: &str) -> Option<String> {
+    None
+}
+
 /// The driver reports the rate itself.
 pub fn real_rate(_name: &str, _wanted: u32) -> Option<u32> {
     None

@@ -6,6 +6,7 @@
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
+use super::rate::wrong_rate;
 use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, pty, system};
 use crate::clock::duration_of;
 use crate::readiness::Readiness;
@@ -21,9 +22,6 @@ use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// The tolerated deviation of the rate is one part in this many: a character of 11 bits is then still sampled correctly.
-const RATE_TOLERANCE: u32 = 50;
-
 /// The longest time that octets need to leave: a few of the longest telegrams at the lowest rate. chosen.
 const MAX_SENDING_TIME: Duration = Duration::from_millis(600);
 
@@ -32,6 +30,23 @@ const CLOSING_TIME: Duration = Duration::from_millis(100);
 
 /// The longest time that a thread needs to start on a loaded computer. chosen.
 const THREAD_START_TIME: Duration = Duration::from_secs(5);
+
+/// Whether a name is that of a serial device: an absolute path.
+#[must_use]
+pub fn is_serial_port(name: &str) -> bool {
+    name.starts_with('/')
+}
+
+/// Whether this user may open a serial device, without opening it.
+///
+/// # Errors
+/// [`PortError::NotFound`] and [`PortError::PermissionDenied`].
+pub fn check_access(name: &str) -> Result<(), PortError> {
+    rustix::fs::access(name, rustix::fs::Access::READ_OK | rustix::fs::Access::WRITE_OK).map_err(|errno| match errno {
+        Errno::NOENT => PortError::NotFound(name.to_owned()),
+        _ => PortError::PermissionDenied(name.to_owned()),
+    })
+}
 
 /// An open serial device.
 #[derive(Debug)]
@@ -199,11 +214,6 @@ fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
         Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
         None => Ok(()),
     }
-}
-
-/// The first of `rates` that deviates too much from `wanted`.
-pub fn wrong_rate(wanted: u32, rates: impl IntoIterator<Item = Option<u32>>) -> Option<u32> {
-    rates.into_iter().flatten().find(|offered| offered.abs_diff(wanted) > wanted / RATE_TOLERANCE)
 }
 
 /// Data bits, parity and stop bits of a driver.

@@ -5,9 +5,9 @@ use super::notice::{DropCounter, Notice, Notices};
 use super::server::{Connection, words};
 use super::{CHUNK, Character, Port, PortError};
 use crate::readiness::Readiness;
+use rustix::fd::AsFd;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::os::fd::AsFd;
 use std::time::Duration;
 
 /// A connected socket that does not block.

@@ -6,8 +6,8 @@
 use super::notice::{DropCounter, Notice, Notices};
 use super::stream::{Stream, is_temporary, write_now};
 use super::{CHUNK, Character, Port, PortError};
+use crate::keep_alive::KeepAlive;
 use crate::readiness::Readiness;
-use rustix::net::sockopt::{set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl};
 use std::io::{ErrorKind, Read};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -18,9 +18,7 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// When and how often a silent connection is probed before it counts as lost. chosen: a bus is hardly ever silent, so
 /// the probes cost nothing, and an unplugged cable is detected within half a minute.
-const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
-const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
-const KEEPALIVE_COUNT: u32 = 3;
+const KEEP_ALIVE: KeepAlive = KeepAlive { after: Duration::from_secs(10), period: Duration::from_secs(5), count: 3 };
 
 /// The most clients of a server. chosen: more than the stations of most segments, and few enough to serve in turn.
 const MAX_CLIENTS: usize = 64;
@@ -167,10 +165,7 @@ pub(super) fn connect(name: &str, address: &str) -> Result<TcpStream, PortError>
 fn set_up(socket: &TcpStream) -> std::io::Result<()> {
     socket.set_nonblocking(true)?;
     socket.set_nodelay(true)?;
-    set_socket_keepalive(socket, true)?;
-    set_tcp_keepidle(socket, KEEPALIVE_IDLE)?;
-    set_tcp_keepintvl(socket, KEEPALIVE_INTERVAL)?;
-    set_tcp_keepcnt(socket, KEEPALIVE_COUNT)?;
+    KEEP_ALIVE.set(socket)?;
     #[cfg(target_os = "linux")]
     {
         // Without this limit the system repeats unacknowledged octets for a quarter of an hour before it reports an error.
