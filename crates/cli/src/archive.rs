@@ -1,6 +1,6 @@
 //! `profivac archive`: what many stations record, in PostgreSQL.
 
-use crate::console::Signals;
+use crate::console::{SIGINT, SIGTERM, Signals};
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use clap::Args;
@@ -10,9 +10,8 @@ use profivac_archive::metrics::{self, Metrics};
 use profivac_archive::service::{self, Report};
 use profivac_archive::store::{Store, StoreError};
 use profivac_archive::view::{self, Watch};
-use profivac_host::readiness::{Readiness, wait};
+use profivac_host::readiness::wait;
 use profivac_recorder::Micros;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -124,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             // One that cannot be read leaves the former one in use.
             page.renew().ok();
         }
-        let readable = wait(&[Readiness::of(&signals)], CHECK_PERIOD)?;
+        let readable = wait(&[signals.readiness()], CHECK_PERIOD)?;
         if readable.first() == Some(&true) {
             stop.send_replace(true);
             break;

@@ -1,14 +1,19 @@
 //! Lines from standard input and signals, as descriptors that a command waits for beside its others.
 
+#[cfg(unix)]
+#[path = "console/unix.rs"]
+mod system;
+#[cfg(windows)]
+#[path = "console/windows.rs"]
+mod system;
+
+pub use system::{SIGHUP, SIGINT, SIGTERM, Silence, Stdin, read, silence, stdin};
+
 use crate::failure::Failure;
 use crate::output::out;
-use profivac_host::readiness::{Readiness, wait};
-use rustix::io::Errno;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use std::io;
+use profivac_host::readiness::{Local, Readiness, pair, wait};
+use std::io::{self, Read as _};
 use std::ops::ControlFlow;
-use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
@@ -35,14 +40,14 @@ static ARRIVED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// The signals that end a program, as a descriptor that becomes readable.
 #[derive(Debug)]
-pub struct Signals(UnixStream);
+pub struct Signals(Local);
 
 impl Signals {
     /// Catches SIGHUP, SIGINT and SIGTERM from now on.
     pub fn catch() -> io::Result<Self> {
         let all = [SIGHUP, SIGINT, SIGTERM];
         for signal in all {
-            signal_hook::flag::register(signal, Arc::clone(&ARRIVED))?;
+            system::set_flag(signal, &ARRIVED)?;
         }
         Self::of(&all)
     }
@@ -55,10 +60,10 @@ impl Signals {
 
     /// Catches these signals from now on.
     pub fn of(all: &[i32]) -> io::Result<Self> {
-        let (signals, handler) = UnixStream::pair()?;
+        let (signals, handler) = pair()?;
         signals.set_nonblocking(true)?;
         for signal in all {
-            signal_hook::low_level::pipe::register(*signal, handler.try_clone()?)?;
+            system::pass_on(*signal, handler.try_clone()?)?;
         }
         Ok(Self(signals))
     }
@@ -84,7 +89,7 @@ impl Signals {
 
     /// Whether a signal has arrived.
     pub fn are_pending(&self) -> bool {
-        wait(&[Readiness::of(self)], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
+        wait(&[self.readiness()], Duration::ZERO).is_ok_and(|ready| ready.first() == Some(&true))
     }
 
     /// Returns true once a signal has arrived: for [`BusSession::set_cancellation`](profivac_host::session::BusSession::set_cancellation).
@@ -93,24 +98,23 @@ impl Signals {
         Ok(Box::new(move || signals.are_pending()))
     }
 
+    /// Becomes readable when a signal has arrived.
+    pub fn readiness(&self) -> Readiness<'_> {
+        Readiness::of(&self.0)
+    }
+
     /// Discards the signals that have arrived.
     pub fn clear(&mut self) {
         ARRIVED.store(false, Ordering::Relaxed);
         let mut buffer = [0; 64];
-        while let Ok(1..) = rustix::io::read(&self.0, &mut buffer) {}
-    }
-}
-
-impl AsFd for Signals {
-    fn as_fd(&self) -> BorrowedFd<'_> {
-        self.0.as_fd()
+        while let Ok(1..) = self.0.read(&mut buffer) {}
     }
 }
 
 /// Standard input and the signals that end a program.
 #[derive(Debug)]
 pub struct Console {
-    stdin: io::Stdin,
+    stdin: Stdin,
     /// Whether standard input has not ended.
     open: bool,
     partial_line: PartialLine,
@@ -120,13 +124,13 @@ pub struct Console {
 impl Console {
     /// Opens standard input and catches signals.
     pub fn open() -> io::Result<Self> {
-        Ok(Self { stdin: io::stdin(), open: true, partial_line: PartialLine::default(), signals: Signals::catch()? })
+        Ok(Self { stdin: stdin()?, open: true, partial_line: PartialLine::default(), signals: Signals::catch()? })
     }
 
     /// The descriptors to wait for.
     pub fn descriptors(&self) -> Vec<Readiness<'_>> {
         let stdin = self.open.then(|| Readiness::of(&self.stdin));
-        [Some(Readiness::of(&self.signals)), stdin].into_iter().flatten().collect()
+        [Some(self.signals.readiness()), stdin].into_iter().flatten().collect()
     }
 
     /// The input, when [`descriptors`](Self::descriptors) became `readable`.
@@ -143,10 +147,10 @@ impl Console {
 
     fn read(&mut self, input: &mut Vec<Input>) {
         let mut buffer = [0; MAX_LINE];
-        match rustix::io::read(&self.stdin, &mut buffer) {
+        match read(&self.stdin, &mut buffer) {
             Ok(0) => self.open = false,
             Ok(length) => self.partial_line.push(buffer.get(..length).unwrap_or(&buffer), input),
-            Err(Errno::INTR | Errno::AGAIN) => {}
+            Err(error) if matches!(error.kind(), io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock) => {}
             Err(_) => self.open = false,
         }
         if !self.open {

@@ -2,7 +2,7 @@
 
 use crate::advice;
 use crate::bus::BusOptions;
-use crate::console::Signals;
+use crate::console::{Signals, read, stdin};
 use crate::device_files::{DeviceFileOptions, known};
 use crate::failure::Failure;
 use crate::output::{notice, visible};
@@ -18,11 +18,14 @@ use profivac_devices::model::{AccessPath, Model, Unit};
 use profivac_host::readiness::{Readiness, wait};
 use profivac_host::scan::SlaveStatus;
 use profivac_host::session::{BusSession, UnrestoredRecord};
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 /// The longest single wait for the reply of the user.
 const MAX_WAIT: Duration = Duration::from_secs(3600);
+
+/// The longest answer in octets. chosen: it is a number.
+const MAX_ANSWER: usize = 256;
 
 /// The options that select a gauge and the access path to it.
 #[derive(Args, Debug)]
@@ -231,22 +234,25 @@ fn answer(question: &str) -> Result<String, Failure> {
     write!(io::stderr(), "{question}")?;
     io::stderr().flush()?;
     // The user may also answer with Ctrl-C.
-    if !wait_for_line(&signals)? {
-        writeln!(io::stderr())?;
-        return Err(Failure::interrupted_with("nothing was chosen, and nothing is sent"));
-    }
-    let mut answer = String::new();
-    io::stdin().lock().read_line(&mut answer)?;
-    Ok(answer)
+    let answer = line(&signals)?;
+    answer.ok_or_else(|| {
+        // An error of the terminal is reported by what follows.
+        writeln!(io::stderr()).ok();
+        Failure::interrupted_with("nothing was chosen, and nothing is sent")
+    })
 }
 
-/// Waits for a line. Returns false if a signal arrives first.
-fn wait_for_line(signals: &Signals) -> Result<bool, Failure> {
-    let stdin = io::stdin();
+/// Waits for a line; `None` if a signal arrives first.
+fn line(signals: &Signals) -> Result<Option<String>, Failure> {
+    let stdin = stdin()?;
+    let (mut line, mut octet) = (Vec::new(), [0]);
     loop {
-        match wait(&[Readiness::of(signals), Readiness::of(&stdin)], MAX_WAIT)?.as_slice() {
-            [true, _] => return Ok(false),
-            [_, true] => return Ok(true),
+        match wait(&[signals.readiness(), Readiness::of(&stdin)], MAX_WAIT)?.as_slice() {
+            [true, _] => return Ok(None),
+            [_, true] if read(&stdin, &mut octet)? == 0 || octet == [b'\n'] || line.len() >= MAX_ANSWER => {
+                return Ok(Some(String::from_utf8_lossy(&line).into_owned()));
+            }
+            [_, true] => line.extend(octet),
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! `profivac run`: runs the station.
 
-use crate::console::Signals;
+use crate::console::{SIGHUP, SIGINT, SIGTERM, Signals};
 use crate::explanation::counted;
 use crate::failure::Failure;
 use crate::gateways::{self, Gateways};
@@ -8,14 +8,13 @@ use crate::names;
 use crate::output::{notice, out};
 use clap::Args;
 use profivac_devices::catalog::KnownDevices;
-use profivac_host::readiness::{Readiness, wait};
+use profivac_host::readiness::wait;
 use profivac_recorder::{EventKind, is_in_use};
 use profivac_station::config::Config;
 use profivac_station::services::Services;
 use profivac_station::station::Station;
 use profivac_web_server::auth::file_permissions::{self, PermissionError};
 use profivac_web_server::server::{Keys, Server, ServerError, Setup};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::fmt::Display;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
@@ -92,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut gateways = Gateways::default();
     gateways.apply(&started_with.gateways, &station.services())?;
     loop {
-        let readable = wait(&[Readiness::of(&stop), Readiness::of(&reload)], THREAD_CHECK_PERIOD)?;
+        let readable = wait(&[stop.readiness(), reload.readiness()], THREAD_CHECK_PERIOD)?;
         if readable.first() == Some(&true) {
             break;
         }

@@ -1,6 +1,6 @@
 //! `profivac user`: manages the users of a station or of an archive.
 
-use crate::console::Signals;
+use crate::console::{Signals, Silence, Stdin, read, silence, stdin};
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
@@ -9,8 +9,7 @@ use profivac_host::readiness::{Readiness, wait};
 use profivac_web_server::auth::Role;
 use profivac_web_server::auth::password::{self, ADVISED, Hash, LONGEST};
 use profivac_web_server::auth::users::{AccountError, Users};
-use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
-use std::io::{self, IsTerminal, Stdin, Write};
+use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -206,34 +205,25 @@ impl PasswordArguments {
 struct PasswordInput {
     stdin: Stdin,
     signals: Signals,
-    before: Option<Termios>,
+    silence: Option<Silence>,
 }
 
 impl PasswordInput {
     fn open() -> Result<Self, Failure> {
-        Ok(Self { stdin: io::stdin(), signals: Signals::catch()?, before: None })
+        Ok(Self { stdin: stdin()?, signals: Signals::catch()?, silence: None })
     }
 
     /// Asks twice on the terminal.
     fn ask_twice(&mut self, name: &str) -> Result<String, Failure> {
-        if !self.stdin.is_terminal() {
+        if !io::stdin().is_terminal() {
             return Err(Failure::usage(
                 "expected a terminal to ask for the password; without one add --password-stdin",
             ));
         }
-        self.disable_echo()?;
+        self.silence = Some(silence()?);
         let first = self.ask(&format!("Password for {name}: "))?;
         let second = self.ask("Repeat: ")?;
         if first == second { Ok(first) } else { Err(Failure::usage("the two passwords differ; nothing was changed")) }
-    }
-
-    fn disable_echo(&mut self) -> io::Result<()> {
-        let before = tcgetattr(&self.stdin)?;
-        let mut silent = before.clone();
-        silent.local_modes.remove(LocalModes::ECHO);
-        tcsetattr(&self.stdin, OptionalActions::Flush, &silent)?;
-        self.before = Some(before);
-        Ok(())
     }
 
     fn ask(&self, prompt: &str) -> Result<String, Failure> {
@@ -248,29 +238,28 @@ impl PasswordInput {
     fn line(&self) -> Result<String, Failure> {
         let (mut line, mut octet) = (Vec::new(), [0]);
         loop {
-            let readable = wait(&[Readiness::of(&self.signals), Readiness::of(&self.stdin)], Duration::MAX)?;
+            let readable = wait(&[self.signals.readiness(), Readiness::of(&self.stdin)], Duration::MAX)?;
             if readable.first() == Some(&true) {
                 return Err(Failure::interrupted_with("nothing was changed"));
             }
             if readable.get(1) != Some(&true) {
                 continue;
             }
-            let read = rustix::io::read(&self.stdin, &mut octet).map_err(io::Error::from)?;
-            if read == 0 || octet == [b'\n'] || line.len() > LONGEST {
+            let length = read(&self.stdin, &mut octet)?;
+            if length == 0 || octet == [b'\n'] || line.len() > LONGEST {
                 break;
             }
-            line.extend(octet);
+            // A silent console of Windows passes on the keys themselves.
+            match octet {
+                [b'\r'] if cfg!(windows) && self.silence.is_some() => break,
+                [3] if cfg!(windows) && self.silence.is_some() => {
+                    return Err(Failure::interrupted_with("nothing was changed"));
+                }
+                [8] if cfg!(windows) && self.silence.is_some() => drop(line.pop()),
+                [octet] => line.push(octet),
+            }
         }
         let text = String::from_utf8(line).map_err(|_| Failure::usage("expected a password in UTF-8"))?;
         Ok(text.strip_suffix('\r').map_or(text.clone(), str::to_owned))
-    }
-}
-
-impl Drop for PasswordInput {
-    fn drop(&mut self) {
-        if let Some(before) = &self.before {
-            // An error cannot be reported any more.
-            tcsetattr(&self.stdin, OptionalActions::Now, before).ok();
-        }
     }
 }

@@ -16,7 +16,7 @@ use clap::Args;
 use dashboard::{Dashboard, DashboardOptions};
 use profivac_dp::link::Baud;
 use profivac_dp::master::Counters;
-use profivac_host::readiness::{Readiness, wait};
+use profivac_host::readiness::wait;
 use profivac_virtual::device::VirtualDevice;
 use profivac_virtual::memory_segment::MemorySegment;
 use profivac_virtual::scenario::{MasterPresence, Run, Scenario};
@@ -188,7 +188,7 @@ impl Demo {
     /// Waits until `moment` and advances the plant to it. Returns false when the command ends.
     fn run_until(&mut self, moment: Instant) -> Result<bool, Failure> {
         let moment = self.end.unwrap_or(moment).min(moment);
-        let readable = wait(&[Readiness::of(&self.signals)], moment.saturating_duration_since(Instant::now()))?;
+        let readable = wait(&[self.signals.readiness()], moment.saturating_duration_since(Instant::now()))?;
         let now = Instant::now();
         let lag = now.duration_since(self.advanced_until).min(MAX_LAG);
         self.advanced_until = now;

@@ -1,7 +1,7 @@
 //! This computer: its serial devices, programs that disturb them, the delay with which it runs programs, its clock.
 
 use super::Finding;
-use profivac_host::port::{SCHEDULING_DELAY, adapter_facts};
+use profivac_host::port::{AdapterFacts, SCHEDULING_DELAY, adapter_facts};
 use std::fs;
 use std::path::Path;
 use std::thread::sleep;
@@ -92,7 +92,14 @@ fn programs() -> Vec<String> {
     processes.filter_map(|process| Some(name(&process.path())?.trim().to_owned())).collect()
 }
 
+/// The serial ports of Windows.
+#[cfg(windows)]
+pub fn serial_devices() -> Vec<String> {
+    profivac_host::port::list::serial_ports().into_iter().map(|port| port.name).collect()
+}
+
 /// The paths of the serial devices that have hardware.
+#[cfg(not(windows))]
 pub fn serial_devices() -> Vec<String> {
     let terminals = fs::read_dir("/sys/class/tty").into_iter().flatten().flatten();
     let has_hardware = |folder: &Path| {
@@ -110,9 +117,10 @@ pub fn serial_devices() -> Vec<String> {
 
 /// The serial devices, for a user who has named another one.
 pub fn present_devices() -> String {
-    let described = |name: String| match adapter_facts(&name).driver {
-        Some(driver) => format!("{name} ({driver})"),
-        None => name,
+    let described = |name: String| match adapter_facts(&name) {
+        AdapterFacts { driver: Some(driver), .. } => format!("{name} ({driver})"),
+        AdapterFacts { usb_id: Some(id), .. } => format!("{name} (USB {id})"),
+        _ => name,
     };
     let devices: Vec<_> = serial_devices().into_iter().map(described).collect();
     match devices.as_slice() {

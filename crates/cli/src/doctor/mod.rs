@@ -16,6 +16,7 @@ use crate::values::{self, Rate};
 use clap::Args;
 use profivac_explain::gsd::Files;
 use profivac_host::port::PortError;
+use profivac_host::port::is_serial_port;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Duration;
@@ -131,11 +132,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Whether the name is one of a port; other names are files.
 fn is_port(subject: &str) -> bool {
-    use std::os::unix::fs::FileTypeExt;
     subject.contains("://")
         || subject.starts_with("sim:")
         || subject.starts_with("/dev/")
-        || Path::new(subject).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+        || (cfg!(windows) && is_serial_port(subject))
+        || is_device(Path::new(subject))
+}
+
+/// Whether a path is a device, or a link to one.
+fn is_device(path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        path.metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        false
+    }
 }
 
 fn check(subject: &str, arguments: &Arguments, files: &Files) -> Vec<Finding> {

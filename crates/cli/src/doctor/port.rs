@@ -9,14 +9,12 @@ use profivac_explain::divider::Divider;
 use profivac_explain::frame::TimeSource;
 use profivac_explain::gsd::Files;
 use profivac_explain::tap::{Tap, TapEvent};
-use profivac_host::port::{self, Notice, Port, PortError, adapter_facts, delivery_of, open_elsewhere};
+use profivac_host::port::{self, Notice, Port, PortError, adapter_facts, check_access, delivery_of, open_elsewhere};
 use profivac_host::rate;
 use profivac_listen::Observer;
 use profivac_listen::report::BusReport;
 use profivac_listen::station::StationState;
 use profivac_virtual::open;
-use rustix::fs::{Access, access};
-use rustix::io::Errno;
 use std::time::{Duration, Instant};
 
 /// The share of damaged pieces, in percent, above which a line is called disturbed. chosen: a good line has none.
@@ -31,10 +29,10 @@ pub fn check_unopened(name: &str) -> Vec<Finding> {
     let driver = adapter_facts(name).driver.unwrap_or_default();
     let command_line = std::fs::read_to_string("/proc/cmdline").unwrap_or_default();
     findings.extend(unsuitable(name, &driver, &command_line));
-    findings.push(match access(name, Access::READ_OK | Access::WRITE_OK) {
+    findings.push(match check_access(name) {
         Ok(()) => Finding::good(format!("you may open it; `profivac doctor {name}` listens to its line")),
-        Err(Errno::NOENT) => return vec![unusable(&PortError::NotFound(name.to_owned()))],
-        Err(_) => unusable(&PortError::PermissionDenied(name.to_owned())),
+        Err(missing @ PortError::NotFound(_)) => return vec![unusable(&missing)],
+        Err(refused) => unusable(&refused),
     });
     findings.extend(open_elsewhere(name).iter().map(noted));
     findings

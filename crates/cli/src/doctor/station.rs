@@ -4,9 +4,10 @@ use super::{Finding, database, port};
 use crate::{gateways, names};
 use profivac_config::ConfigNotice;
 use profivac_devices::model::Model;
+use profivac_files::{free_octets, is_folder_writable};
+use profivac_host::port::is_serial_port;
 use profivac_station::config::{Config, Segment};
 use profivac_web_server::auth::file_permissions::{self, PermissionError};
-use rustix::fs::{Access, access, statvfs};
 use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::Path;
@@ -50,7 +51,7 @@ pub fn check(path: &Path) -> Vec<Finding> {
 
 /// The port of a segment, without opening it: the station may use it.
 fn segment(segment: &Segment) -> Vec<Finding> {
-    let is_device = segment.port.starts_with('/');
+    let is_device = is_serial_port(&segment.port);
     let findings = if is_device { port::check_unopened(&segment.port) } else { Vec::new() };
     let named = |finding: Finding| Finding { found: format!("segment {}: {}", segment.name, finding.found), ..finding };
     findings.into_iter().map(named).collect()
@@ -78,9 +79,9 @@ fn database(config: &Config) -> Vec<Finding> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut findings = match path.exists() {
         true => database::check(path, |series| model(config, series)),
-        false => vec![match access(folder, Access::WRITE_OK | Access::EXEC_OK) {
-            Ok(()) => Finding::good(format!("the database will be {}", path.display())),
-            Err(_) => Finding::bad_file(
+        false => vec![match is_folder_writable(folder) {
+            true => Finding::good(format!("the database will be {}", path.display())),
+            false => Finding::bad_file(
                 format!("the database cannot be made in {}", folder.display()),
                 "make the folder and give the user of the station the right to write there, or change `database`",
             ),
@@ -91,8 +92,7 @@ fn database(config: &Config) -> Vec<Finding> {
 }
 
 fn free_space(folder: &Path) -> Option<Finding> {
-    let system = statvfs(folder).ok()?;
-    let free = system.f_bavail.saturating_mul(system.f_frsize);
+    let free = free_octets(folder)?;
     let found = format!("{:.1} GB are free for the database", free as f64 / 1e9);
     Some(match free >= LITTLE_SPACE {
         true => Finding::good(found),

@@ -19,10 +19,9 @@ use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use display::MonitorView;
 use gsd::GsdSlaves;
-use profivac_host::readiness::Readiness;
+use profivac_host::readiness::{Readiness, pair};
 use segment::SegmentMonitor;
 use std::io;
-use std::os::unix::net::UnixStream;
 use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
@@ -101,10 +100,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let signals = &Signals::catch()?;
     arguments.gsd.prepare(&mut plans, signals)?;
     let plans = &plans;
-    let (stop, stopped) = UnixStream::pair()?;
+    let (stop, stopped) = pair()?;
     let show = &MonitorView::new(plans, is_screen, arguments);
     let end = arguments.time.and_then(|time| Instant::now().checked_add(time));
-    let ends = &[Readiness::of(signals), Readiness::of(&stopped)];
+    let ends = &[signals.readiness(), Readiness::of(&stopped)];
     let verdicts = thread::scope(|scope| {
         let watch = |(number, plan)| scope.spawn(move || SegmentMonitor { plan, number, show, ends, end }.run());
         let threads: Vec<_> = plans.iter().enumerate().map(watch).collect();

@@ -8,9 +8,8 @@ use crate::failure::Failure;
 use crate::output::check;
 use profivac_dp::master::{ExchangeError, HandlerState, Mode};
 use profivac_host::port::Notice;
-use profivac_host::readiness::{Readiness, wait};
+use profivac_host::readiness::{KeptReadiness, Readiness, wait};
 use profivac_host::session::BusSession;
-use std::os::fd::AsFd;
 use std::time::{Duration, Instant, SystemTime};
 
 /// The interval between two rows.
@@ -48,8 +47,8 @@ impl SegmentMonitor<'_> {
 
     /// Ends the search for slaves when the command ends: a slave that does not answer takes up to the timeout.
     fn cancellation(&self) -> Option<Box<dyn Fn() -> bool + Send>> {
-        let ends: Vec<_> = self.ends.iter().filter_map(|end| end.as_fd().try_clone_to_owned().ok()).collect();
-        Some(Box::new(move || is_ready(&ends.iter().map(Readiness::of).collect::<Vec<_>>())))
+        let ends: Vec<_> = self.ends.iter().filter_map(|end| end.keep().ok()).collect();
+        Some(Box::new(move || is_ready(&ends.iter().map(KeptReadiness::readiness).collect::<Vec<_>>())))
     }
 
     fn monitor(&self) -> Result<(), Failure> {

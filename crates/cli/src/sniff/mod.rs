@@ -16,7 +16,6 @@ use clap::builder::NonEmptyStringValueParser;
 use profivac_explain::frame::TimeSource;
 use profivac_explain::tap::{Tap, TapEvent};
 use profivac_explain::{Decoder, ExplainedPiece};
-use profivac_host::readiness::Readiness;
 use profivac_virtual::device_spec::DeviceSpec;
 use std::time::{Duration, Instant};
 
@@ -79,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut explained, mut octets) = (Vec::new(), 0_u64);
     let ended = loop {
         let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
-        let (event, stop) = match tap.receive(&[Readiness::of(&signals)], left) {
+        let (event, stop) = match tap.receive(&[signals.readiness()], left) {
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };

@@ -11,7 +11,6 @@ use profivac_explain::divider::Divider;
 use profivac_explain::frame::TimeSource;
 use profivac_explain::gsd::{Files, Seen};
 use profivac_explain::tap::{Tap, TapEvent};
-use profivac_host::readiness::Readiness;
 use profivac_listen::Observer;
 use profivac_listen::gauge::{Declared, Origin};
 use profivac_listen::report::{BusReport, Distribution, StationReport};
@@ -53,7 +52,7 @@ pub fn run(arguments: &Arguments, files: Files, signals: &Signals, tap: &mut Tap
     let mut pieces = Vec::new();
     let ended = loop {
         let left = end.map_or(MAX_WAIT, |end| end.saturating_duration_since(Instant::now()));
-        let (event, stop) = match tap.receive(&[Readiness::of(signals)], left) {
+        let (event, stop) = match tap.receive(&[signals.readiness()], left) {
             Ok((event, readable)) => (event, readable.first() == Some(&true)),
             Err(error) => break Err(Failure::from(error)),
         };
