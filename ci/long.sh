@@ -32,6 +32,7 @@ proofs=(
     'rates    | an archive stores 50 000 samples a second of 1 000 stations, and draws a year of ten gauges in half a second, beside NATS and PostgreSQL'
     'kills    | 200 kills of stations, archives, servers of NATS and PostgreSQL lose no sample, with NATS and without'
     'containers | the examples for Compose and Kubernetes are valid, and the services of the composition run'
+    'windows  | the program for Windows runs under Wine: commands, dashboard, a station that is killed'
     'mutants  | the tests of each crate notice as many changed lines as ci/mutants.toml says: days; also mutants CRATE ... and --changed REVISION'
     'pictures | every picture of the pages is taken from the running programs, with the names and widths of those in docs/pictures'
     'book     | the book of all pages and the documentation of all crates are built, and each link leads to a page and a heading'
@@ -132,6 +133,14 @@ proof_containers() {
     python_environment && need_servers && program && target/venv/bin/python contrib/archive/containers.py "$program"
 }
 
+# ./test only checks that the program compiles for Windows: building and running it there takes ten minutes.
+proof_windows() {
+    need gcc-mingw-w64-x86-64 x86_64-w64-mingw32-gcc --version
+    need wine64 wine --version
+    rustup target add x86_64-pc-windows-gnu && program &&
+        CARGO_PROFILE_DEV_DEBUG=none cargo build --quiet --package profivac-cli --features opcua,archive --target x86_64-pc-windows-gnu &&
+        ci/windows/wine.py target/x86_64-pc-windows-gnu/debug/profivac.exe "$program"
+}
 proof_mutants() { ci/mutants.py; }
 proof_pictures() { need_servers && ci/pictures.sh; }
 proof_book() { need_to_build && ci/book.py && RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps; }
