@@ -122,6 +122,7 @@ proof_rates() {
     need_servers && program && cargo build --quiet --release --package profivac-archive --example load || return
     local load=(contrib/archive/load.py "$program" target/release/examples/load --at-least 50000)
     "${load[@]}" --seconds "$(times 300)" --samples 2 && "${load[@]}" --stations 1 --seconds "$(times 604800)" &&
+        "${load[@]}" --stations 200 --seconds 250 --samples 2 --archives 1 --waiting --ratio 0.4 &&
         browser && contrib/archive/year.py "$program" --at-most 0.5
 }
 proof_kills() {

@@ -15,6 +15,8 @@ cleaned    an older dump is restored into the database while the archives run, a
 backup     a `profivac backup` with waiting batches takes the place of a station's database
 copied     an older copy of a station's database is put back with cp
 retention  twenty days are beyond the retention at a start, then three, then three of which a reader holds one
+packed     a day that is over is packed while batches of it come, an archive is killed in the middle of it, a reader holds it back, and it is dumped
+tables     the tables of version 8 are migrated, with days that are over
 power      the servers of NATS lose all batches that they have acknowledged, as a power cut does
 crash      PostgreSQL commits without waiting for the disk unless told, and is killed
 foreign    a stream of others takes the batches, then a stream PROFIVAC that keeps them in memory
@@ -863,12 +865,15 @@ class Sender:
                 if error.code != 503:
                     raise
                 return None
+            except urllib.error.URLError:
+                # The archive starts.
+                return None
 
         return wait_for(f"an answer to batch {number}", status)
 
-    def samples(self, series, pressure=1.0, later=b""):
-        """One sample; `later` are fields of a later version."""
-        return field(3, field(1, series) + field(2, varint(2 * self.now)) + field(3, bytes([128])) + field(4, struct.pack("<d", pressure)) + later)
+    def samples(self, series, pressure=1.0, later=b"", at=None):
+        """One sample, at a time in microseconds or now; `later` are fields of a later version."""
+        return field(3, field(1, series) + field(2, varint(2 * (at or self.now))) + field(3, bytes([128])) + field(4, struct.pack("<d", pressure)) + later)
 
     def span(self, series, log10_sum, later=b"", level=2):
         """A span of one valid sample."""
@@ -878,9 +883,9 @@ class Sender:
     def point(name, unit, kind):
         return field(1, field(1, b"turbo") + field(2, name) + field(3, unit) + field(4, kind))
 
-    def value(self, name, value, unit=b"", kind=b"number", later=b""):
-        """One value of a point."""
-        return field(8, self.point(name, unit, kind) + field(2, varint(2 * self.now)) + field(3, bytes([128])) + field(4, struct.pack("<d", value)) + later)
+    def value(self, name, value, unit=b"", kind=b"number", later=b"", at=None):
+        """One value of a point, at a time in microseconds or now."""
+        return field(8, self.point(name, unit, kind) + field(2, varint(2 * (at or self.now))) + field(3, bytes([128])) + field(4, struct.pack("<d", value)) + later)
 
     def point_span(self, name, low, high, last, unit=b"", kind=b"number"):
         """A span of two values of a point."""
@@ -893,6 +898,125 @@ class Sender:
 
     def reasons(self):
         return [row for row, in self.case.query("SELECT reason FROM profivac_data.rejected ORDER BY id")]
+
+
+def packed(case):
+    """A day that is over: batches of it come before, during and after it is packed."""
+    psql = ["psql", "-X", "-q", "-At", "-v", "ON_ERROR_STOP=1", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user]
+    tell = lambda text: subprocess.run([*psql, "-d", "postgres", "-c", text], check=True, capture_output=True, text=True).stdout
+    sender = Sender(case)
+    midnight = sender.now // 86_400_000_000 * 86_400_000_000
+    noon = midnight - 60 * 3_600_000_000
+    name = time.strftime("sample_%Y%m%d", time.gmtime(noon // 1_000_000))
+    keys = lambda: case.query(f"SELECT indrelid::regclass FROM pg_index WHERE indisunique AND indrelid::regclass::text LIKE '%{name}'")
+    counts = lambda: [int(case.query(f"SELECT count(*) FROM profivac_data.{table}")[0][0]) for table in (name, f"point_{name}")]
+    old = lambda second, pressure=1.0: sender.samples(b"late", pressure, at=noon + second * 1_000_000)
+
+    def send(number, *rows):
+        if (status := sender.send(number, *rows)) != 204:
+            raise SystemExit(f"FAILED: batch {number}: {status}")
+
+    def expect(found, wanted, what):
+        if found != wanted:
+            raise SystemExit(f"FAILED: {what}: {found} in place of {wanted}")
+
+    send(1, old(0), sender.value(b"speed", 1.0, b"Hz", at=noon))
+    # The samples of 50 gauges, in the order in which they come.
+    tell(f"INSERT INTO profivac_data.sample (series, at, pressure_pa, quality) SELECT 1000000 + n % 50, to_timestamp({noon // 1_000_000} + n / 50), random(), 0 "
+         "FROM generate_series(1, 200000) AS n")
+    expect(counts(), [200_001, 1], "rows before")
+    reader = subprocess.Popen([*psql, "-d", "postgres"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    waiting = "SELECT pid FROM pg_stat_activity WHERE query LIKE 'CREATE INDEX CONCURRENTLY%' AND wait_event_type = 'Lock'"
+    try:
+        reader.stdin.write("BEGIN ISOLATION LEVEL REPEATABLE READ; SELECT count(*) FROM profivac_data.version;\n")
+        reader.stdin.flush()
+        reader.stdout.readline()
+        for archive in case.archives:
+            archive.stop()
+        for archive in case.archives:
+            archive.start()
+        wait_for("an archive that packs and waits for the reader", lambda: case.query(waiting))
+        send(2, old(1))
+        case.stations[0].stop()
+        case.stations[0].start()
+        # Of two archives one packs. It is killed, and so is the process of the database, which would go on.
+        for archive in case.archives:
+            archive.kill()
+        tell(f"SELECT pg_terminate_backend(pid) FROM ({waiting}) AS packing")
+        incomplete = "SELECT count(*) FROM pg_index WHERE NOT indisvalid"
+        wait_for("an index that is not complete", lambda: case.query(incomplete) not in (None, [["0"]]))
+        expect(len(keys()), 2, "keys after the kill")
+        for archive in case.archives:
+            archive.start()
+        send(3, old(2))
+        reader.stdin.write(f"SELECT count(*) FROM profivac_data.{name}; COMMIT;\n")
+        reader.stdin.flush()
+        expect(reader.stdout.readline(), "200001\n", "rows that the reader sees")
+    finally:
+        reader.stdin.close()
+        reader.wait()
+    wait_for("that the day has no key", lambda: keys() == [])
+    expect(case.query(incomplete), [["0"]], "indexes that are not complete")
+    expect(counts(), [200_003, 1], "rows of the packed day")
+    [(octets,)] = case.query(f"SELECT pg_total_relation_size('profivac_data.{name}') / 200003.0")
+    if float(octets) > 60:
+        raise SystemExit(f"FAILED: a sample takes {octets} octets")
+    # A batch again; one with a sample and a value that are there, two of one time, and one of today; the same with another number.
+    send(3, old(2))
+    rows = [old(2, 7.0), old(3), old(4), old(4), sender.samples(b"late"), sender.value(b"speed", 1.0, b"Hz", at=noon), sender.value(b"speed", 2.0, b"Hz", at=noon + 1)]
+    send(4, *rows)
+    send(5, *rows)
+    # A day with a key: a sample that is there, under another number, and one that is not.
+    send(6, sender.samples(b"late"), sender.samples(b"late", at=sender.now + 1))
+    expect(counts(), [200_005, 2], "rows after late batches")
+    late = f"SELECT count(*), count(DISTINCT at), sum(pressure_pa) FROM profivac.sample WHERE station = '{case.stations[1].name}' AND series = 'late'"
+    expect(case.query(late), [["7", "7", "7"]], "samples, times and pressures of the late series")
+    dump = case.folder / "archive.dump"
+    connection = ["-h", str(case.folder), "-p", str(case.postgres_port), "-U", case.user]
+    subprocess.run([case.bin / "pg_dump", *connection, "--format=custom", f"--file={dump}", "postgres"], check=True)
+    tell("CREATE DATABASE again")
+    subprocess.run([case.bin / "pg_restore", *connection, "--exit-on-error", "--dbname=again", dump], check=True)
+    restored = subprocess.run([*psql, "-d", "again", "-c", f"SELECT count(*) FROM profivac_data.{name}"], check=True, capture_output=True, text=True).stdout
+    expect(restored, "200005\n", "rows of the restored day")
+    case.wait_for_more()
+    raise Done(f"a sample of the packed day takes {float(octets):.1f} octets, and late and repeated batches are in it once")
+
+
+def tables(case):
+    """A database of version 8, made with the migrations of the program."""
+    archive = case.archives[0]
+    for process in case.archives:
+        process.stop()
+    psql = ["psql", "-X", "-q", "-At", "-v", "ON_ERROR_STOP=1", "-h", case.folder, "-p", str(case.postgres_port), "-U", case.user]
+    tell = lambda text, database="old": subprocess.run([*psql, "-d", database, "-c", text], check=True, capture_output=True, text=True).stdout
+    tell("CREATE DATABASE old", "postgres")
+    folder = Path(__file__).resolve().parents[2] / "crates/archive/sql"
+    migrations = [f"--file={folder}/{number}.sql" for number in range(1, 9)]
+    tell("CREATE SCHEMA profivac_data; CREATE TABLE profivac_data.version (number integer NOT NULL); INSERT INTO profivac_data.version VALUES (8)")
+    subprocess.run([*psql, "-d", "old", *migrations], check=True, capture_output=True)
+    tell("""INSERT INTO profivac_data.station (plant, name, epoch) VALUES ('hall', 'before', 1);
+        INSERT INTO profivac_data.series (station, name) SELECT 1, 'gauge ' || n FROM generate_series(1, 5) AS n;
+        INSERT INTO profivac_data.point (station, slave, name, unit, kind) VALUES (1, 'turbo', 'speed', 'Hz', 'number');
+        SELECT profivac_data.add_day((current_date + n)::date) FROM generate_series(-4, 4) AS n;
+        INSERT INTO profivac_data.sample SELECT n % 5 + 1, now() - n * interval '1 min', n, n % 3 FROM generate_series(0, 5000) AS n;
+        INSERT INTO profivac_data.point_sample SELECT 1, now() - n * interval '1 min', n, 0 FROM generate_series(0, 5000) AS n""")
+    views = {"sample": "series_id, at", "point_sample": "point_id, at"}
+    rows = lambda: {view: tell(f"SELECT * FROM profivac.{view} ORDER BY {order}") for view, order in views.items()}
+    columns = lambda: tell("SELECT table_name, column_name, data_type FROM information_schema.columns WHERE table_schema = 'profivac' ORDER BY table_name, ordinal_position")
+    before, series = (rows(), columns()), tell("SELECT pg_relation_filenode('profivac_data.series')")
+    file = case.folder / "archive-0.toml"
+    file.write_text(file.read_text().replace("dbname=postgres", "dbname=old"))
+    archive.start()
+    keys = "SELECT count(*) FROM pg_index JOIN pg_inherits ON inhrelid = indrelid WHERE indisunique"
+    # Today and the day before keep their keys, as have the next three: of pressures and of points.
+    wait_for("that three days are packed", lambda: tell(keys) == "10\n")
+    if (rows(), columns()) != before:
+        raise SystemExit("FAILED: the views show other rows or columns than before")
+    if tell("SELECT max(number) FROM profivac_data.version") == "8\n":
+        raise SystemExit("FAILED: the tables are not migrated")
+    if tell("SELECT pg_relation_filenode('profivac_data.series')") == series:
+        raise SystemExit("FAILED: an archive of before that still runs would not notice the migration")
+    raise Done("the views show the rows of before, and the days that are over are packed")
 
 
 def hostile(case):
@@ -1249,6 +1373,8 @@ CASES = {
     "backup": (backup, {"stations": 1}),
     "copied": (copied, {}),
     "retention": (retention, {}),
+    "packed": (packed, {"servers": 0}),
+    "tables": (tables, {"servers": 0}),
     "power": (power, {}),
     "crash": (crash, {}),
     "foreign": (foreign, {}),

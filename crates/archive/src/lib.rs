@@ -16,6 +16,7 @@ pub mod config;
 pub mod database;
 pub mod https;
 pub mod metrics;
+mod packing;
 pub mod pending;
 pub mod schema;
 pub mod service;

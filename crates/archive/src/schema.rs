@@ -7,7 +7,7 @@ use crate::database::described;
 use tokio_postgres::{Client, Error};
 
 /// The migrations: number N leads from version N - 1 to version N.
-const MIGRATIONS: [&str; 8] = [
+const MIGRATIONS: [&str; 9] = [
     include_str!("../sql/1.sql"),
     include_str!("../sql/2.sql"),
     include_str!("../sql/3.sql"),
@@ -16,6 +16,7 @@ const MIGRATIONS: [&str; 8] = [
     include_str!("../sql/6.sql"),
     include_str!("../sql/7.sql"),
     include_str!("../sql/8.sql"),
+    include_str!("../sql/9.sql"),
 ];
 
 /// The number that locks the database while an archive changes its tables. chosen.

@@ -3,6 +3,7 @@
 use crate::config::Config;
 use crate::https::Server;
 use crate::metrics::{self, Metrics, Transport};
+use crate::packing;
 pub use crate::session::{ArchiveError, Report};
 use crate::session::{Maintenance, Retry, SILENCE, noticed};
 use crate::store::{Incoming, SEARCH_INTERVAL, StationStatus, Store, StoreError, Stored};
@@ -61,6 +62,7 @@ pub async fn run(
     };
     let mut of_nats = |it: Report<'_>| noted(Transport::Nats, it);
     let mut of_https = |it: Report<'_>| noted(Transport::Https, it);
+    let mut of_packing = |it: Report<'_>| (report.lock().unwrap_or_else(PoisonError::into_inner))(it);
     let nats = async {
         if let Some(nats) = &config.nats {
             let watched = async {
@@ -80,7 +82,7 @@ pub async fn run(
             server.run(config, stop.clone(), &mut of_https).await;
         }
     };
-    tokio::join!(nats, https);
+    tokio::join!(nats, https, packing::run(config, stop.clone(), &mut of_packing));
 }
 
 /// Archives from NATS. A failure is reported once, and tried again with growing pauses.

@@ -59,6 +59,8 @@ pub enum Report<'a> {
     OtherStream(String),
     /// What happens to samples that are older than the retention, in a sentence.
     Retention(String),
+    /// Days that are over and could not be packed, in a sentence.
+    Packing(String),
     /// Roles of the database to which the views show nothing, in a sentence.
     Roles(String),
     /// A batch of a station was put aside; the sentence says why. Later ones of the station with such a reason are not reported for an hour.

@@ -180,6 +180,7 @@ fn report(report: &Report<'_>, reported: &mut Instant) {
         Report::OtherStream(sentence)
         | Report::PutAside(sentence)
         | Report::Retention(sentence)
+        | Report::Packing(sentence)
         | Report::Roles(sentence) => {
             notice(&format_args!("{sentence}"));
         }

@@ -6,11 +6,13 @@ mod gaps;
 mod operator;
 mod retention;
 mod rows;
+mod samples;
 
 pub use accept::Incoming;
 pub(crate) use accept::{Accepted, accept};
 pub use gaps::{SEARCH_INTERVAL, StationStatus};
 pub use retention::{Dropped, OldDays};
+pub(crate) use samples::KEYS;
 
 use crate::config::Plant;
 use crate::database::{ConnectError, Database, described};
@@ -21,8 +23,10 @@ use profivac_archive_protocol::nats::{of_message_id, of_subject};
 use profivac_recorder::Micros;
 use profivac_recorder::batch::{AlarmChange, Audit, BatchPoint, Event};
 use rows::{
-    BatchRow, PointSampleRow, PointSpanRow, PointTextRow, Row, SampleRow, SpanRow, StationRow, insert, prepare,
+    BatchRow, PointSampleRow, PointSpanRow, PointTextRow, Row, SampleRow, SpanRow, StationRow, insert, insert_batches,
+    prepare,
 };
+use samples::{SampleOf, Way};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::mem::{Discriminant, discriminant};
 use thiserror::Error;
@@ -115,6 +119,11 @@ pub enum StoreError {
 const OF_ROWS: [&str; 4] = ["21", "22", "23", "54"];
 
 impl StoreError {
+    /// Whether a row was there that was not expected.
+    fn is_of_repetition(&self) -> bool {
+        matches!(self, Self::Database(error) if error.code() == Some(&SqlState::UNIQUE_VIOLATION))
+    }
+
     /// Whether the rows themselves are the cause.
     fn is_of_rows(&self) -> bool {
         match self {
@@ -249,7 +258,10 @@ impl Store {
     pub async fn connect(database: &Database, samples_days: u32) -> Result<Self, StoreError> {
         let (mut client, connection) = database.connect().await?;
         upgrade(&mut client).await?;
-        client.batch_execute("SET statement_timeout = '120s'").await?;
+        // The second: a statement after a lock sees what was committed before the lock was free.
+        client
+            .batch_execute("SET statement_timeout = '120s'; SET default_transaction_isolation = 'read committed'")
+            .await?;
         client.execute(DURABLE, &[]).await?;
         prepare::<SampleRow>(&client).await?;
         prepare::<SpanRow>(&client).await?;
@@ -259,7 +271,6 @@ impl Store {
         prepare::<StationRow<Event>>(&client).await?;
         prepare::<StationRow<AlarmChange>>(&client).await?;
         prepare::<StationRow<Audit>>(&client).await?;
-        prepare::<BatchRow>(&client).await?;
         let tables = client.query_one(TABLES, &[]).await?.get(0);
         let (series, points, epochs, days) = (HashMap::new(), HashMap::new(), HashSet::new(), HashSet::new());
         let (reported, reports) = (HashSet::new(), Vec::new());
@@ -438,6 +449,7 @@ impl Store {
             }
         }
         let mut made = self.known_times(&of_stations).await?;
+        let way = if made.is_empty() { Way::Straight } else { Way::Compared };
         let (mut batches, mut copied) = (Vec::new(), Vec::new());
         for (message, station, batch) in of_stations {
             let key = (station, batch.epoch, batch.number);
@@ -456,23 +468,15 @@ impl Store {
         self.add_epochs(&batches).await?;
         let rows = self.rows(&batches, now).await?;
         self.add_days(rows.days()).await?;
-        let transaction = self.client.transaction().await?;
-        if transaction.query_one(TABLES, &[]).await?.get::<_, Option<u32>>(0) != self.tables {
-            return Err(StoreError::Replaced);
-        }
-        let counts = rows.insert(&transaction).await?;
-        for station in stations.values().filter(|station| station.is_new_epoch) {
-            let sql = "UPDATE profivac_data.station SET epoch = greatest(epoch, $2) WHERE id = $1";
-            transaction.execute(sql, &[&station.id, &station.epoch]).await?;
-        }
-        for (station, epoch, number) in copied {
-            let sql = "UPDATE profivac_data.epoch SET copied = least(copied, $3) WHERE station = $1 AND epoch = $2";
-            transaction.execute(sql, &[&station, &epoch, &number]).await?;
-        }
-        for (message, reason) in &rejected {
-            reject(&transaction, message, &reason.to_string(), reason.competes()).await?;
-        }
-        transaction.commit().await?;
+        let stations = stations.into_values().filter(|station| station.is_new_epoch);
+        let epochs = stations.map(|station| (station.id, station.epoch)).collect();
+        let changes = Changes { rows, epochs, copied, rejected };
+        let counts = match self.commit(&changes, way).await {
+            // A copy of a database of a station, or a batch that another archive has just stored.
+            Err(error) if error.is_of_repetition() => self.commit(&changes, Way::Compared).await,
+            counts => counts,
+        }?;
+        let rejected = changes.rejected;
         self.metrics.committed(&counts, begun.elapsed());
         for (_, batch) in &batches {
             self.metrics.stored(batch.plant, batch.station, Micros(batch.batch.made_us), Micros::now());
@@ -483,6 +487,28 @@ impl Store {
         }
         let samples = batches.iter().map(|(_, batch)| batch.batch.sample_count() as u64).sum();
         Ok((Stored { batches: batches.len() as u64, samples, rejected: rejected.len() as u64 }, taken))
+    }
+
+    /// Stores all changes, or none.
+    async fn commit(&mut self, changes: &Changes<'_>, way: Way) -> Result<metrics::Transaction, StoreError> {
+        let transaction = self.client.transaction().await?;
+        if transaction.query_one(TABLES, &[]).await?.get::<_, Option<u32>>(0) != self.tables {
+            return Err(StoreError::Replaced);
+        }
+        let counts = changes.rows.insert(&transaction, way).await?;
+        for (id, epoch) in &changes.epochs {
+            let sql = "UPDATE profivac_data.station SET epoch = greatest(epoch, $2) WHERE id = $1";
+            transaction.execute(sql, &[id, epoch]).await?;
+        }
+        for (station, epoch, number) in &changes.copied {
+            let sql = "UPDATE profivac_data.epoch SET copied = least(copied, $3) WHERE station = $1 AND epoch = $2";
+            transaction.execute(sql, &[station, epoch, number]).await?;
+        }
+        for (message, reason) in &changes.rejected {
+            reject(&transaction, message, &reason.to_string(), reason.competes()).await?;
+        }
+        transaction.commit().await?;
+        Ok(counts)
     }
 
     /// The stations of these batches, by name. New ones are added, outside of the transaction: ids in memory stay true if that fails.
@@ -636,8 +662,8 @@ impl Store {
             }
             rows.add_lists(*station, batch, expired);
         }
-        rows.samples.sort_unstable_by_key(|row| (row.series, row.sample.at));
-        rows.point_samples.sort_unstable_by_key(|row| (row.point, row.sample.at));
+        samples::sort(&mut rows.samples);
+        samples::sort(&mut rows.point_samples);
         rows.spans = spans.into_values().collect();
         rows.point_spans = point_spans.into_values().collect();
         rows.point_texts = point_texts.into_values().collect();
@@ -679,6 +705,17 @@ fn decode(messages: &[Incoming], now: Micros) -> (Vec<Of<'_, Accepted<'_>>>, Vec
     (decoded, rejected)
 }
 
+/// What a transaction changes.
+struct Changes<'a> {
+    rows: Rows,
+    /// The stations with a later epoch.
+    epochs: Vec<(i32, i64)>,
+    /// The batches whose numbers were given twice: station, epoch, number.
+    copied: Vec<(i32, i64, i64)>,
+    /// The batches that are put aside.
+    rejected: Vec<Of<'a, Refusal>>,
+}
+
 /// The rows of a transaction.
 #[derive(Default)]
 struct Rows {
@@ -697,7 +734,7 @@ impl Rows {
     /// The days of all samples, since 1970.
     fn days(&self) -> BTreeSet<i64> {
         let of_points = self.point_samples.iter().map(|row| row.sample.at);
-        self.samples.iter().map(|row| row.sample.at).chain(of_points).map(|at| at.0.div_euclid(DAY)).collect()
+        self.samples.iter().map(|row| row.sample.at).chain(of_points).map(day_of).collect()
     }
 
     /// Adds the events, alarms and audit of a batch, and the batch itself.
@@ -712,11 +749,13 @@ impl Rows {
     }
 
     /// Stores the rows. Returns how many were stored.
-    async fn insert(&self, transaction: &Transaction<'_>) -> Result<metrics::Transaction, StoreError> {
+    async fn insert(&self, transaction: &Transaction<'_>, way: Way) -> Result<metrics::Transaction, StoreError> {
         let mut counts = BTreeMap::new();
-        put(transaction, &self.samples, &mut counts).await?;
+        let packed = samples::packed_days(transaction, &self.days()).await?;
+        let way = if packed.is_empty() { way } else { Way::Compared };
+        put_samples(transaction, &self.samples, way, &packed, &mut counts).await?;
         put(transaction, &self.spans, &mut counts).await?;
-        put(transaction, &self.point_samples, &mut counts).await?;
+        put_samples(transaction, &self.point_samples, way, &packed, &mut counts).await?;
         put(transaction, &self.point_spans, &mut counts).await?;
         put(transaction, &self.point_texts, &mut counts).await?;
         if !self.point_texts.is_empty() {
@@ -735,7 +774,7 @@ impl Rows {
         for (table, _) in lists.into_iter().filter(|(_, rows)| *rows > 0) {
             transaction.execute(&copies::earlier_rows(table), &[]).await?;
         }
-        let batches = insert(transaction, &self.batches).await?;
+        let batches = insert_batches(transaction, &self.batches).await?;
         let repeated = (self.batches.len() as u64).saturating_sub(batches);
         let expired = self.batches.iter().map(|row| u64::try_from(row.expired).unwrap_or(0)).sum();
         Ok(metrics::Transaction { batches, repeated, rows: counts, expired })
@@ -753,6 +792,26 @@ async fn put<R: Row>(
         counts.insert(R::TABLE, stored);
     }
     Ok(())
+}
+
+/// Stores samples, and notes how many are new.
+async fn put_samples<R: SampleOf>(
+    transaction: &Transaction<'_>,
+    rows: &[R],
+    way: Way,
+    packed: &[(String, i64)],
+    counts: &mut BTreeMap<&'static str, u64>,
+) -> Result<(), StoreError> {
+    let stored = samples::insert(transaction, rows, way, packed).await?;
+    if !rows.is_empty() {
+        counts.insert(R::TABLE, stored);
+    }
+    Ok(())
+}
+
+/// The day of a time (UTC), since 1970.
+fn day_of(at: Micros) -> i64 {
+    at.0.div_euclid(DAY)
 }
 
 fn day_number(day: i64) -> i32 {

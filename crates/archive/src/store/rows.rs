@@ -1,6 +1,7 @@
 //! The rows of the tables, and how many of them are inserted at once.
 //!
-//! Rows are copied into a temporary table and inserted from there, those that are new: three statements for any number of rows.
+//! Rows are copied into a temporary table and inserted from there, those that are new: three statements for any number of rows. Samples
+//! usually take a shorter way, see `samples`.
 
 use super::accept::text;
 use futures_util::pin_mut;
@@ -45,23 +46,34 @@ pub async fn insert<R: Row>(transaction: &Transaction<'_>, rows: &[R]) -> Result
     if rows.is_empty() {
         return Ok(0);
     }
-    let (table, columns) = (R::TABLE, names::<R>());
+    copy_to_stage(transaction, rows).await?;
+    copy_from_stage::<R>(transaction).await
+}
+
+/// Copies rows into their temporary table.
+pub async fn copy_to_stage<R: Row>(transaction: &Transaction<'_>, rows: &[R]) -> Result<(), Error> {
     let types: Vec<_> = R::COLUMNS.iter().map(|(_, of_column)| of_column.clone()).collect();
-    let sink = transaction.copy_in(&format!("COPY stage_{table} FROM STDIN BINARY")).await?;
+    let sink = transaction.copy_in(&format!("COPY stage_{} FROM STDIN BINARY", R::TABLE)).await?;
     let copy = BinaryCopyInWriter::new(sink, &types);
     pin_mut!(copy);
     for row in rows {
         row.write(copy.as_mut()).await?;
     }
     copy.finish().await?;
-    let on_conflict = R::ON_CONFLICT;
+    Ok(())
+}
+
+/// Inserts the rows of a temporary table. Returns how many rows were stored.
+pub async fn copy_from_stage<R: Row>(transaction: &Transaction<'_>) -> Result<u64, Error> {
+    let (table, columns, on_conflict) = (R::TABLE, names::<R>(), R::ON_CONFLICT);
     let sql = format!(
         "INSERT INTO profivac_data.{table} ({columns}) SELECT {columns} FROM stage_{table} ON CONFLICT {on_conflict}"
     );
     transaction.execute(&sql, &[]).await
 }
 
-fn names<R: Row>() -> String {
+/// The columns of a table.
+pub fn names<R: Row>() -> String {
     R::COLUMNS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
@@ -312,21 +324,21 @@ pub struct BatchRow {
     pub expired: i32,
 }
 
-impl Row for BatchRow {
-    const TABLE: &'static str = "batch";
-    const COLUMNS: &'static [(&'static str, Type)] = &[
-        ("station", Type::INT4),
-        ("epoch", Type::INT8),
-        ("number", Type::INT8),
-        ("made", Type::TIMESTAMPTZ),
-        ("samples", Type::INT4),
-        ("expired", Type::INT4),
-    ];
-
-    async fn write(&self, copy: CopyIn<'_>) -> Result<(), Error> {
-        let Self { station, epoch, number, made_us, samples, expired } = self;
-        copy.write(&[station, epoch, number, &time(*made_us), samples, expired]).await
+/// Stores batches. Returns how many are new. Without a temporary table: PostgreSQL empties all of a session after each transaction that uses
+/// one, and most transactions have only samples and batches.
+pub async fn insert_batches(transaction: &Transaction<'_>, rows: &[BatchRow]) -> Result<u64, Error> {
+    if rows.is_empty() {
+        return Ok(0);
     }
+    let sql = "INSERT INTO profivac_data.batch (station, epoch, number, made, samples, expired)
+        SELECT * FROM unnest($1::integer[], $2::bigint[], $3::bigint[], $4::timestamptz[], $5::integer[], $6::integer[]) ON CONFLICT DO NOTHING";
+    let stations: Vec<_> = rows.iter().map(|row| row.station).collect();
+    let epochs: Vec<_> = rows.iter().map(|row| row.epoch).collect();
+    let numbers: Vec<_> = rows.iter().map(|row| row.number).collect();
+    let made: Vec<_> = rows.iter().map(|row| time(row.made_us)).collect();
+    let samples: Vec<_> = rows.iter().map(|row| row.samples).collect();
+    let expired: Vec<_> = rows.iter().map(|row| row.expired).collect();
+    transaction.execute(sql, &[&stations, &epochs, &numbers, &made, &samples, &expired]).await
 }
 
 fn optional(value: Option<&str>) -> Option<String> {

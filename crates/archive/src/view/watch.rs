@@ -54,14 +54,18 @@ const STATIONS: &str = "
     ) AS last ON true";
 
 /// The latest sample of each series, or its latest span of two minutes where that is later by more than the ten minutes within which a
-/// constant pressure is recorded: the station sends no samples then.
+/// constant pressure is recorded: the station sends no samples then. A sample long before the last span is not looked for: a day that is packed
+/// has no order of times.
 const READINGS: &str = "
     SELECT series.station, series.name, (extract(epoch FROM last.at) * 1000)::bigint AS at, last.pressure_pa, last.quality,
         (extract(epoch FROM span.start) * 1000)::bigint AS start, span.qualities,
         CASE WHEN span.count > 0 THEN 10 ^ (span.log10_sum / span.count) END AS mean_pa
     FROM profivac_data.series LEFT JOIN LATERAL (
+        SELECT max(span.start) AS start FROM profivac_data.span WHERE span.series = series.id AND span.level = 2
+    ) AS known ON true LEFT JOIN LATERAL (
         SELECT at, pressure_pa, quality FROM profivac_data.sample
-        WHERE sample.series = series.id AND sample.at > now() - make_interval(days => $2) ORDER BY at DESC LIMIT 1
+        WHERE sample.series = series.id AND sample.at > now() - make_interval(days => $2)
+            AND sample.at > coalesce(known.start - interval '1 hour', '-infinity') ORDER BY at DESC LIMIT 1
     ) AS last ON true LEFT JOIN LATERAL (
         SELECT start, qualities, log10_sum, count FROM profivac_data.span
         WHERE (last.at IS NULL OR last.at < now() - interval '10 minutes') AND span.series = series.id AND span.level = 2
