@@ -274,6 +274,19 @@ fn a_telegram_by_chance_among_many_other_octets_does_not_show_the_notation() {
     assert_eq!(read(text.as_bytes()), (Some(Notation::Table("hexadecimal")), octets, 0), "{text}");
 }
 
+/// The characters of `2A 2F` are the end of a comment in C.
+#[test]
+fn the_end_of_a_comment_among_its_characters_does_not_end_it() {
+    let request = "0x10, 0x08, 0x02, 0x49, 0x53, 0x16 /* a comment */\n";
+    let text = format!(
+        "{request}0x68, 0x06, 0x06, 0x68, 0x7d, 0x45, 0x4e, 0x2e, 0x2a, 0x2f, 0x97, 0x16 /* h..h}}EN.*/.. */\n"
+    );
+    let expected = hex("10 08 02 49 53 16 68 06 06 68 7D 45 4E 2E 2A 2F 97 16");
+    assert_eq!(read(text.as_bytes()), (Some(Notation::Hexadecimal), expected, 0), "{text}");
+    let between = "/* TX */ 0x10, 0x08, 0x02, 0x49, 0x53, 0x16 /* end */\n";
+    assert_eq!(read(between.as_bytes()).1, hex("10 08 02 49 53 16"), "{between}");
+}
+
 /// Two numbers that could be seconds since 1970: the second one has the octets.
 #[test]
 fn joined_octets_behind_a_time_are_no_time() {

@@ -422,7 +422,10 @@ fn joined(words: Vec<(String, usize)>) -> Option<(String, usize)> {
 fn inner_comment(text: &str) -> Option<(usize, usize)> {
     let (from, _) = text.match_indices("/*").find(|(at, _)| begins_word(text, *at))?;
     let behind = text.get(from.saturating_add(2)..)?;
-    let length = behind.find("*/").map_or(behind.len(), |at| at.saturating_add(2));
+    // Characters of octets in a comment may be its end: the last one counts if no further comment begins before it.
+    let until = behind.get(2..).and_then(|rest| rest.find("/*")).map_or(behind.len(), |at| at.saturating_add(2));
+    let end = behind.get(..until).and_then(|comment| comment.rfind("*/"));
+    let length = end.or_else(|| behind.find("*/")).map_or(behind.len(), |at| at.saturating_add(2));
     Some((from, from.saturating_add(2).saturating_add(length)))
 }
 
