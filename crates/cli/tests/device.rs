@@ -164,9 +164,12 @@ fn line_with(folder: &Folder, device: &str) -> (String, [String; 2]) {
     (format!("sim:{line}"), ["--device-files".to_owned(), file])
 }
 
+/// A gauge on a loaded machine answers late.
+const PATIENTLY: &str = "--slot-time=4000";
+
 fn told(port: &str, files: &[String], command: &[&str]) -> Output {
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    run(&[&command[..1], &["--port", port], &files, &command[1..]].concat())
+    run(&[&command[..1], &["--port", port, PATIENTLY], &files, &command[1..]].concat())
 }
 
 #[test]
@@ -225,7 +228,7 @@ fn a_command_of_a_device_file_is_marked_wherever_it_is_given() {
         "{refused:?}"
     );
     let done = told(&port, &files, &["write", "--address", "7", "execute"]);
-    assert!(stdout(&done).trim_end().ends_with("(a command of a device file)"), "{}", stdout(&done));
+    assert!(stdout(&done).trim_end().ends_with("(a command of a device file)"), "{done:?}");
     let json = told(&port, &files, &["write", "--address", "7", "--json", "execute"]);
     let change: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(change["from_device_file"], true, "{}", stderr(&json));

@@ -49,7 +49,8 @@ pub fn write(file: &Path, text: &str) -> std::io::Result<()> {
     synchronise(folder)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt as _;
