@@ -7,7 +7,8 @@
 # argument syntax": ABS(X), MAX(1, X), ABS(X + 1), BYTE_TO_INT(A[0]). Read without an error: ABS(1), ABS(IN := X), ABS((X)).
 #
 # Why it matters: nearly every program converts a variable with such a call, so a check of structured text with this crate reports errors in
-# correct files. Formal arguments, IN := X, are read, but several PLCs know no names for the parameters of conversions.
+# correct files. Formal arguments, IN := X, are read, but several PLCs know no names for the parameters of conversions. So the function blocks
+# that profivac writes have parentheses around each such argument.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

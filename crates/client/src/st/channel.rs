@@ -124,7 +124,7 @@ EXPONENT : INT;";
 /// STATE 0: no task; 1: waits until the answer has no task, because some devices begin a task only then; 2: waits for the answer.
 const STATEMENTS: &str = "\
 RAW := RESPONSE[0];
-AK := BYTE_TO_INT(RAW) / 16;
+AK := BYTE_TO_INT((RAW)) / 16;
 IF NOT EXECUTE AND (STATE = 0) THEN
     DONE := FALSE;
     ERROR := FALSE;
@@ -143,7 +143,7 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
         TASK_CODE := 0;
 {TASKS}
         IF IS_REAL THEN
-            MANTISSA := ABS(NUMBER);
+            MANTISSA := ABS((NUMBER));
             EXPONENT := 150;
             WHILE (MANTISSA >= 16777216.0) AND (EXPONENT < 255) DO
                 MANTISSA := MANTISSA * 0.5;
@@ -180,9 +180,9 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
             IF NUMBER < 0.0 THEN
                 VALUE[0] := VALUE[0] + 128;
             END_IF;
-            VALUE[1] := (EXPONENT MOD 2) * 128 + DINT_TO_INT(REST / 65536);
+            VALUE[1] := (EXPONENT MOD 2) * 128 + DINT_TO_INT((REST / 65536));
             VALUE[2] := DINT_TO_INT((REST / 256) MOD 256);
-            VALUE[3] := DINT_TO_INT(REST MOD 256);
+            VALUE[3] := DINT_TO_INT((REST MOD 256));
         ELSE
             IF (LENGTH = 1) AND ((WHOLE < -128) OR (WHOLE > 255)) THEN
                 TASK_CODE := 0;
@@ -196,7 +196,7 @@ IF EXECUTE AND NOT WAS_EXECUTE AND (STATE = 0) THEN
                 IF OCTET < 0 THEN
                     OCTET := OCTET + 256;
                 END_IF;
-                VALUE[ELEMENT] := DINT_TO_INT(OCTET);
+                VALUE[ELEMENT] := DINT_TO_INT((OCTET));
                 REST := (REST - OCTET) / 256;
                 ELEMENT := ELEMENT - 1;
             END_WHILE;
@@ -222,14 +222,14 @@ IF STATE <> 0 THEN
         ERROR_CODE := -3;
     ELSIF (STATE = 1) AND (AK = 0) THEN
         STATE := 2;
-        REQUEST[0] := INT_TO_BYTE(TASK_CODE * 16);
-        REQUEST[1] := INT_TO_BYTE(SLOT);
-        REQUEST[2] := INT_TO_BYTE(INDEX);
+        REQUEST[0] := INT_TO_BYTE((TASK_CODE * 16));
+        REQUEST[1] := INT_TO_BYTE((SLOT));
+        REQUEST[2] := INT_TO_BYTE((INDEX));
         ITEM := 0;
-        REQUEST[3] := INT_TO_BYTE(ITEM);
+        REQUEST[3] := INT_TO_BYTE((ITEM));
         FOR ELEMENT := 0 TO 3 DO
             ITEM := VALUE[ELEMENT];
-            REQUEST[4 + ELEMENT] := INT_TO_BYTE(ITEM);
+            REQUEST[4 + ELEMENT] := INT_TO_BYTE((ITEM));
         END_FOR;
     ELSIF (STATE = 2) AND (AK <> 0) AND (RESPONSE[1] = REQUEST[1]) AND (RESPONSE[2] = REQUEST[2]) THEN
         STATE := 0;
@@ -237,7 +237,7 @@ IF STATE <> 0 THEN
         FOR ELEMENT := 0 TO 3 DO
             RESULT[ELEMENT] := RESPONSE[4 + ELEMENT];
             RAW := RESPONSE[4 + ELEMENT];
-            VALUE[ELEMENT] := BYTE_TO_INT(RAW);
+            VALUE[ELEMENT] := BYTE_TO_INT((RAW));
         END_FOR;
         CASE AK OF
             1: RESULT_LENGTH := 2;
@@ -262,18 +262,18 @@ IF STATE <> 0 THEN
             ELEMENT := 4 - RESULT_LENGTH;
             WHILE ELEMENT <= 3 DO
                 ITEM := VALUE[ELEMENT];
-                RESULT_WHOLE := RESULT_WHOLE * 256 + INT_TO_DINT(ITEM);
+                RESULT_WHOLE := RESULT_WHOLE * 256 + INT_TO_DINT((ITEM));
                 ELEMENT := ELEMENT + 1;
             END_WHILE;
             EXPONENT := (VALUE[0] MOD 128) * 2 + VALUE[1] / 128;
             RESULT_IS_NUMBER := (AK = 2) AND (EXPONENT < 255);
             IF RESULT_IS_NUMBER AND (EXPONENT > 0) THEN
                 ITEM := VALUE[1] MOD 128 + 128;
-                RESULT_NUMBER := INT_TO_REAL(ITEM) * 65536.0;
+                RESULT_NUMBER := INT_TO_REAL((ITEM)) * 65536.0;
                 ITEM := VALUE[2];
-                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL(ITEM) * 256.0;
+                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL((ITEM)) * 256.0;
                 ITEM := VALUE[3];
-                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL(ITEM);
+                RESULT_NUMBER := RESULT_NUMBER + INT_TO_REAL((ITEM));
                 EXPONENT := EXPONENT - 150;
                 WHILE EXPONENT > 0 DO
                     RESULT_NUMBER := RESULT_NUMBER * 2.0;
@@ -298,7 +298,7 @@ END_IF;
 IF STATE < 2 THEN
     ITEM := 0;
     FOR ELEMENT := 0 TO 7 DO
-        REQUEST[ELEMENT] := INT_TO_BYTE(ITEM);
+        REQUEST[ELEMENT] := INT_TO_BYTE((ITEM));
     END_FOR;
 END_IF;
 BUSY := STATE <> 0;";

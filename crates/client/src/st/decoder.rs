@@ -277,7 +277,7 @@ impl Decoder<'_> {
         if let Some((offset, count)) = self.relays() {
             // No FOR: a device with one relay would have one whose start is its end.
             for (relay, place) in (1..=count).zip(offset..) {
-                source.lines(&format!("RAW := OCTETS[{place}];\nRELAY[{relay}] := BYTE_TO_INT(RAW) <> 0;"));
+                source.lines(&format!("RAW := OCTETS[{place}];\nRELAY[{relay}] := BYTE_TO_INT((RAW)) <> 0;"));
             }
         }
         match self.status() {
@@ -315,7 +315,7 @@ impl Decoder<'_> {
             Field::TtrValue => source.lines(TTR),
             field if number_of(field) == Some(NumberType::Float) => source.lines(FLOAT),
             _ => {
-                source.line("NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);");
+                source.line("NUMBER := INT_TO_REAL((B0)) * 256.0 + INT_TO_REAL((B1));");
                 source.line(&format!("IS_PRESSURE := NUMBER <= {};", real(self.model.max_integer.into())));
             }
         }
@@ -594,7 +594,7 @@ fn counts(counts: Counts) -> String {
     match counts {
         Counts::Log { per_decade, at_1_mbar } => format!(
             "EXPONENT_OF_E := (NUMBER - {}) / {} * 2.302585093;\n\
-             IF (NUMBER = 0.0) OR (EXPONENT_OF_E > 60.0) THEN\n    IS_PRESSURE := FALSE;\nELSIF EXPONENT_OF_E < -75.0 THEN\n    PRESSURE := 1.0E-30;\nELSE\n    PRESSURE := EXP(EXPONENT_OF_E) * 100.0;\nEND_IF;",
+             IF (NUMBER = 0.0) OR (EXPONENT_OF_E > 60.0) THEN\n    IS_PRESSURE := FALSE;\nELSIF EXPONENT_OF_E < -75.0 THEN\n    PRESSURE := 1.0E-30;\nELSE\n    PRESSURE := EXP((EXPONENT_OF_E)) * 100.0;\nEND_IF;",
             real(at_1_mbar),
             real(per_decade)
         ),
@@ -611,11 +611,11 @@ fn linear(per_mbar: f64) -> String {
 /// A float of 32 bits, taken apart. Numbers that no gauge sends (denormalised, from 2^104 on, infinite, no number) are no pressure.
 const FLOAT: &str = "\
 RAW := OCTETS[AT_OCTET + 2];
-B2 := BYTE_TO_INT(RAW);
+B2 := BYTE_TO_INT((RAW));
 RAW := OCTETS[AT_OCTET + 3];
-B3 := BYTE_TO_INT(RAW);
+B3 := BYTE_TO_INT((RAW));
 EXPONENT := (B0 MOD 128) * 2 + B1 / 128;
-NUMBER := 8388608.0 + INT_TO_REAL(B1 MOD 128) * 65536.0 + INT_TO_REAL(B2) * 256.0 + INT_TO_REAL(B3);
+NUMBER := 8388608.0 + INT_TO_REAL((B1 MOD 128)) * 65536.0 + INT_TO_REAL((B2)) * 256.0 + INT_TO_REAL((B3));
 IF (EXPONENT = 0) OR (EXPONENT > 230) THEN
     IS_PRESSURE := FALSE;
     NUMBER := 0.0;
@@ -636,9 +636,9 @@ END_IF;";
 
 /// The Inficon floating point format, as [`crate::cyclic::mantissa_number`] assumes it.
 const MANTISSA: &str = "\
-NUMBER := INT_TO_REAL(B0) * 256.0 + INT_TO_REAL(B1);
+NUMBER := INT_TO_REAL((B0)) * 256.0 + INT_TO_REAL((B1));
 RAW := OCTETS[AT_OCTET + 2];
-POWER := BYTE_TO_INT(RAW);
+POWER := BYTE_TO_INT((RAW));
 IF POWER >= 128 THEN
     POWER := POWER - 256;
 END_IF;
@@ -658,6 +658,6 @@ END_WHILE;";
 
 /// Telegram 205, as [`crate::cyclic::TtrReading`] decodes it: the exponent of ten in Pa is value / 482 - 2.778.
 const TTR: &str = "\
-NUMBER := INT_TO_REAL(B0 MOD 16) * 256.0 + INT_TO_REAL(B1);
+NUMBER := INT_TO_REAL((B0 MOD 16)) * 256.0 + INT_TO_REAL((B1));
 PRESSURE := EXP((NUMBER / 482.0 - 2.778) * 2.302585093);
 IS_PRESSURE := (B0 <> 0) OR (B1 <> 0);";

@@ -175,7 +175,11 @@ fn faults(block: &str) -> Vec<String> {
                 if argument.contains(&",") {
                     fault("a function of two arguments");
                 }
-                if argument.iter().all(|one| one.starts_with(|first: char| first.is_ascii_digit() || first == '-')) {
+                if argument.first().is_some_and(|one| *one != "(") {
+                    fault("an argument that begins with a name, which iec61131 takes for that of a parameter");
+                }
+                let mut parts = argument.iter().filter(|one| !["(", ")"].contains(*one));
+                if parts.all(|one| one.starts_with(|first: char| first.is_ascii_digit() || first == '-')) {
                     fault("a literal as an argument, which has no type");
                 }
             }
@@ -241,7 +245,8 @@ fn with(statements: &str) -> String {
 fn constructs_that_all_implementations_treat_alike_are_no_faults() {
     for statements in [
         "A := 1;",
-        "RAW := OCTETS[A + 1];\nB := BYTE_TO_INT(RAW) / 16;",
+        "RAW := OCTETS[A + 1];\nB := BYTE_TO_INT((RAW)) / 16;",
+        "B := DINT_TO_INT((B / 256) MOD 256);",
         "FOR A := 0 TO 3 DO\n    C[A] := 1.5E-3;\nEND_FOR;",
         "CASE UNIT OF\n    0, 1: A := 1; (* mbar *)\n    2:\n        B := 2;\nELSE\n    A := -3;\nEND_CASE;",
         "WHILE (A < 3) AND NOT (B = 2) DO\n    A := A + 1;\nEND_WHILE;",
@@ -269,8 +274,12 @@ fn each_construct_that_implementations_treat_differently_is_a_fault() {
         ("A := TIME_TO_INT(B);", "a word"),
         ("B := BYTE_TO_INT(OCTETS[1]);", "an element of an array"),
         ("B := BYTE_TO_INT(OCTETS[A + 1]) / 2;", "an element of an array"),
+        ("B := BYTE_TO_INT((OCTETS[1]));", "an element of an array"),
+        ("B := BYTE_TO_INT(RAW);", "an argument that begins with a name"),
+        ("Y := INT_TO_REAL(A MOD 16);", "an argument that begins with a name"),
         ("Y := EXP(Y, 2.0);", "a function of two arguments"),
         ("RAW := INT_TO_BYTE(0);", "a literal as an argument"),
+        ("RAW := INT_TO_BYTE((0));", "a literal as an argument"),
         ("A := 16#FF;", "a literal that"),
         ("A := INT#1;", "a sign"),
         ("A := 1_000;", "a literal that"),

@@ -226,10 +226,12 @@ class Block:
 
     def call(self, node):
         name = str(node.name.name).upper()
-        (argument,) = node.parameters
-        if isinstance(argument.value, (tree.MultiElementVariable, tree.Integer, tree.Real)):
-            raise TypeError(f"{name} of {argument.value}: assign it to a variable first")
-        code, kind = self.expression(argument.value)
+        (value,) = (one.value for one in node.parameters)
+        while isinstance(value, tree.ParenthesizedExpression):
+            value = value.expr
+        if isinstance(value, (tree.MultiElementVariable, tree.Integer, tree.Real)):
+            raise TypeError(f"{name} of {value}: assign it to a variable first")
+        code, kind = self.expression(value)
         if name in ("EXP", "ABS") and kind == "REAL":
             return f"real({name.lower()}({code}))", "REAL"
         source, _, target = name.partition("_TO_")
