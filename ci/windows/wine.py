@@ -113,7 +113,8 @@ def commands(wine: Wine, _native: str) -> None:
         at = ["--port", port, "--slot-time=4000", "--address", "5"]
         found = wine.run("scan", "--port", port, "--hsa", "10")
         expect("bcg450" in found and "pcg550" in found, found)
-        expect("read" not in wine.run("read", *at, "device.serial-number"), "read")
+        serial = wine.run("read", *at, "device.serial-number")
+        expect(serial.startswith("device.serial-number = "), serial)
         wine.run("write", *at, "execute")
         wine.run("dump", *at, "--out", "gauge 5.toml")
         expect((wine.folder / "gauge 5.toml").stat().st_size > 1000, "a name with a blank")
@@ -149,6 +150,7 @@ def station(wine: Wine, _native: str) -> None:
             while time.monotonic() < until and stored(wine) <= counts[-1]:
                 time.sleep(0.5)
             counts.append(stored(wine))
+            expect(program.poll() is None, "the station has ended")
             end(program)
             expect(counts[-1] > counts[-2], f"no new sample after {counts}")
             expect(stored(wine) >= counts[-1], "a sample that was stored is gone")

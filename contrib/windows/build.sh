@@ -26,7 +26,7 @@ cp "target/$target/release/profivac.exe" "$folder"
 x86_64-w64-mingw32-strip "$folder/profivac.exe"
 
 # Windows has these libraries; anything else would have to lie beside the program.
-system='advapi32|bcrypt|bcryptprimitives|cfgmgr32|crypt32|kernel32|msvcrt|ncrypt|ntdll|ole32|sec[u]r32|user32|userenv|ws2_32|api-ms-win-[a-z0-9-]+'
+system='advapi32|bcrypt|bcryptprimitives|cfgmgr32|crypt32|kernel32|ktmw32|msvcrt|ncrypt|ntdll|ole32|oleaut32|sec[u]r32|user32|userenv|ws2_32|api-ms-win-[a-z0-9-]+'
 others=$(x86_64-w64-mingw32-objdump -p "$folder/profivac.exe" | sed -n 's/.*DLL Name: //p' | grep -viE "^($system)\.dll\$" || true)
 if [ -n "$others" ]; then
     printf 'profivac.exe needs libraries that Windows does not have:\n%s\n' "$others" >&2

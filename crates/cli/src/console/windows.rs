@@ -7,8 +7,8 @@ use std::os::windows::io::{AsSocket, BorrowedSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// The numbers of the signals, of which Windows has no first one: Ctrl-C, Ctrl-Break, the closing of the window and the end of the
-/// computer stand for both others.
+/// The numbers of the signals. Windows has no first one; Ctrl-C and Ctrl-Break stand for both others. When the window is closed, Windows
+/// ends the program at once.
 pub const SIGHUP: i32 = 1;
 pub const SIGINT: i32 = 2;
 pub const SIGTERM: i32 = 15;
@@ -46,9 +46,16 @@ fn tell() {
     told.connections.retain_mut(|connection| connection.write_all(&[0]).is_ok());
 }
 
+/// The connections for a signal that never comes: a closed one would be readable for ever.
+static SILENT: Mutex<Vec<Local>> = Mutex::new(Vec::new());
+
 /// Writes an octet to `to` for each signal from now on.
 pub fn pass_on(signal: i32, to: Local) -> io::Result<()> {
     to.set_nonblocking(true)?;
+    if signal == SIGHUP {
+        SILENT.lock().unwrap_or_else(PoisonError::into_inner).push(to);
+        return Ok(());
+    }
     add(signal, |told| told.connections.push(to))
 }
 

@@ -134,6 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn is_port(subject: &str) -> bool {
     subject.contains("://")
         || subject.starts_with("sim:")
+        || subject.starts_with("usb:")
         || subject.starts_with("/dev/")
         || (cfg!(windows) && is_serial_port(subject))
         || is_device(Path::new(subject))

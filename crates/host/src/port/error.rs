@@ -161,7 +161,7 @@ fn is_host_and_port(name: &str) -> bool {
 /// Whether a name is a port of Windows: `COM3`.
 pub(super) fn is_windows_port(name: &str) -> bool {
     let number = name.get(..3).filter(|start| start.eq_ignore_ascii_case("com")).and_then(|_| name.get(3..));
-    number.is_some_and(|number| number.parse::<u8>().is_ok())
+    number.is_some_and(|number| number.parse::<u16>().is_ok())
 }
 
 fn rates(tried: &[Baud]) -> String {
@@ -195,15 +195,22 @@ impl PortError {
                 "COM ports exist on Windows; on Linux a serial device is a path such as /dev/ttyUSB0; a line over TCP is tcp://HOST:PORT",
             ),
             Self::NotFound(name) if is_path(name) => Some("plug in the adapter, or start the program that serves it"),
+            Self::NotFound(_) if cfg!(windows) => {
+                Some("give the name of a serial port, such as COM5; `profivac doctor` lists those of this computer")
+            }
             Self::NotFound(_) => {
                 Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")
             }
             Self::LeftOver(_) => Some("start that program again; if the link is right, make it again"),
+            Self::InUse(_) if cfg!(windows) => Some("end that program first; Windows does not name it"),
             Self::InUse(_) => Some("end that program first; `fuser -v`, as root, names it"),
             Self::PtyLocked(_) => Some(
                 "end the program that `fuser -v`, as root, names; if it names none, a signal ended that program: start the \
                  program that serves the pty again",
             ),
+            Self::AddressInUse(_) if cfg!(windows) => {
+                Some("end that program first, or choose another port; `netstat -abno`, as administrator, names it")
+            }
             Self::AddressInUse(_) => {
                 Some("end that program first, or choose another port; `ss -ltnp`, as root, names it")
             }

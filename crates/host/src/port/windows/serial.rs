@@ -14,6 +14,7 @@ use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// How long the thread reads before it looks whether the port is still wanted. It does not delay octets.
@@ -48,6 +49,8 @@ pub struct Serial {
     to_send: Option<SyncSender<Vec<u8>>>,
     /// A thread has ended because the port is gone, or shall end because it is closed.
     is_gone: Arc<AtomicBool>,
+    /// The threads, which hold the port open.
+    threads: Vec<JoinHandle<()>>,
     echo: Echo,
     drops: DropCounter,
     notices: Notices,
@@ -63,7 +66,7 @@ impl Serial {
         let mut serial = Self::open_to_listen(name, baud)?;
         let (to_send, waiting) = sync_channel(MOST_WAITING);
         let (port, is_gone) = (serial.clone_port()?, Arc::clone(&serial.is_gone));
-        spawn(name, move || write(&port, &waiting, &is_gone))?;
+        serial.threads.push(spawn(name, move || write(&port, &waiting, &is_gone))?);
         serial.to_send = Some(to_send);
         Ok(serial)
     }
@@ -75,7 +78,9 @@ impl Serial {
     pub fn open_to_listen(name: &str, baud: Baud) -> Result<Self, PortError> {
         let opening = |error| PortError::opening(name, error);
         let configure = |mut settings: Settings| to_8e1(&mut settings, baud).map(|()| settings);
-        let mut port = SerialPort::open(name, configure).map_err(|error| match error.kind() {
+        // The library puts this in front itself.
+        let device = name.strip_prefix(r"\\.\").unwrap_or(name);
+        let mut port = SerialPort::open(device, configure).map_err(|error| match error.kind() {
             // The driver refuses the rate.
             ErrorKind::InvalidInput => PortError::UnsupportedRate { name: name.to_owned(), baud, offered: None },
             _ => opening(error),
@@ -85,19 +90,20 @@ impl Serial {
         port.discard_buffers().map_err(opening)?;
         let (received, passed_on) = pair().map_err(opening)?;
         received.set_nonblocking(true).map_err(opening)?;
-        let serial = Self {
+        let mut serial = Self {
             name: name.to_owned(),
             port,
             delivery: system::delivery(name),
             received,
             to_send: None,
             is_gone: Arc::default(),
+            threads: Vec::new(),
             echo: Echo::default(),
             drops: DropCounter::default(),
             notices: Notices::default(),
         };
         let (port, is_gone) = (serial.clone_port()?, Arc::clone(&serial.is_gone));
-        spawn(name, move || read(&port, passed_on, &is_gone))?;
+        serial.threads.push(spawn(name, move || read(&port, passed_on, &is_gone))?);
         Ok(serial)
     }
 
@@ -107,15 +113,20 @@ impl Serial {
 }
 
 impl Drop for Serial {
-    /// The reading thread ends at its next look, the writing one when it has sent what waits.
+    /// The reading thread ends at its next look, the writing one when it has sent what waits: then the port can be opened again.
     fn drop(&mut self) {
+        self.to_send = None;
         self.is_gone.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // A thread that has panicked holds the port no more.
+            thread.join().ok();
+        }
     }
 }
 
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), PortError> {
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, PortError> {
     let thread = std::thread::Builder::new().name(format!("port {name}")).spawn(run);
-    thread.map(drop).map_err(|error| PortError::system(name, error))
+    thread.map_err(|error| PortError::system(name, error))
 }
 
 /// Passes received octets on until the port or its owner is gone. The end of the connection tells the owner.
