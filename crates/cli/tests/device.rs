@@ -164,12 +164,9 @@ fn line_with(folder: &Folder, device: &str) -> (String, [String; 2]) {
     (format!("sim:{line}"), ["--device-files".to_owned(), file])
 }
 
-/// A gauge on a loaded machine answers late.
-const PATIENTLY: &str = "--slot-time=4000";
-
 fn told(port: &str, files: &[String], command: &[&str]) -> Output {
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    run(&[&command[..1], &["--port", port, PATIENTLY], &files, &command[1..]].concat())
+    run(&[&command[..1], &["--port", port], &files, &command[1..]].concat())
 }
 
 #[test]

@@ -803,7 +803,7 @@ fn with_letters(octets: &[u8], program: LettersOf) -> String {
         text += &match program {
             LettersOf::Od => letters + "\n",
             // It fills its last line with spaces.
-            LettersOf::Hexdump => format!("{letters:64} \n"),
+            LettersOf::Hexdump => format!("{letters:64}\n"),
         };
     }
     text + &address(octets.len()) + "\n"
@@ -830,7 +830,7 @@ fn a_dump_with_letters_is_read_whatever_its_addresses() {
 #[test]
 fn a_letter_of_several_octets_has_a_cell_for_each() {
     let cells = " 020  \\b 002   I   S 026   \u{e9}  ** 026";
-    let text = format!("0000000{cells:64} \n0000009\n");
+    let text = format!("0000000{cells:64}\n0000009\n");
     let octets = [0x10, 0x08, 0x02, 0x49, 0x53, 0x16, 0xC3, 0xA9, 0x16];
     assert_eq!(read(text.as_bytes()), (Some(Notation::Letters), octets.to_vec(), 0), "{text}");
 }

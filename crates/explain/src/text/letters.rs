@@ -29,8 +29,6 @@ struct LettersLine<'a> {
     octets: Vec<u8>,
     /// A cell is neither a digit nor octal, or one is a digit and one has leading zeros: neither `od -b` nor `od -t u1` prints such lines.
     has_letters: bool,
-    /// `hexdump` prints a space behind the last cell.
-    has_space_behind: bool,
 }
 
 /// What the lines of a text show.
@@ -95,11 +93,6 @@ impl Letters {
 
     /// Ends the text.
     pub(super) fn end(&mut self, found: &mut Found) {
-        // Without an address behind them, the spaces at the end may be those that fill a line of hexdump.
-        let is_filled = |text: &String| LettersLine::of(text).is_some_and(|line| line.has_space_behind);
-        if let Some(text) = self.waiting.as_mut().filter(|text| is_filled(text)) {
-            text.truncate(text.trim_end().len());
-        }
         self.read_waiting(None, found);
         self.reader.end(found);
     }
@@ -110,9 +103,8 @@ impl Letters {
         let Some(line) = LettersLine::of(&text) else { return };
         let count = next.and_then(|next| line.count_before(next, 16)).unwrap_or(line.octets.len());
         let octets: String = line.octets.iter().take(count).map(|octet| format!(" {octet:02X}")).collect();
-        // With eight digits an address of hexdump is not taken for an octal one of od.
-        let zero = if line.has_space_behind { "0" } else { "" };
-        self.reader.read(&format!("{zero}{}{octets}\n", line.address), true, found);
+        // With a digit more, an address of hexdump is not taken for an octal one of od.
+        self.reader.read(&format!("0{}{octets}\n", line.address), true, found);
     }
 }
 
@@ -122,13 +114,13 @@ impl<'a> LettersLine<'a> {
         let line = line.trim_end_matches(['\r', '\n']);
         let digits = line.bytes().take_while(u8::is_ascii_hexdigit).count();
         let (address, cells) = line.split_at_checked(digits).filter(|_| ADDRESS_DIGITS.contains(&digits))?;
-        let mut found = Self { address, octets: Vec::new(), has_letters: false, has_space_behind: false };
+        let mut found = Self { address, octets: Vec::new(), has_letters: false };
         let (mut rest, mut further) = (cells.chars().peekable(), VecDeque::new());
         let (mut has_digits, mut has_zeros) = (false, false);
         while rest.peek().is_some() {
             let cell: Vec<char> = rest.by_ref().take(CELL).collect();
             match cell[..] {
-                [' '] => found.has_space_behind = true,
+                [' '] => {}
                 [' ', ..] if found.octets.len() < MOST_CELLS => {
                     has_zeros |= cell.get(1) == Some(&'0');
                     let cell = Cell::of(cell.get(1..)?)?;
@@ -154,8 +146,7 @@ impl<'a> LettersLine<'a> {
         let address = |line: &Self| u64::from_str_radix(line.address, radix).ok();
         let count = address(next)?.checked_sub(address(self)?).and_then(|count| usize::try_from(count).ok())?;
         let rest = self.octets.get(count..).filter(|_| count > 0)?;
-        let is_filled = self.has_space_behind && rest.iter().all(|octet| *octet == b' ');
-        (rest.is_empty() || is_filled).then_some(count)
+        rest.iter().all(|octet| *octet == b' ').then_some(count)
     }
 }
 
