@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// The ports of examples.
-const PORTS: [&str; 4] = ["/dev/ttyUSB0", "/tmp/line", "tcp://127.0.0.1:4000", "tcp://127.0.0.1:4500"];
+const PORTS: [&str; 5] = ["/dev/ttyUSB0", "COM5", "/tmp/line", "tcp://127.0.0.1:4000", "tcp://127.0.0.1:4500"];
 
 /// The port of a command whose result depends on answers in time: a segment in memory is never late.
 const MEMORY: &str = "sim:line.toml";
