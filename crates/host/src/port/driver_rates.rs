@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use super::rate::wrong_rate;
+use super::settings::wrong_rate;
 use super::system;
 use profivac_dp::link::Baud;
 

@@ -196,7 +196,7 @@ impl PortError {
             ),
             Self::NotFound(name) if is_path(name) => Some("plug in the adapter, or start the program that serves it"),
             Self::NotFound(_) if cfg!(windows) => {
-                Some("give the name of a serial port, such as COM5; `profivac doctor` lists those of this computer")
+                Some("give the name of a serial port, such as COM5; `profivac doctor` lists the ports of this computer")
             }
             Self::NotFound(_) => {
                 Some("give the path of a serial device, such as /dev/ttyUSB0, or start the program that serves it")

@@ -153,12 +153,16 @@ fn terminal_of(device: &Path) -> Option<PathBuf> {
 
 /// The port of the USB adapter with this serial number.
 pub fn port_of_serial(serial: &str) -> Option<String> {
+    port_of_serial_in(Path::new(TERMINALS), serial)
+}
+
+fn port_of_serial_in(terminals: &Path, serial: &str) -> Option<String> {
     let of_adapter = |terminal: &Path| {
         let device = fs::canonicalize(terminal.join("device")).ok()?;
         let text = |folder: &Path| fs::read_to_string(folder.join("serial")).ok();
         device.ancestors().find_map(text).map(|text| text.trim().to_owned())
     };
-    let terminals = fs::read_dir(TERMINALS).ok()?.flatten().map(|terminal| terminal.path());
+    let terminals = fs::read_dir(terminals).ok()?.flatten().map(|terminal| terminal.path());
     let is_it = |terminal: &PathBuf| is_usb(terminal) && of_adapter(terminal).as_deref() == Some(serial);
     let mut found: Vec<PathBuf> = terminals.filter(is_it).collect();
     // An adapter with several ports: its first one.
@@ -338,6 +342,30 @@ mod tests {
         let other = uart(&[("type", "32\n"), ("uartclk", "1843200\n")]);
         assert_eq!(real_rate_of(other.path(), 93_750), None, "a PL011 divides by fractions");
         assert_eq!(real_rate_of(uart(&[]).path(), 93_750), None);
+    }
+
+    /// Adapters below `usb1` as the kernel describes them, and a port of the computer without one.
+    #[test]
+    fn an_adapter_is_found_by_its_serial_number() {
+        let root = tempfile::tempdir().unwrap();
+        let terminals = root.path().join("tty");
+        for (name, port, serial) in
+            [("ttyUSB0", "usb1/1-1", "A1"), ("ttyUSB2", "usb1/1-2", "B2"), ("ttyUSB1", "usb1/1-2", "B2")]
+        {
+            let device = root.path().join(port).join(name);
+            fs::create_dir_all(&device).unwrap();
+            fs::write(root.path().join(port).join("serial"), format!("{serial}\n")).unwrap();
+            fs::create_dir_all(terminals.join(name)).unwrap();
+            std::os::unix::fs::symlink(&device, terminals.join(name).join("device")).unwrap();
+        }
+        fs::create_dir_all(root.path().join("pnp/00:01")).unwrap();
+        fs::write(root.path().join("pnp/00:01/serial"), "C3\n").unwrap();
+        fs::create_dir_all(terminals.join("ttyS0")).unwrap();
+        std::os::unix::fs::symlink(root.path().join("pnp/00:01"), terminals.join("ttyS0/device")).unwrap();
+        let found = |serial: &str| port_of_serial_in(&terminals, serial);
+        assert_eq!(found("A1").as_deref(), Some("/dev/ttyUSB0"));
+        assert_eq!(found("B2").as_deref(), Some("/dev/ttyUSB1"), "the first port of an adapter with two");
+        assert_eq!((found("C3"), found("a1"), found("")), (None, None, None));
     }
 
     #[test]

@@ -28,12 +28,12 @@ mod marks;
 mod notice;
 #[cfg_attr(windows, path = "windows/pty.rs")]
 mod pty;
-mod rate;
 mod recorded;
 mod reopening;
 #[cfg_attr(windows, path = "windows/serial.rs")]
 mod serial;
 mod server;
+mod settings;
 mod stream;
 mod tcp;
 mod telnet;

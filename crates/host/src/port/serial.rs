@@ -6,8 +6,9 @@
 use super::echo::Echo;
 use super::marks::Marks;
 use super::notice::{DropCounter, Notice, Notices};
-use super::rate::wrong_rate;
-use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, pty, system};
+use super::{
+    CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, ReaderSearch, pty, settings, system,
+};
 use crate::clock::duration_of;
 use crate::readiness::Readiness;
 use profivac_dp::link::{Baud, CHARACTER_TBIT};
@@ -31,7 +32,7 @@ const CLOSING_TIME: Duration = Duration::from_millis(100);
 /// The longest time that a thread needs to start on a loaded computer. chosen.
 const THREAD_START_TIME: Duration = Duration::from_secs(5);
 
-/// Whether a name is that of a serial device: an absolute path.
+/// Whether a name may be a serial device: an absolute path.
 #[must_use]
 pub fn is_serial_port(name: &str) -> bool {
     name.starts_with('/')
@@ -201,19 +202,12 @@ fn set(device: &OwnedFd, mut settings: Termios, baud: Baud) -> Result<(), Errno>
     tcsetattr(device, OptionalActions::Now, &settings)
 }
 
-/// Verifies the settings: a driver silently drops what it does not support and takes the nearest rate it has.
+/// Verifies the settings that the driver has taken.
 fn verify(taken: &Termios, name: &str, baud: Baud) -> Result<(), PortError> {
-    let offered = character_format(taken.control_modes);
-    if offered != CharacterFormat::PROFIBUS {
-        return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
-    }
-    let wanted = baud.bits_per_second();
     // First the rate that the driver does not report: an impossible one leaves the previous rate set.
-    let rates = [system::real_rate(name, wanted), Some(taken.output_speed()), Some(taken.input_speed())];
-    match wrong_rate(wanted, rates) {
-        Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
-        None => Ok(()),
-    }
+    let real = system::real_rate(name, baud.bits_per_second());
+    let rates = [real, Some(taken.output_speed()), Some(taken.input_speed())];
+    settings::verify(name, baud, character_format(taken.control_modes), rates)
 }
 
 /// Data bits, parity and stop bits of a driver.

@@ -1,12 +1,12 @@
 //! Replaces `serial.rs` on Windows: a COM port at 8E1.
 //!
 //! A thread reads the port and passes its octets on through a connection that can be waited for, another one writes. Windows does not say
-//! which character had a parity or framing error, so such characters arrive as octets, and the check octet finds them.
+//! which character had an error. It replaces one with a parity error by [`DAMAGED`], so that changes of two octets do not cancel in the
+//! check octet.
 
 use super::echo::Echo;
 use super::notice::{DropCounter, Notice, Notices};
-use super::rate::wrong_rate;
-use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, system};
+use super::{CHUNK, Character, CharacterFormat, Delivery, Parity, Port, PortError, settings, system};
 use crate::readiness::{Local, Readiness, pair};
 use profivac_dp::link::Baud;
 use serial2::{CharSize, FlowControl, SerialPort, Settings, StopBits};
@@ -23,7 +23,7 @@ const READ_TIMEOUT: Duration = Duration::from_millis(100);
 /// The most telegrams that wait for the driver. chosen: a master sends one and waits for its answer.
 const MOST_WAITING: usize = 16;
 
-/// Whether a name is that of a serial port: `COM5`.
+/// Whether a name may be a serial port: `COM5`.
 #[must_use]
 pub fn is_serial_port(name: &str) -> bool {
     super::error::is_windows_port(name)
@@ -157,9 +157,21 @@ fn write(port: &SerialPort, waiting: &Receiver<Vec<u8>>, is_gone: &AtomicBool) {
     }
 }
 
-/// Eight data bits, even parity, one stop bit, no handshake.
+/// What Windows puts in place of a character with a parity error. chosen: no telegram begins with it, and few hold it.
+const DAMAGED: u8 = 0xFF;
+
+/// Bits of the settings of a port. Microsoft, "DCB structure": parity is checked, a character with an error is replaced, an error stops
+/// everything until it is asked for.
+const CHECKS_PARITY: u32 = 1 << 1;
+const REPLACES: u32 = 1 << 10;
+const STOPS: u32 = 1 << 14;
+
+/// Eight data bits, even parity, one stop bit, no handshake; a character with an error does not stop the port.
 fn to_8e1(settings: &mut Settings, baud: Baud) -> io::Result<()> {
     settings.set_raw();
+    let dcb = settings.as_raw_dbc_mut();
+    dcb._bitfield = (dcb._bitfield | CHECKS_PARITY | REPLACES) & !STOPS;
+    dcb.ErrorChar = DAMAGED.cast_signed();
     settings.set_char_size(CharSize::Bits8);
     settings.set_parity(serial2::Parity::Even);
     settings.set_stop_bits(StopBits::One);
@@ -179,14 +191,7 @@ fn verify(taken: &Settings, name: &str, baud: Baud) -> Result<(), PortError> {
         },
         stop_bits: if taken.get_stop_bits().map_err(opening)? == StopBits::One { 1 } else { 2 },
     };
-    if offered != CharacterFormat::PROFIBUS {
-        return Err(PortError::UnsupportedCharacter { name: name.to_owned(), offered });
-    }
-    let rate = taken.get_baud_rate().map_err(opening)?;
-    match wrong_rate(baud.bits_per_second(), [Some(rate)]) {
-        Some(offered) => Err(PortError::UnsupportedRate { name: name.to_owned(), baud, offered: Some(offered) }),
-        None => Ok(()),
-    }
+    settings::verify(name, baud, offered, [Some(taken.get_baud_rate().map_err(opening)?)])
 }
 
 impl Port for Serial {
