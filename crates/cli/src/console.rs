@@ -32,6 +32,20 @@ pub enum Input {
     Stop,
 }
 
+/// The meaning of an octet that a terminal passes on while it shows nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(unix, expect(dead_code, reason = "a terminal of Unix edits the line itself"))]
+pub enum Key {
+    /// A part of the line.
+    Octet(u8),
+    /// The line ends.
+    End,
+    /// The character before is deleted.
+    Delete,
+    /// The command ends.
+    Interrupt,
+}
+
 /// See [`Signals::of_command`].
 static COMMAND: OnceLock<Signals> = OnceLock::new();
 

@@ -1,6 +1,6 @@
 //! `profivac user`: manages the users of a station or of an archive.
 
-use crate::console::{Signals, Silence, Stdin, read, silence, stdin};
+use crate::console::{Key, Signals, Silence, Stdin, read, silence, stdin};
 use crate::failure::Failure;
 use crate::output::{notice, out};
 use crate::values;
@@ -249,14 +249,11 @@ impl PasswordInput {
             if length == 0 || octet == [b'\n'] || line.len() > LONGEST {
                 break;
             }
-            // A silent console of Windows passes on the keys themselves.
-            match octet {
-                [b'\r'] if cfg!(windows) && self.silence.is_some() => break,
-                [3] if cfg!(windows) && self.silence.is_some() => {
-                    return Err(Failure::interrupted_with("nothing was changed"));
-                }
-                [8] if cfg!(windows) && self.silence.is_some() => drop(line.pop()),
-                [octet] => line.push(octet),
+            match self.silence.as_ref().map_or(Key::Octet(octet[0]), |_| Silence::key(octet[0])) {
+                Key::Octet(octet) => line.push(octet),
+                Key::Delete => drop(line.pop()),
+                Key::End => break,
+                Key::Interrupt => return Err(Failure::interrupted_with("nothing was changed")),
             }
         }
         let text = String::from_utf8(line).map_err(|_| Failure::usage("expected a password in UTF-8"))?;

@@ -2,6 +2,7 @@
 
 pub use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::Key;
 use profivac_host::readiness::Local;
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 use std::io;
@@ -42,6 +43,13 @@ pub fn silence() -> io::Result<Silence> {
     silent.local_modes.remove(LocalModes::ECHO);
     tcsetattr(io::stdin(), OptionalActions::Flush, &silent)?;
     Ok(Silence(before))
+}
+
+impl Silence {
+    /// The meaning of an octet of a line: the terminal edits the line itself.
+    pub const fn key(octet: u8) -> Key {
+        Key::Octet(octet)
+    }
 }
 
 impl Drop for Silence {

@@ -1,5 +1,6 @@
 //! Signals and standard input on Windows: a handler and a thread pass them on through connections that can be waited for.
 
+use super::Key;
 use profivac_host::readiness::{Local, pair};
 use ratatui::crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 use std::io::{self, Read as _, Write as _};
@@ -108,6 +109,18 @@ pub struct Silence(());
 /// Hides what is typed: the console passes on each key at once.
 pub fn silence() -> io::Result<Silence> {
     enable_raw_mode().map(|()| Silence(()))
+}
+
+impl Silence {
+    /// The meaning of an octet of a line: the console passes on the keys themselves.
+    pub const fn key(octet: u8) -> Key {
+        match octet {
+            b'\r' => Key::End,
+            3 => Key::Interrupt,
+            8 => Key::Delete,
+            octet => Key::Octet(octet),
+        }
+    }
 }
 
 impl Drop for Silence {
