@@ -12,7 +12,7 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileIdentity(u64, u64);
 
-/// The mode of a file for its owner alone, and that of a folder.
+/// The modes of a file and of a folder for their owner alone.
 const OWNER: u32 = 0o600;
 const OWNER_OF_FOLDER: u32 = 0o700;
 

@@ -88,7 +88,7 @@ pub(super) fn bit(variable: &str, mask: u8) -> String {
 }
 
 /// The statements that take an octet of the inputs as a whole number. `RAW` is a variable because tools differ about an element of an array
-/// as the argument of a conversion. It has parentheses, as every argument that begins with a name: iec61131 takes such a name for that of a
+/// as the argument of a conversion. It has parentheses, as every argument that begins with a name: iec61131 would read the name of a
 /// parameter.
 pub(super) fn octet(variable: &str, place: impl Display) -> String {
     format!("RAW := OCTETS[{place}];\n{variable} := BYTE_TO_INT((RAW));")

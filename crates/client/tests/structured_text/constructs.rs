@@ -176,7 +176,7 @@ fn faults(block: &str) -> Vec<String> {
                     fault("a function of two arguments");
                 }
                 if argument.first().is_some_and(|one| *one != "(") {
-                    fault("an argument that begins with a name, which iec61131 takes for that of a parameter");
+                    fault("an argument that begins with a name: iec61131 reads the name of a parameter");
                 }
                 let mut parts = argument.iter().filter(|one| !["(", ")"].contains(*one));
                 if parts.all(|one| one.starts_with(|first: char| first.is_ascii_digit() || first == '-')) {
